@@ -1,0 +1,75 @@
+//! The image that goes into and comes out of the blocking call.
+
+use crate::error::{Error, Result};
+
+/// Three channels of 32-bit float, row by row from the top left.
+///
+/// Colour is linear and scene-referred, in any exposure; albedo is linear in `[0, 1]`;
+/// a normal has components in `[−1, 1]`, in camera or world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Image {
+    width: u32,
+    height: u32,
+    pixels: Vec<[f32; 3]>,
+}
+
+impl Image {
+    /// Wraps `width · height` pixels.
+    ///
+    /// # Errors
+    /// If a side is 0 or the number of pixels is not `width · height`.
+    pub fn new(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Result<Self> {
+        if width == 0 || height == 0 || pixels.len() != width as usize * height as usize {
+            return Err(Error::Image(format!(
+                "{width}×{height} needs sides of at least 1 and {} pixels, found {} pixels",
+                u64::from(width) * u64::from(height),
+                pixels.len()
+            )));
+        }
+        Ok(Self { width, height, pixels })
+    }
+
+    /// An image whose every pixel is `pixel`; both sides must be at least 1.
+    ///
+    /// # Errors
+    /// If a side is 0.
+    pub fn filled(width: u32, height: u32, pixel: [f32; 3]) -> Result<Self> {
+        Self::new(width, height, vec![pixel; width as usize * height as usize])
+    }
+
+    /// Pixels per row.
+    #[must_use]
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Number of rows.
+    #[must_use]
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// `(width, height)`.
+    #[must_use]
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// All pixels, row by row from the top left.
+    #[must_use]
+    pub fn pixels(&self) -> &[[f32; 3]] {
+        &self.pixels
+    }
+
+    /// All pixels, to change in place.
+    pub fn pixels_mut(&mut self) -> &mut [[f32; 3]] {
+        &mut self.pixels
+    }
+
+    /// One row of pixels; `y` counts from the top and must be below the height.
+    #[must_use]
+    pub fn row(&self, y: u32) -> &[[f32; 3]] {
+        let width = self.width as usize;
+        &self.pixels[y as usize * width..][..width]
+    }
+}
