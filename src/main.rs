@@ -1,1 +1,7 @@
-fn main() {}
+//! The command line; see the library for everything it does.
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    wgdenoise::cli::main()
+}

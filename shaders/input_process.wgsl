@@ -1,0 +1,101 @@
+// From images to the network's input: sanitise, expose, transfer function, channel layout and
+// padding. One pixel of the tile per invocation. Channels are colour, then albedo, then normal,
+// of those that are present; pixels right of or below the image repeat its edge.
+
+alias TensorOut = texture_storage_2d_array<rgba32float, write>;
+
+struct Tile {
+    image_size: vec2<u32>,   // of the bound images, pixels
+    origin: vec2<u32>,       // the tile's first pixel in the bound images
+    begin: vec2<u32>,        // the pixels that output_process stores: from `begin`
+    end: vec2<u32>,          // up to and without `end`, in the bound images
+    color: vec4<u32>,        // offset, row stride, pixel stride, in elements
+    albedo: vec4<u32>,
+    normal: vec4<u32>,
+    output: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> tile: Tile;
+// Bits of f32: NaN and infinity are recognised before any float operation sees them.
+@group(0) @binding(1) var<storage, read> color: array<u32>;
+@group(0) @binding(2) var<storage, read> albedo: array<u32>;
+@group(0) @binding(3) var<storage, read> normal: array<u32>;
+@group(0) @binding(4) var<storage, read> input_scale: f32;
+@group(0) @binding(5) var output: TensorOut;
+
+override has_albedo: bool;
+override has_normal: bool;
+
+const LARGEST = 65504.0;     // what the transfer function maps to 1
+
+// Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
+// quality metrics to full luminance range images", scaled so that 65504 becomes 1.
+const A = 1.41283765e3;
+const B = 1.64593172;
+const C = 0.431384981;
+const D = -2.94139609e-3;
+const E = 0.192653254;
+const F = 6.26026094e-3;
+const G = 0.998620152;
+const Y0 = 1.57945760e-6;
+const Y1 = 3.22087631e-2;
+const SCALE = 1.0 / 3.13511904;
+
+fn transfer(y: f32) -> f32 {
+    let middle = B * pow(y, C) + D;
+    let bright = E * log(y + F) + G;
+    return SCALE * select(select(bright, middle, y <= Y1), A * y, y <= Y0);
+}
+
+fn finite(bits: u32) -> f32 {
+    return bitcast<f32>(select(0u, bits, (bits & 0x7f800000u) != 0x7f800000u));
+}
+
+fn element(at: vec2<u32>, layout: vec4<u32>) -> u32 {
+    return layout.x + at.y * layout.y + at.x * layout.z;
+}
+
+fn load_color(at: vec2<u32>) -> vec3<f32> {
+    let i = element(at, tile.color);
+    let rgb = vec3(finite(color[i]), finite(color[i + 1u]), finite(color[i + 2u]));
+    let exposed = clamp(rgb * input_scale, vec3(0.0), vec3(LARGEST));
+    return vec3(transfer(exposed.x), transfer(exposed.y), transfer(exposed.z));
+}
+
+fn load_albedo(at: vec2<u32>) -> vec3<f32> {
+    let i = element(at, tile.albedo);
+    let rgb = vec3(finite(albedo[i]), finite(albedo[i + 1u]), finite(albedo[i + 2u]));
+    return clamp(rgb, vec3(0.0), vec3(1.0));
+}
+
+fn load_normal(at: vec2<u32>) -> vec3<f32> {
+    let i = element(at, tile.normal);
+    let xyz = vec3(finite(normal[i]), finite(normal[i + 1u]), finite(normal[i + 2u]));
+    return clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5;
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(output)) {
+        return;
+    }
+    let at = min(tile.origin + id.xy, tile.image_size - 1u);
+    let rgb = load_color(at);
+    if has_albedo && has_normal {
+        let a = load_albedo(at);
+        let n = load_normal(at);
+        textureStore(output, id.xy, 0, vec4(rgb, a.x));
+        textureStore(output, id.xy, 1, vec4(a.yz, n.xy));
+        textureStore(output, id.xy, 2, vec4(n.z, 0.0, 0.0, 0.0));
+    } else if has_albedo {
+        let a = load_albedo(at);
+        textureStore(output, id.xy, 0, vec4(rgb, a.x));
+        textureStore(output, id.xy, 1, vec4(a.yz, 0.0, 0.0));
+    } else if has_normal {
+        let n = load_normal(at);
+        textureStore(output, id.xy, 0, vec4(rgb, n.x));
+        textureStore(output, id.xy, 1, vec4(n.yz, 0.0, 0.0));
+    } else {
+        textureStore(output, id.xy, 0, vec4(rgb, 0.0));
+    }
+}

@@ -1,0 +1,130 @@
+//! Device, weights and options: what serves images of any size.
+
+use std::collections::HashMap;
+use std::sync::{Arc, Mutex};
+
+use crate::error::{Error, Result};
+use crate::graph::Model;
+use crate::kernel::Context;
+use crate::model::{Inputs, Weights};
+use crate::options::{KernelSet, Options};
+use crate::plan::tiles::{Constraints, TilePlan};
+use crate::requirements::catch;
+
+/// Compiled kernels and weights on a device of the caller's.
+///
+/// Denoises images on the CPU by [`denoise`](Self::denoise), and makes a
+/// [`Pass`](crate::Pass) for images on the GPU by [`pass`](Self::pass). The queue is written
+/// to; only the blocking call submits.
+#[derive(Debug)]
+pub struct Denoiser {
+    pub(crate) context: Context,
+    pub(crate) options: Options,
+    weights: Weights,
+    models: Mutex<HashMap<Inputs, Arc<Model>>>,
+}
+
+/// Bytes per pixel that the blocking call needs for an image: on the GPU, and while a copy of
+/// it waits to be uploaded or read.
+const IMAGE_BYTES: u64 = 2 * size_of::<[f32; 3]>() as u64;
+
+impl Denoiser {
+    /// Compiles the kernels for all inputs that the weights were trained with. For the fastest
+    /// kernels the device needs [`required_features`](crate::required_features) and, for large
+    /// tiles, [`required_limits`](crate::required_limits).
+    ///
+    /// # Errors
+    /// If the device cannot hold the weights or compile the kernels.
+    pub fn new(
+        device: &wgpu::Device,
+        queue: &wgpu::Queue,
+        weights: &Weights,
+        options: &Options,
+    ) -> Result<Self> {
+        let kernels = options.kernels.resolve(device);
+        if kernels == KernelSet::Simd && !device.features().contains(wgpu::Features::SUBGROUP) {
+            return Err(Error::Device(
+                "the `simd` kernels need the feature SUBGROUP, which this device was created \
+                 without; choose other kernels"
+                    .into(),
+            ));
+        }
+        let denoiser = Self {
+            context: Context::new(device, queue, options.precision),
+            options: options.clone(),
+            weights: weights.clone(),
+            models: Mutex::default(),
+        };
+        denoiser.model(weights.metadata.inputs)?;
+        Ok(denoiser)
+    }
+
+    /// The weights it was made with.
+    #[must_use]
+    pub fn weights(&self) -> &Weights {
+        &self.weights
+    }
+
+    /// How an image of this size would be cut into tiles by the blocking call.
+    ///
+    /// # Errors
+    /// If even the smallest tile does not fit the budget or the device's limits.
+    pub fn tile_plan(&self, width: u32, height: u32, inputs: Inputs) -> Result<TilePlan> {
+        let images = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
+        let model = self.model(inputs)?;
+        self.plan([width, height], &model, images * IMAGE_BYTES)
+    }
+
+    /// GPU memory that [`tile_plan`](Self::tile_plan) for the same image comes to, in bytes.
+    ///
+    /// # Errors
+    /// As for [`tile_plan`](Self::tile_plan).
+    pub fn memory_bytes(&self, width: u32, height: u32, inputs: Inputs) -> Result<u64> {
+        let [w, h] = self.tile_plan(width, height, inputs)?.tile;
+        let images = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
+        let texel = self.options.precision.texel_bytes();
+        let tensors = self.model(inputs)?.storage.bytes(w, h, texel);
+        Ok(tensors + u64::from(w) * u64::from(h) * images * IMAGE_BYTES)
+    }
+
+    /// The network for these inputs, compiled at its first use.
+    pub(crate) fn model(&self, inputs: Inputs) -> Result<Arc<Model>> {
+        let mut models = self.models.lock().expect("no model failed to compile");
+        if let Some(model) = models.get(&inputs) {
+            return Ok(model.clone());
+        }
+        let weights = self.weights.for_inputs(inputs)?;
+        let build = || Ok(Model::new(&self.context, self.options.kernels, &weights));
+        let model = Arc::new(catch(&self.context.device, build)?);
+        models.insert(inputs, model.clone());
+        Ok(model)
+    }
+
+    /// The tile plan under the budget, when every pixel needs `image_bytes` beside the tensors.
+    pub(crate) fn plan(&self, size: [u32; 2], model: &Model, image_bytes: u64) -> Result<TilePlan> {
+        let limits = self.context.device.limits();
+        let alignment = model.network.alignment();
+        let texel = self.options.precision.texel_bytes();
+        let block = model.storage.bytes(alignment, alignment, texel);
+        let per_pixel = block.div_ceil(u64::from(alignment).pow(2)) + image_bytes;
+        let bindable = limits.max_storage_buffer_binding_size / size_of::<[f32; 3]>() as u64;
+        let constraints = Constraints {
+            alignment,
+            halo: model.halo,
+            max_side: self.options.tile.unwrap_or(u32::MAX).min(limits.max_texture_dimension_2d),
+            max_pixels: (self.options.memory_bytes / per_pixel).min(bindable),
+        };
+        TilePlan::new(size, &constraints).ok_or_else(|| too_small(&constraints, per_pixel))
+    }
+}
+
+fn too_small(constraints: &Constraints, per_pixel: u64) -> Error {
+    let side = u64::from(2 * constraints.halo + constraints.alignment);
+    Error::Memory(format!(
+        "a tile needs at least {side}×{side} pixels ({} MiB), but tiles are limited to {} pixels \
+         a side and {} MiB; raise the tile size or the memory budget",
+        (side * side * per_pixel).div_ceil(1 << 20),
+        constraints.max_side,
+        (constraints.max_pixels * per_pixel) >> 20,
+    ))
+}

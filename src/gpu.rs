@@ -1,0 +1,104 @@
+//! Adapters of this machine, for programs that have no device of their own.
+//! A renderer that embeds wgdenoise brings its own device and never needs this module.
+
+use crate::error::{Error, Result};
+
+/// A device with everything that the fastest kernels of its adapter can use.
+#[derive(Clone, Debug)]
+pub struct Gpu {
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// What the adapter says of itself.
+    pub info: wgpu::AdapterInfo,
+}
+
+impl Gpu {
+    /// Every adapter of this machine, in the order in which [`Gpu::open`] counts them.
+    #[must_use]
+    pub fn list() -> Vec<wgpu::AdapterInfo> {
+        adapters().iter().map(wgpu::Adapter::get_info).collect()
+    }
+
+    /// Opens an adapter: by its index in [`Gpu::list`], by a part of its name in any case, or,
+    /// for `None`, the best there is: discrete, then integrated, then virtual, then a CPU driver.
+    ///
+    /// # Errors
+    /// If there is no adapter at all, none that `selector` names, or it gives no device.
+    pub fn open(selector: Option<&str>) -> Result<Self> {
+        let adapters = adapters();
+        if adapters.is_empty() {
+            return Err(Error::Adapter(NO_ADAPTER.into()));
+        }
+        let index = choose(&names(&adapters), selector)?;
+        Self::request(&adapters[index])
+    }
+
+    fn request(adapter: &wgpu::Adapter) -> Result<Self> {
+        let info = adapter.get_info();
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("wgdenoise"),
+            required_features: crate::required_features(adapter),
+            required_limits: crate::required_limits(adapter),
+            ..Default::default()
+        };
+        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
+            .map_err(|e| Error::Adapter(format!("`{}` gives no device: {e}", info.name)))?;
+        Ok(Self { device, queue, info })
+    }
+}
+
+const NO_ADAPTER: &str = "found no Vulkan, Metal or DX12 adapter; install the driver of the \
+    graphics card, or a CPU driver such as lavapipe (Debian and Ubuntu: `apt install \
+    mesa-vulkan-drivers`)";
+
+fn adapters() -> Vec<wgpu::Adapter> {
+    let instance = wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle());
+    let mut found = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::PRIMARY));
+    found.sort_by_key(|adapter| rank(adapter.get_info().device_type));
+    found
+}
+
+fn rank(device_type: wgpu::DeviceType) -> u8 {
+    match device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu | wgpu::DeviceType::Other => 2,
+        wgpu::DeviceType::Cpu => 3,
+    }
+}
+
+fn names(adapters: &[wgpu::Adapter]) -> Vec<String> {
+    adapters.iter().map(|adapter| adapter.get_info().name).collect()
+}
+
+fn choose(names: &[String], selector: Option<&str>) -> Result<usize> {
+    let Some(wanted) = selector else { return Ok(0) };
+    let by_index = wanted.parse().ok().filter(|&i: &usize| i < names.len());
+    let matches = |name: &String| name.to_lowercase().contains(&wanted.to_lowercase());
+    by_index.or_else(|| names.iter().position(matches)).ok_or_else(|| {
+        let listed: Vec<_> = names.iter().enumerate().map(|(i, n)| format!("{i}: {n}")).collect();
+        Error::Adapter(format!(
+            "`{wanted}` names none of the adapters here ({}); give an index or a part of a \
+             name. If the one you want is missing, install its driver (for the CPU driver \
+             lavapipe on Debian and Ubuntu: `apt install mesa-vulkan-drivers`)",
+            listed.join(", ")
+        ))
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_adapter_is_chosen_by_index_by_name_or_by_rank() {
+        let names = ["Quick GPU".to_string(), "llvmpipe".to_string()];
+        assert_eq!(choose(&names, None).unwrap(), 0);
+        assert_eq!(choose(&names, Some("1")).unwrap(), 1);
+        assert_eq!(choose(&names, Some("LLVM")).unwrap(), 1);
+        let error = choose(&names, Some("7")).unwrap_err().to_string();
+        assert!(error.contains("1: llvmpipe") && error.contains("mesa-vulkan-drivers"));
+    }
+}

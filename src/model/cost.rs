@@ -1,0 +1,49 @@
+//! What a network costs: multiply-accumulates per pixel of the full-size image.
+
+use super::topology::{Network, Op};
+
+/// Multiply-accumulates of one layer per pixel of the full-size image.
+#[must_use]
+pub fn layer_macs_per_pixel(network: &Network, index: usize) -> f64 {
+    let layer = &network.layers[index];
+    let input = network.shapes[layer.inputs[0]];
+    let output = network.shapes[index + 1];
+    let products = (input.channels * output.channels) as f64;
+    let per_output = match layer.op {
+        Op::Conv3x3 { .. } => 9.0 * products,
+        // Of the four taps each output pixel sees one.
+        Op::ConvTranspose | Op::Conv1x1 => products,
+        Op::MaxPool | Op::Concat | Op::Sigmoid => 0.0,
+    };
+    per_output / f64::from(1_u32 << (2 * output.level))
+}
+
+/// Multiply-accumulates of the whole network per pixel.
+#[must_use]
+pub fn macs_per_pixel(network: &Network) -> f64 {
+    (0..network.layers.len()).map(|i| layer_macs_per_pixel(network, i)).sum()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_thesis_network_costs_about_0_18_b_squared_thousand_macs() {
+        for base in [8_usize, 16, 32, 64] {
+            let widths: Vec<_> = (0..5).map(|l| base << l).collect();
+            let macs = macs_per_pixel(&Network::unet(9, &widths));
+            let expected = 180.0 * (base * base) as f64;
+            assert!((macs / expected - 1.0).abs() < 0.07, "base {base}: {macs}");
+        }
+    }
+
+    #[test]
+    fn a_two_level_network_by_hand() {
+        // 3→2, 2→2 | 2→4, 4→4 at a quarter | up 4→2, 4→2, 2→2 | 2→3
+        let full = 9 * (3 * 2 + 2 * 2) + 4 * 2 + 9 * (4 * 2 + 2 * 2) + 2 * 3;
+        let quarter = 9 * (2 * 4 + 4 * 4);
+        let expected = f64::from(full) + f64::from(quarter) / 4.0;
+        assert!((macs_per_pixel(&Network::unet(3, &[2, 4])) - expected).abs() < 1e-9);
+    }
+}

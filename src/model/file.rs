@@ -1,0 +1,124 @@
+//! The tensors of a weights file, taken out one by one and checked.
+
+use std::collections::HashSet;
+
+use safetensors::{Dtype, SafeTensors};
+
+use super::fold::{BatchNorm, fold};
+use super::topology::{Layer, Network, Op};
+use super::{Metadata, Params};
+use crate::error::{Error, Result};
+
+/// A weights file of which not every tensor has been read yet.
+pub(super) struct WeightsFile<'a> {
+    pub(super) metadata: Metadata,
+    tensors: SafeTensors<'a>,
+    unread: HashSet<String>,
+}
+
+impl<'a> WeightsFile<'a> {
+    pub(super) fn open(bytes: &'a [u8]) -> Result<Self> {
+        let not_safetensors = |e| Error::Weights(format!("not a whole safetensors file: {e}"));
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
+        let pairs = header.metadata().as_ref().ok_or_else(|| {
+            Error::Weights("the file has no `__metadata__`; see weights-format.md".into())
+        })?;
+        let unread = tensors.names().into_iter().map(str::to_string).collect();
+        Ok(Self { metadata: Metadata::parse(pairs)?, tensors, unread })
+    }
+
+    /// Weight and bias of a layer, its batch norm folded in.
+    pub(super) fn layer(&mut self, network: &Network, index: usize) -> Result<Params> {
+        let Layer { name, op, inputs } = &network.layers[index];
+        let (input, output) =
+            (network.shapes[inputs[0]].channels, network.shapes[index + 1].channels);
+        let shape = match op {
+            Op::Conv3x3 { .. } => [output, input, 3, 3],
+            Op::ConvTranspose => [input, output, 2, 2],
+            _ => [output, input, 1, 1],
+        };
+        let mut weight = self.take(&format!("{name}.weight"), &shape)?;
+        let normed = matches!(op, Op::Conv3x3 { .. })
+            && self.unread.contains(&format!("{name}.norm.weight"));
+        let biased = !normed || self.unread.contains(&format!("{name}.bias"));
+        let mut bias = vec![0.0; output];
+        if biased {
+            bias = self.take(&format!("{name}.bias"), &[output])?;
+        }
+        if normed {
+            self.fold_norm(name, &mut weight, &mut bias)?;
+        }
+        Ok(Params { weight, bias })
+    }
+
+    /// Refuses tensors that no layer has asked for.
+    pub(super) fn finish(self) -> Result<()> {
+        let Some(name) = self.unread.iter().min() else { return Ok(()) };
+        Err(Error::Weights(format!(
+            "tensor `{name}` (one of {} such) belongs to no layer of widths {:?}; remove it or \
+             correct the metadata",
+            self.unread.len(),
+            self.metadata.widths
+        )))
+    }
+
+    fn fold_norm(&mut self, layer: &str, weight: &mut [f32], bias: &mut [f32]) -> Result<()> {
+        let eps = self.metadata.norm_eps.ok_or_else(|| {
+            Error::Weights(format!(
+                "`{layer}` has a batch norm, but metadata `norm_eps` is missing"
+            ))
+        })?;
+        let mut take = |part: &str| self.take(&format!("{layer}.norm.{part}"), &[bias.len()]);
+        let (gamma, beta) = (take("weight")?, take("bias")?);
+        let (mean, variance) = (take("running_mean")?, take("running_var")?);
+        if let Some(o) = variance.iter().position(|&v| v < 0.0) {
+            return Err(Error::Weights(format!(
+                "`{layer}.norm.running_var`[{o}] is {}, expected at least 0",
+                variance[o]
+            )));
+        }
+        let norm = BatchNorm { weight: &gamma, bias: &beta, mean: &mean, variance: &variance, eps };
+        fold(weight, bias, &norm);
+        finite(&format!("{layer}.weight with its norm folded in"), weight)?;
+        finite(&format!("{layer}.bias with its norm folded in"), bias)
+    }
+
+    /// Reads a tensor as f32 and checks its name, shape, type and values.
+    fn take(&mut self, name: &str, shape: &[usize]) -> Result<Vec<f32>> {
+        let tensor = self.tensors.tensor(name).map_err(|_| {
+            Error::Weights(format!("tensor `{name}` is missing, expected shape {shape:?}"))
+        })?;
+        if tensor.shape() != shape {
+            return Err(Error::Weights(format!(
+                "tensor `{name}` has shape {:?}, expected {shape:?}",
+                tensor.shape()
+            )));
+        }
+        let values = match tensor.dtype() {
+            Dtype::F32 => floats(tensor.data(), |[a, b, c, d]| f32::from_le_bytes([a, b, c, d])),
+            Dtype::F16 => floats(tensor.data(), |b| half::f16::from_le_bytes(b).to_f32()),
+            other => {
+                return Err(Error::Weights(format!(
+                    "tensor `{name}` has type {other:?}, expected F16 or F32"
+                )));
+            }
+        };
+        finite(name, &values)?;
+        self.unread.remove(name);
+        Ok(values)
+    }
+}
+
+/// Decodes by bytes: tensor data in a safetensors file need not be aligned.
+fn floats<const N: usize>(data: &[u8], decode: impl Fn([u8; N]) -> f32) -> Vec<f32> {
+    data.as_chunks().0.iter().map(|&bytes| decode(bytes)).collect()
+}
+
+fn finite(name: &str, values: &[f32]) -> Result<()> {
+    let Some(i) = values.iter().position(|v| !v.is_finite()) else { return Ok(()) };
+    Err(Error::Weights(format!(
+        "tensor `{name}` has {} at element {i}, expected finite values",
+        values[i]
+    )))
+}

@@ -1,0 +1,140 @@
+//! A weights file, checked and folded. `weights-format.md` is the normative text.
+
+use std::collections::BTreeMap;
+
+use super::file::WeightsFile;
+use super::topology::{Network, Op};
+use super::{Inputs, Metadata};
+use crate::error::{Error, Result};
+
+/// Weight and bias of one layer, batch norm folded in.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Params {
+    /// Convolution: `[output][input][ky][kx]`; transposed: `[input][output][ky][kx]`.
+    pub weight: Vec<f32>,
+    /// One value per output channel.
+    pub bias: Vec<f32>,
+}
+
+/// A network with all its weights.
+#[derive(Clone, Debug)]
+pub struct Weights {
+    /// What the file says of itself.
+    pub metadata: Metadata,
+    /// The layers.
+    pub network: Network,
+    params: BTreeMap<String, Params>,
+}
+
+/// How much work is spent: which of the built-in weights.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Quality {
+    /// The narrowest network.
+    Fast,
+    /// The thesis network with 16 base channels.
+    #[default]
+    Balanced,
+    /// The widest network.
+    High,
+}
+
+impl Weights {
+    /// Reads a weights file of format version 1.
+    ///
+    /// # Errors
+    /// If the file is not safetensors, its metadata is not of this format, a tensor is
+    /// missing, unknown, of a wrong shape or type, or a value is not finite.
+    pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
+        let mut file = WeightsFile::open(bytes)?;
+        let metadata = file.metadata.clone();
+        let network = metadata.network();
+        let mut params = BTreeMap::new();
+        for (i, layer) in network.layers.iter().enumerate().filter(|(_, l)| l.op.has_weights()) {
+            params.insert(layer.name.clone(), file.layer(&network, i)?);
+        }
+        file.finish()?;
+        Ok(Self { metadata, network, params })
+    }
+
+    /// The weights that this program carries.
+    ///
+    /// # Errors
+    /// Only if the program was built with a broken file; a test holds that it was not.
+    pub fn builtin(quality: Quality) -> Result<Self> {
+        Self::from_bytes(match quality {
+            Quality::Fast => include_bytes!("../../weights/fast.safetensors"),
+            Quality::Balanced => include_bytes!("../../weights/balanced.safetensors"),
+            Quality::High => include_bytes!("../../weights/high.safetensors"),
+        })
+    }
+
+    /// The weights of a layer; empty for a layer without.
+    #[must_use]
+    pub fn params(&self, layer: &str) -> Params {
+        self.params.get(layer).cloned().unwrap_or_default()
+    }
+
+    /// The network for fewer inputs: the channels of absent images are cut out of every layer
+    /// that reads the network's input, so that they cost nothing. The result is the same as
+    /// feeding zeros.
+    ///
+    /// # Errors
+    /// If `inputs` has an image that the network was not trained with.
+    pub fn for_inputs(&self, inputs: Inputs) -> Result<Self> {
+        let trained = self.metadata.inputs;
+        if inputs.intersection(trained) != inputs {
+            return Err(Error::Weights(format!(
+                "`{}` was trained with {trained}, but {inputs} was given; leave the others out",
+                self.metadata.name
+            )));
+        }
+        let mut sliced = self.clone();
+        sliced.metadata.inputs = inputs;
+        sliced.network = sliced.metadata.network();
+        let kept = kept_channels(&self.network, inputs.channels_of(trained));
+        for layer in self.network.layers.iter().filter(|layer| layer.op.has_weights()) {
+            let all = self.network.shapes[layer.inputs[0]].channels;
+            let params = sliced.params.get_mut(&layer.name).expect("every such layer has weights");
+            params.weight = slice(layer.op, params, &kept[layer.inputs[0]], all);
+        }
+        Ok(sliced)
+    }
+}
+
+/// For every tensor, which of its channels remain when only `input` of the input's do.
+fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
+    let mut kept = vec![input];
+    for (i, layer) in network.layers.iter().enumerate() {
+        let first = &kept[layer.inputs[0]];
+        kept.push(match layer.op {
+            Op::MaxPool | Op::Sigmoid => first.clone(),
+            Op::Concat => {
+                let offset = network.shapes[layer.inputs[0]].channels;
+                let second = kept[layer.inputs[1]].iter().map(|c| c + offset);
+                first.iter().copied().chain(second).collect()
+            }
+            _ => (0..network.shapes[i + 1].channels).collect(),
+        });
+    }
+    kept
+}
+
+/// A layer's weight without the input channels that are not in `kept`.
+fn slice(op: Op, params: &Params, kept: &[usize], all: usize) -> Vec<f32> {
+    let outputs = params.bias.len();
+    let per_input = params.weight.len() / all;
+    match op {
+        Op::ConvTranspose => {
+            let of = |&c: &usize| &params.weight[c * per_input..][..per_input];
+            kept.iter().flat_map(of).copied().collect()
+        }
+        _ => {
+            let taps = per_input / outputs;
+            let filters = params.weight.chunks_exact(all * taps);
+            let of = |filter: &[f32]| -> Vec<f32> {
+                kept.iter().flat_map(|&c| filter[c * taps..][..taps].to_vec()).collect()
+            };
+            filters.flat_map(of).collect()
+        }
+    }
+}

@@ -1,0 +1,130 @@
+//! The scale that brings an image to the exposure the network was trained at.
+//! See `shaders/autoexposure.wgsl` for the definition.
+
+use super::tile::Layout;
+use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+
+/// Makes the bins of a band of rows.
+pub const BINS: KernelSpec = spec("bins", [8, 8, 1]);
+/// Turns all bins into the scale.
+pub const REDUCE: KernelSpec = spec("reduce", [256, 1, 1]);
+
+const fn spec(entry: &'static str, workgroup: [u32; 3]) -> KernelSpec {
+    KernelSpec {
+        name: std::borrow::Cow::Borrowed(if workgroup[1] == 1 {
+            "autoexposure_reduce"
+        } else {
+            "autoexposure_bins"
+        }),
+        source: std::borrow::Cow::Borrowed(include_str!("../../shaders/autoexposure.wgsl")),
+        entry,
+        bindings: &[
+            Binding::Uniform { bytes: size_of::<Band>() as u64, dynamic: false },
+            Binding::Buffer,
+            Binding::BufferMut,
+            Binding::BufferMut,
+        ],
+        overrides: &[],
+        workgroup,
+    }
+}
+
+/// Most pixels per side of a bin.
+const BIN: u32 = 16;
+
+/// The uniform of `autoexposure.wgsl`: a band of rows of an image.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Band {
+    /// Of the whole image, in pixels.
+    pub image_size: [u32; 2],
+    /// Bins of the whole image, per axis.
+    pub bins: [u32; 2],
+    /// First row of bins of the band.
+    pub first_bin_row: u32,
+    /// Rows of bins in the band.
+    pub bin_rows: u32,
+    /// The image row at which the bound buffer begins.
+    pub first_row: u32,
+    padding: u32,
+    /// Layout of the bound buffer.
+    pub color: Layout,
+}
+
+impl Band {
+    /// The whole image as one band.
+    #[must_use]
+    pub fn whole(width: u32, height: u32, color: Layout) -> Self {
+        let bins = [width.div_ceil(BIN), height.div_ceil(BIN)];
+        Self { image_size: [width, height], bins, bin_rows: bins[1], color, ..Self::default() }
+    }
+
+    /// The image in bands of as many rows of bins as `max_rows` rows of pixels can hold.
+    /// `max_rows` must be at least 16.
+    #[must_use]
+    pub fn split(width: u32, height: u32, max_rows: u32) -> Vec<Self> {
+        let whole = Self::whole(width, height, Layout::packed(width));
+        let per_band = (max_rows / BIN).max(1) as usize;
+        let band = |first: u32| Self {
+            first_bin_row: first,
+            bin_rows: (whole.bins[1] - first).min(per_band as u32),
+            first_row: whole.row_of(first),
+            ..whole
+        };
+        (0..whole.bins[1]).step_by(per_band).map(band).collect()
+    }
+
+    /// The image rows that the band covers.
+    #[must_use]
+    pub fn rows(&self) -> std::ops::Range<u32> {
+        self.row_of(self.first_bin_row)..self.row_of(self.first_bin_row + self.bin_rows)
+    }
+
+    fn row_of(&self, bin_row: u32) -> u32 {
+        let row = u64::from(bin_row) * u64::from(self.image_size[1]) / u64::from(self.bins[1]);
+        u32::try_from(row).expect("a row is below the height")
+    }
+
+    /// Bytes of the buffer of bins.
+    #[must_use]
+    pub fn bin_bytes(&self) -> u64 {
+        u64::from(self.bins[0]) * u64::from(self.bins[1]) * 4
+    }
+}
+
+/// The two calls: make a band's bins, and, after all bands, the scale.
+#[derive(Clone, Debug)]
+pub struct Autoexposure {
+    /// Makes the bins of the band in the uniform buffer.
+    pub bins: Dispatch,
+    /// Makes the scale from all bins.
+    pub reduce: Dispatch,
+}
+
+/// Binds `band` (a uniform of one [`Band`]), `color` and the resulting `input_scale`, one
+/// 32-bit float. `shape` is the largest band that will stand in the uniform.
+#[must_use]
+pub fn autoexposure(
+    context: &Context,
+    shape: &Band,
+    band: &wgpu::Buffer,
+    color: &wgpu::Buffer,
+    input_scale: &wgpu::Buffer,
+) -> Autoexposure {
+    let bins = context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some("autoexposure bins"),
+        size: shape.bin_bytes(),
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let call = |spec: &KernelSpec, invocations: [u32; 3]| {
+        let kernel = context.kernel(spec, &[]);
+        let buffers = [band, color, &bins, input_scale];
+        let resources = buffers.map(wgpu::Buffer::as_entire_binding);
+        kernel.dispatch(kernel.bind(&context.device, &resources), invocations)
+    };
+    Autoexposure {
+        bins: call(&BINS, [shape.bins[0], shape.bin_rows, 1]),
+        reduce: call(&REDUCE, [256, 1, 1]),
+    }
+}

@@ -1,0 +1,43 @@
+//! What the operators without weights share: a kernel bound to input and output.
+
+use super::{GpuTensor, Operator};
+use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+
+/// A kernel that makes one output texel per invocation.
+#[derive(Debug)]
+pub struct Elementwise {
+    kernel: Kernel,
+}
+
+impl Elementwise {
+    /// Compiles the kernel.
+    #[must_use]
+    pub fn new(context: &Context, spec: &KernelSpec) -> Self {
+        Self { kernel: context.kernel(spec, &[]) }
+    }
+}
+
+/// A kernel for [`Elementwise`].
+#[must_use]
+pub const fn spec(name: &'static str, source: &'static str) -> KernelSpec {
+    KernelSpec {
+        name: std::borrow::Cow::Borrowed(name),
+        source: std::borrow::Cow::Borrowed(source),
+        entry: "main",
+        bindings: &[Binding::TensorIn, Binding::TensorOut],
+        overrides: &[],
+        workgroup: [8, 8, 1],
+    }
+}
+
+impl Operator for Elementwise {
+    fn dispatch(
+        &self,
+        device: &wgpu::Device,
+        input: &GpuTensor,
+        output: &GpuTensor,
+    ) -> Option<Dispatch> {
+        let group = self.kernel.bind(device, &[input.resource(), output.resource()]);
+        Some(self.kernel.dispatch(group, [output.width, output.height, output.quads]))
+    }
+}

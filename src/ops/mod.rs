@@ -1,0 +1,98 @@
+//! The operators, one by one: what the host must know of each kernel, for the planner, the
+//! tests and the benches. Each has a shader and a CPU function of the same name.
+
+pub mod autoexposure;
+pub mod concat;
+pub mod conv1x1;
+pub mod conv3x3;
+pub mod conv_transpose;
+pub mod convolution;
+pub mod elementwise;
+pub mod input_process;
+pub mod max_pool;
+pub mod output_process;
+pub mod packing;
+pub mod sigmoid;
+pub mod simd;
+pub mod tile;
+
+use crate::kernel::{Context, Dispatch, KernelSpec};
+use crate::model::{Op, Params};
+use crate::options::KernelSet;
+
+/// A tensor on the GPU: texel `(x, y)` of array layer `q` holds channels `4q … 4q + 3`.
+#[derive(Clone, Debug)]
+pub struct GpuTensor {
+    /// All layers of the tensor, and nothing else of the texture.
+    pub view: wgpu::TextureView,
+    /// Pixels per row.
+    pub width: u32,
+    /// Number of rows.
+    pub height: u32,
+    /// Array layers: a quarter of the channels, rounded up.
+    pub quads: u32,
+}
+
+impl GpuTensor {
+    /// The view as what a bind group takes.
+    #[must_use]
+    pub fn resource(&self) -> wgpu::BindingResource<'_> {
+        wgpu::BindingResource::TextureView(&self.view)
+    }
+}
+
+/// For each stored channel of a tensor, which channel it is; `None` for padding to four.
+/// The second input of a concat starts at a multiple of four, so padding can stand inside.
+pub type ChannelMap = Vec<Option<usize>>;
+
+/// The map of a tensor of `channels` channels that was not concatenated.
+#[must_use]
+pub fn channel_map(channels: usize) -> ChannelMap {
+    (0..channels.next_multiple_of(4)).map(|c| (c < channels).then_some(c)).collect()
+}
+
+/// One layer's kernel with its weights, ready to be bound to tensors of any size.
+pub trait Operator: Send + Sync + std::fmt::Debug {
+    /// The call that makes `output` from `input`, or `None` where the planner has already
+    /// put the data in place.
+    fn dispatch(
+        &self,
+        device: &wgpu::Device,
+        input: &GpuTensor,
+        output: &GpuTensor,
+    ) -> Option<Dispatch>;
+}
+
+/// The operator of a layer. `map` says how the layer's input is stored; `params` are its
+/// weights, which every layer with [`Op::has_weights`] needs.
+#[must_use]
+pub fn build(
+    context: &Context,
+    kernels: KernelSet,
+    op: Op,
+    params: &Params,
+    map: &ChannelMap,
+) -> Box<dyn Operator> {
+    match op {
+        Op::Conv3x3 { relu } => Box::new(conv3x3::conv3x3(context, kernels, params, map, relu)),
+        Op::ConvTranspose => {
+            Box::new(conv_transpose::conv_transpose(context, kernels, params, map))
+        }
+        Op::Conv1x1 => Box::new(conv1x1::conv1x1(context, kernels, params, map)),
+        Op::MaxPool => Box::new(max_pool::max_pool(context)),
+        Op::Sigmoid => Box::new(sigmoid::sigmoid(context)),
+        Op::Concat => Box::new(concat::Concat),
+    }
+}
+
+/// Every shader variant there is, for the test that holds declarations against sources.
+#[must_use]
+pub fn all_specs() -> Vec<KernelSpec> {
+    let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, input_process::SPEC, output_process::SPEC];
+    specs.extend([autoexposure::BINS, autoexposure::REDUCE]);
+    specs.extend([conv3x3::PLAIN, conv3x3::TILED, conv_transpose::PLAIN, conv1x1::PLAIN]);
+    for out_quads in [1, 2, 3, 4] {
+        specs.extend(simd::Shape::ALL.map(|shape| simd::spec(shape, out_quads)));
+    }
+    specs
+}

@@ -1,0 +1,104 @@
+//! Weights in the order in which the kernels read them.
+
+use wgpu::util::DeviceExt as _;
+
+use super::ChannelMap;
+use crate::kernel::Context;
+
+/// Weights by `(output channel, input channel, tap)`, from whatever layout the file has.
+pub struct Taps<'a> {
+    /// Number of output channels.
+    pub outputs: usize,
+    /// Number of taps: 9 for 3×3, 4 for the corners of a transposed 2×2, 1 for 1×1.
+    pub taps: usize,
+    /// How the input is stored.
+    pub map: &'a ChannelMap,
+    /// The weight of an output channel, an input channel and a tap, all in range.
+    pub weight: &'a dyn Fn(usize, usize, usize) -> f32,
+}
+
+impl Taps<'_> {
+    /// The weight of stored channels; 0 where either is padding.
+    #[must_use]
+    pub fn at(&self, output: usize, stored_input: usize, tap: usize) -> f32 {
+        match self.map[stored_input] {
+            Some(input) if output < self.outputs => (self.weight)(output, input, tap),
+            _ => 0.0,
+        }
+    }
+
+    /// Output channels in groups of four.
+    #[must_use]
+    pub fn out_quads(&self) -> usize {
+        self.outputs.div_ceil(4)
+    }
+
+    /// Stored input channels in groups of four.
+    #[must_use]
+    pub fn in_quads(&self) -> usize {
+        self.map.len() / 4
+    }
+
+    /// The 4×4 matrix from an input quad to an output quad, column by column.
+    pub fn matrix(&self, out_quad: usize, in_quad: usize, tap: usize) -> [f32; 16] {
+        std::array::from_fn(|i| self.at(out_quad * 4 + i % 4, in_quad * 4 + i / 4, tap))
+    }
+}
+
+/// A read-only storage buffer.
+#[must_use]
+pub fn storage_buffer(context: &Context, label: &str, data: &[f32]) -> wgpu::Buffer {
+    context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some(label),
+        contents: bytemuck::cast_slice(data),
+        usage: wgpu::BufferUsages::STORAGE,
+    })
+}
+
+/// The bias of every output channel, padded with zeros to a multiple of four.
+#[must_use]
+pub fn bias_buffer(context: &Context, bias: &[f32]) -> wgpu::Buffer {
+    let mut padded = bias.to_vec();
+    padded.resize(bias.len().next_multiple_of(4), 0.0);
+    storage_buffer(context, "bias", &padded)
+}
+
+/// `[out_quad][tap][in_quad]` matrices, as the plain kernels read them.
+#[must_use]
+pub fn plain_buffer(context: &Context, taps: &Taps<'_>) -> wgpu::Buffer {
+    let mut data = Vec::new();
+    for out_quad in 0..taps.out_quads() {
+        for tap in 0..taps.taps {
+            for in_quad in 0..taps.in_quads() {
+                data.extend(taps.matrix(out_quad, in_quad, tap));
+            }
+        }
+    }
+    storage_buffer(context, "weights", &data)
+}
+
+/// An `rgba32float` texture array of `[layer][y][x]` texels.
+#[must_use]
+pub fn weight_texture(context: &Context, size: [u32; 3], texels: &[f32]) -> wgpu::TextureView {
+    let [width, height, layers] = size;
+    let descriptor = wgpu::TextureDescriptor {
+        label: Some("weights"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: layers },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: wgpu::TextureFormat::Rgba32Float,
+        usage: wgpu::TextureUsages::STORAGE_BINDING | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    };
+    let texture = context.device.create_texture_with_data(
+        &context.queue,
+        &descriptor,
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(texels),
+    );
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    })
+}

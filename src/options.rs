@@ -1,0 +1,91 @@
+//! What a caller can choose.
+
+/// How tensors are stored between layers. Arithmetic is in 32-bit float either way.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// 32-bit float: four bytes per channel.
+    #[default]
+    F32,
+    /// 16-bit float: half the memory and bandwidth, an error of about 1e-3 of a value.
+    F16,
+}
+
+impl Precision {
+    /// The texel format of a tensor: four channels.
+    #[must_use]
+    pub fn texture_format(self) -> wgpu::TextureFormat {
+        match self {
+            Self::F32 => wgpu::TextureFormat::Rgba32Float,
+            Self::F16 => wgpu::TextureFormat::Rgba16Float,
+        }
+    }
+
+    /// Bytes of one texel of four channels.
+    #[must_use]
+    pub fn texel_bytes(self) -> u64 {
+        match self {
+            Self::F32 => 16,
+            Self::F16 => 8,
+        }
+    }
+
+    /// The largest value that can be stored; larger ones are clamped to it.
+    #[must_use]
+    pub fn largest(self) -> f64 {
+        match self {
+            Self::F32 => f64::from(f32::MAX),
+            Self::F16 => f64::from(half::f16::MAX),
+        }
+    }
+}
+
+/// Which variant of the convolutions runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum KernelSet {
+    /// The fastest for the adapter: `Simd` on a CPU driver with subgroups, else `Tiled`.
+    #[default]
+    Auto,
+    /// The readable definition: one pixel and four output channels per invocation.
+    Plain,
+    /// For GPUs: input and weights staged in workgroup memory.
+    Tiled,
+    /// For CPU drivers (lavapipe): straight-line code, weights by subgroup broadcast.
+    Simd,
+}
+
+impl KernelSet {
+    /// `Auto` replaced by what it stands for on this device.
+    #[must_use]
+    pub fn resolve(self, device: &wgpu::Device) -> Self {
+        let cpu = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
+        match self {
+            Self::Auto if cpu && device.features().contains(wgpu::Features::SUBGROUP) => Self::Simd,
+            Self::Auto => Self::Tiled,
+            chosen => chosen,
+        }
+    }
+}
+
+/// How a [`Denoiser`](crate::Denoiser) works.
+#[derive(Clone, Debug)]
+pub struct Options {
+    /// How tensors are stored; 32-bit float unless said.
+    pub precision: Precision,
+    /// Most bytes of GPU memory for tensors and, in the blocking call, image windows.
+    pub memory_bytes: u64,
+    /// Side of a tile with its overlap, in pixels; `None` picks the largest within the budget.
+    pub tile: Option<u32>,
+    /// Which variant of the convolutions runs.
+    pub kernels: KernelSet,
+}
+
+impl Default for Options {
+    fn default() -> Self {
+        Self {
+            precision: Precision::F32,
+            memory_bytes: 2 << 30,
+            tile: None,
+            kernels: KernelSet::Auto,
+        }
+    }
+}

@@ -1,0 +1,173 @@
+//! Which texture and which of its layers hold each tensor.
+//!
+//! Tensors that are concatenated share a texture, side by side, so that concat moves no data.
+//! Textures ("slots") are reused as soon as nothing reads what is in them.
+
+use crate::model::{INPUT, Network, Op, TensorId};
+
+/// A texture that tensors of one resolution take turns in.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Slot {
+    /// Both sides are the tile's divided by `2^level`.
+    pub level: u32,
+    /// Array layers.
+    pub quads: u32,
+}
+
+/// Where a tensor is.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Placement {
+    /// Index of the slot.
+    pub slot: usize,
+    /// First array layer.
+    pub first_quad: u32,
+    /// Number of array layers.
+    pub quads: u32,
+}
+
+/// The slots and every tensor's place.
+#[derive(Clone, Debug)]
+pub struct Storage {
+    /// All textures.
+    pub slots: Vec<Slot>,
+    /// By [`TensorId`].
+    pub placements: Vec<Placement>,
+}
+
+impl Storage {
+    /// Places all tensors of a network.
+    #[must_use]
+    pub fn plan(network: &Network) -> Self {
+        let groups = Groups::of(network);
+        let mut slots: Vec<(Slot, usize)> = Vec::new();
+        let mut slot_of = vec![usize::MAX; network.shapes.len()];
+        for group in groups.by_first_use() {
+            let (level, quads) = (network.shapes[group].level, groups.quads[group]);
+            let (first, last) = groups.life[group];
+            let free = slots.iter().position(|(slot, until)| slot.level == level && *until < first);
+            let index = free.unwrap_or(slots.len());
+            if index == slots.len() {
+                slots.push((Slot { level, quads }, last));
+            }
+            let (slot, until) = &mut slots[index];
+            (slot.quads, *until) = (slot.quads.max(quads), last);
+            slot_of[group] = index;
+        }
+        let place = |tensor: TensorId| {
+            let (group, first_quad) = groups.root[tensor];
+            Placement { slot: slot_of[group], first_quad, quads: groups.quads[tensor] }
+        };
+        let placements = (0..network.shapes.len()).map(place).collect();
+        Self { slots: slots.into_iter().map(|(slot, _)| slot).collect(), placements }
+    }
+
+    /// Bytes of all textures for a tile of this size, both sides multiples of the alignment.
+    #[must_use]
+    pub fn bytes(&self, width: u32, height: u32, texel_bytes: u64) -> u64 {
+        let area = |level: u32| u64::from(width >> level) * u64::from(height >> level);
+        self.slots.iter().map(|s| u64::from(s.quads) * area(s.level) * texel_bytes).sum()
+    }
+}
+
+/// Tensors grouped by the concat that they end in.
+struct Groups {
+    /// By tensor: the tensor whose texture it is part of, and its first layer there.
+    root: Vec<(TensorId, u32)>,
+    /// By tensor: array layers.
+    quads: Vec<u32>,
+    /// By root: the step that first writes it and the last that reads it.
+    life: Vec<(usize, usize)>,
+}
+
+impl Groups {
+    fn of(network: &Network) -> Self {
+        let quads = quads(network);
+        let mut root: Vec<_> = (0..network.shapes.len()).map(|t| (t, 0)).collect();
+        // From the last concat to the first, so that an inner one finds its place known.
+        for (i, layer) in network.layers.iter().enumerate().rev() {
+            if layer.op == Op::Concat {
+                let (group, mut next) = root[i + 1];
+                for &input in &layer.inputs {
+                    assert!(root[input] == (input, 0), "a tensor is concatenated only once");
+                    root[input] = (group, next);
+                    next += quads[input];
+                }
+            }
+        }
+        let life = life(network, &root);
+        Self { root, quads, life }
+    }
+
+    fn by_first_use(&self) -> Vec<TensorId> {
+        let mut groups: Vec<_> = (0..self.root.len()).filter(|&t| self.root[t].0 == t).collect();
+        groups.sort_by_key(|&group| self.life[group].0);
+        groups
+    }
+}
+
+/// Array layers by tensor: each concatenated part starts at a whole layer.
+fn quads(network: &Network) -> Vec<u32> {
+    let mut quads = vec![network.shapes[INPUT].channels.div_ceil(4) as u32];
+    for (i, layer) in network.layers.iter().enumerate() {
+        quads.push(match layer.op {
+            Op::Concat => layer.inputs.iter().map(|&input| quads[input]).sum(),
+            _ => network.shapes[i + 1].channels.div_ceil(4) as u32,
+        });
+    }
+    quads
+}
+
+/// First write and last read of each group; layer `i` runs at step `i + 1`.
+fn life(network: &Network, root: &[(TensorId, u32)]) -> Vec<(usize, usize)> {
+    let mut life = vec![(usize::MAX, 0); root.len()];
+    life[root[INPUT].0].0 = 0;
+    for (i, layer) in network.layers.iter().enumerate() {
+        let step = i + 1;
+        for tensor in layer.inputs.iter().copied().chain([step]) {
+            let (first, last) = &mut life[root[tensor].0];
+            (*first, *last) = ((*first).min(step), (*last).max(step));
+        }
+    }
+    life[root[network.output()].0].1 = usize::MAX;
+    life
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn no_layer_writes_over_a_tensor_that_is_still_read() {
+        let network = Network::unet(9, &[5, 8, 12, 20]);
+        let storage = Storage::plan(&network);
+        let last_read = |t: TensorId| {
+            network.layers.iter().rposition(|l| l.inputs.contains(&t)).unwrap_or(usize::MAX)
+        };
+        let overlap = |a: &Placement, b: &Placement| {
+            a.slot == b.slot
+                && a.first_quad < b.first_quad + b.quads
+                && b.first_quad < a.first_quad + a.quads
+        };
+        for (i, layer) in network.layers.iter().enumerate().filter(|(_, l)| l.op != Op::Concat) {
+            let written = &storage.placements[i + 1];
+            for t in (0..=i).filter(|&t| last_read(t) >= i && last_read(t) != usize::MAX) {
+                assert!(
+                    !overlap(written, &storage.placements[t]),
+                    "{} writes over {t}",
+                    layer.name
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn the_parts_of_a_concat_lie_side_by_side() {
+        let network = Network::unet(3, &[5, 8]);
+        let storage = Storage::plan(&network);
+        let concat = network.layers.iter().position(|l| l.op == Op::Concat).unwrap();
+        let [skip, up] = [0, 1].map(|i| storage.placements[network.layers[concat].inputs[i]]);
+        let whole = storage.placements[concat + 1];
+        assert_eq!((skip.slot, up.slot), (whole.slot, whole.slot));
+        assert_eq!((skip.first_quad, up.first_quad, whole.quads), (0, 2, 4));
+    }
+}

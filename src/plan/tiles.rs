@@ -1,0 +1,161 @@
+//! How an image is cut into tiles that overlap by the receptive field.
+
+use crate::ops::tile::Rect;
+
+/// What tiles must respect.
+#[derive(Clone, Copy, Debug)]
+pub struct Constraints {
+    /// Every tile's corner and size are multiples of this.
+    pub alignment: u32,
+    /// Overlap on each side that a neighbour covers; see [`super::halo::halo`].
+    pub halo: u32,
+    /// Largest side of a tile.
+    pub max_side: u32,
+    /// Most pixels of a tile.
+    pub max_pixels: u64,
+}
+
+/// Tiles of one size that cover an image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct TilePlan {
+    /// Size of every tile with its overlap, width first; a multiple of the alignment.
+    pub tile: [u32; 2],
+    /// The tiles, row by row.
+    pub tiles: Vec<Placed>,
+}
+
+/// One tile of the plan.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Placed {
+    /// First pixel of the tile in the image. The tile may reach beyond the image's right and
+    /// bottom edge by less than the alignment.
+    pub origin: [u32; 2],
+    /// The pixels that this tile stores, in the image.
+    pub stores: Rect,
+}
+
+impl TilePlan {
+    /// The plan that processes the fewest pixels, overlap included; `None` if even the
+    /// smallest tile breaks a constraint.
+    #[must_use]
+    pub fn new(size: [u32; 2], constraints: &Constraints) -> Option<Self> {
+        let candidates = size.map(|side| candidate_sides(side, constraints));
+        let fits = |tile: &[u32; 2]| {
+            tile.iter().all(|&side| side <= constraints.max_side)
+                && area(*tile) <= constraints.max_pixels
+        };
+        let cost = |tile: &[u32; 2]| {
+            let counts =
+                [0, 1].map(|axis| starts(size[axis], tile[axis], constraints).len() as u64);
+            (counts[0] * counts[1] * area(*tile), counts[0] * counts[1])
+        };
+        let pairs = candidates[0].iter().flat_map(|&w| candidates[1].iter().map(move |&h| [w, h]));
+        let tile = pairs.filter(fits).min_by_key(cost)?;
+        Some(Self::with_tile(size, tile, constraints))
+    }
+
+    /// The plan with tiles of this size. Each side must be a multiple of the alignment and
+    /// either cover the image or leave pixels between the overlaps.
+    fn with_tile(size: [u32; 2], tile: [u32; 2], constraints: &Constraints) -> Self {
+        let axes = [0, 1].map(|axis| spans(size[axis], tile[axis], constraints));
+        let place = |y: &Span, x: &Span| Placed {
+            origin: [x.origin, y.origin],
+            stores: Rect { begin: [x.begin, y.begin], end: [x.end, y.end] },
+        };
+        let tiles = axes[1].iter().flat_map(|y| axes[0].iter().map(move |x| place(y, x))).collect();
+        Self { tile, tiles }
+    }
+}
+
+struct Span {
+    origin: u32,
+    begin: u32,
+    end: u32,
+}
+
+fn area(tile: [u32; 2]) -> u64 {
+    u64::from(tile[0]) * u64::from(tile[1])
+}
+
+/// Tile sides worth trying: the whole image, and for every count of tiles the smallest side.
+fn candidate_sides(size: u32, constraints: &Constraints) -> Vec<u32> {
+    let Constraints { alignment, halo, .. } = *constraints;
+    let padded = size.next_multiple_of(alignment);
+    let mut sides = vec![padded];
+    let inner = padded.saturating_sub(2 * halo);
+    for count in 2..=inner / alignment {
+        let side = inner.div_ceil(count).next_multiple_of(alignment) + 2 * halo;
+        if sides.last() != Some(&side) {
+            sides.push(side);
+        }
+    }
+    sides
+}
+
+/// First pixels of the tiles along an axis: the last one ends where the padded image ends.
+fn starts(size: u32, tile: u32, constraints: &Constraints) -> Vec<u32> {
+    let last = size.next_multiple_of(constraints.alignment).saturating_sub(tile);
+    let step = tile.saturating_sub(2 * constraints.halo).max(constraints.alignment);
+    (0..last).step_by(step as usize).chain([last]).collect()
+}
+
+/// Each tile stores from where the one before it stopped up to its own overlap.
+fn spans(size: u32, tile: u32, constraints: &Constraints) -> Vec<Span> {
+    let starts = starts(size, tile, constraints);
+    let mut begin = 0;
+    let span = |(i, &origin): (usize, &u32)| {
+        let end = if i + 1 == starts.len() { size } else { origin + tile - constraints.halo };
+        let span = Span { origin, begin, end };
+        begin = end;
+        span
+    };
+    starts.iter().enumerate().map(span).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn constraints(alignment: u32, halo: u32, max_side: u32) -> Constraints {
+        Constraints { alignment, halo, max_side, max_pixels: u64::MAX }
+    }
+
+    #[test]
+    fn an_image_that_fits_is_one_tile() {
+        let plan = TilePlan::new([1000, 17], &constraints(16, 96, 4096)).unwrap();
+        assert_eq!((plan.tile, plan.tiles.len()), ([1008, 32], 1));
+        assert_eq!(plan.tiles[0].stores, Rect { begin: [0, 0], end: [1000, 17] });
+    }
+
+    #[test]
+    fn tiles_smaller_than_twice_the_overlap_are_refused() {
+        assert_eq!(TilePlan::new([1000, 1000], &constraints(16, 96, 192)), None);
+    }
+
+    proptest! {
+        #[test]
+        fn every_pixel_is_stored_once_by_a_tile_that_sees_all_around_it(
+            width in 1_u32..1500, height in 1_u32..1500, level in 1_u32..5, extra in 1_u32..20,
+        ) {
+            let alignment = 1 << level;
+            let halo = 3 * alignment;
+            let limits = constraints(alignment, halo, 2 * halo + extra * alignment);
+            let size = [width, height];
+            let plan = TilePlan::new(size, &limits).unwrap();
+            let stored: u64 = plan.tiles.iter().map(|t| area(t.stores.size())).sum();
+            prop_assert_eq!(stored, area(size));
+            for t in &plan.tiles {
+                for axis in 0..2 {
+                    let (begin, end) = (t.stores.begin[axis], t.stores.end[axis]);
+                    let (from, to) = (t.origin[axis], t.origin[axis] + plan.tile[axis]);
+                    prop_assert!(begin < end && end <= size[axis] && from % alignment == 0);
+                    prop_assert!(from == 0 || begin >= from + halo);
+                    let last = size[axis].next_multiple_of(alignment);
+                    prop_assert!(to == last || end + halo <= to);
+                    prop_assert!(to <= last && plan.tile[axis] <= limits.max_side);
+                }
+            }
+        }
+    }
+}

@@ -1,0 +1,31 @@
+//! What every operator computes, written as plainly as can be, on the CPU.
+//!
+//! This is what the GPU is tested against, and it shares nothing with it but names and
+//! definitions. It is itself tested against `PyTorch`. It is never made faster: each result
+//! is one sum in 64-bit floats, rounded once to 32 bits.
+
+mod autoexposure;
+mod concat;
+mod conv1x1;
+mod conv3x3;
+mod conv_transpose;
+mod input_process;
+mod max_pool;
+pub mod network;
+mod output_process;
+mod sigmoid;
+mod tensor;
+mod transfer_function;
+
+pub use autoexposure::autoexposure;
+pub use concat::concat;
+pub use conv_transpose::conv_transpose;
+pub use conv1x1::conv1x1;
+pub use conv3x3::conv3x3;
+pub use input_process::input_process;
+pub use max_pool::max_pool;
+pub use network::run;
+pub use output_process::output_process;
+pub use sigmoid::sigmoid;
+pub use tensor::Tensor;
+pub use transfer_function::{LARGEST, pu, pu_inverse};

@@ -1,0 +1,88 @@
+//! The whole network, layer by layer.
+
+use super::{Tensor, concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid};
+use crate::model::{INPUT, Layer, Network, Op, Params};
+
+/// Runs every layer of the table in order and returns what the last one makes.
+///
+/// `input` is `[c, h, w]` with the channels that the network reads, both sides multiples of
+/// [`Network::alignment`]. `params` finds the weight and bias of a layer by its name, with
+/// any normalisation folded in.
+///
+/// # Panics
+/// If the input or a layer's weights do not have the shape that the network declares.
+#[must_use]
+pub fn run(network: &Network, params: impl Fn(&str) -> Params, input: &Tensor) -> Tensor {
+    let mut tensors = vec![input.clone()];
+    assert_eq!(input.channels, network.shapes[INPUT].channels, "channels of the network's input");
+    for (layer, shape) in network.layers.iter().zip(&network.shapes[1..]) {
+        let inputs: Vec<&Tensor> = layer.inputs.iter().map(|&id| &tensors[id]).collect();
+        let made = run_layer(layer, &params, &inputs);
+        let declared = (shape.channels, input.height >> shape.level, input.width >> shape.level);
+        assert_eq!(made.shape(), declared, "shape of what {} makes", layer.name);
+        tensors.push(made);
+    }
+    tensors.swap_remove(network.output())
+}
+
+fn run_layer(layer: &Layer, params: impl Fn(&str) -> Params, inputs: &[&Tensor]) -> Tensor {
+    let Params { weight, bias } =
+        if layer.op.has_weights() { params(&layer.name) } else { Params::default() };
+    match layer.op {
+        Op::Conv3x3 { relu } => conv3x3(inputs[0], &weight, &bias, relu),
+        Op::MaxPool => max_pool(inputs[0]),
+        Op::ConvTranspose => conv_transpose(inputs[0], &weight, &bias),
+        Op::Concat => concat(inputs[0], inputs[1]),
+        Op::Conv1x1 => conv1x1(inputs[0], &weight, &bias),
+        Op::Sigmoid => sigmoid(inputs[0]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const LN_3: f32 = 1.098_612_3;
+    const KEEP: [f32; 9] = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
+    const DOUBLE: [f32; 9] = [0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0];
+    /// The first channel, and ten times the second.
+    #[rustfmt::skip]
+    const JOIN: [f32; 18] = [
+        0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0,
+        0.0, 0.0, 0.0, 0.0, 10.0, 0.0, 0.0, 0.0, 0.0,
+    ];
+
+    /// Kernels that only multiply, and one channel everywhere.
+    fn params(layer: &str) -> Params {
+        let (weight, bias): (&[f32], &[f32]) = match layer {
+            "enc_conv0a" => (&DOUBLE, &[0.0]),
+            "mid_conva" => (&KEEP, &[-13.0]),
+            "enc_conv0b" | "mid_convb" | "dec_conv0b" => (&KEEP, &[0.0]),
+            "dec_up0" => (&[10.0; 4], &[0.0]),
+            "dec_conv0a" => (&JOIN, &[-315.0]),
+            "out_conv" => (&[LN_3, -LN_3, 0.0], &[0.0; 3]),
+            _ => panic!("{layer} has no weights"),
+        };
+        Params { weight: weight.to_vec(), bias: bias.to_vec() }
+    }
+
+    #[test]
+    fn every_layer_reads_what_the_table_says() {
+        // An 8 is 16 in the skip and 16 − 13 = 3 at the bottom, which the upsampling spreads
+        // as 30 over its four pixels. 16 + 10 · 30 − 315 = 1, but beside it the skip is 0.
+        let eight = |y, x| (y % 2, x % 2) == (1, 0);
+        let input = Tensor::from_fn(1, 4, 2, |_, y, x| if eight(y, x) { 8.0 } else { 0.0 });
+        let found = run(&Network::unet(1, &[1, 1]), params, &input);
+        let expected = |c: usize, y, x| if eight(y, x) { [0.75, 0.25, 0.5][c] } else { 0.5 };
+        for (found, expected) in found.data.iter().zip(Tensor::from_fn(3, 4, 2, expected).data) {
+            assert!((found - expected).abs() < 1e-6, "found {found}, expected {expected}");
+        }
+        assert_eq!(found.shape(), (3, 4, 2));
+    }
+
+    #[test]
+    #[should_panic(expected = "channels of the network's input")]
+    fn an_input_with_too_many_channels_is_refused() {
+        let _ = run(&Network::unet(1, &[1, 1]), params, &Tensor::new(2, 2, 2, vec![0.0; 8]));
+    }
+}

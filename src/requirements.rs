@@ -1,0 +1,46 @@
+//! What to ask an adapter for, and errors of a device as errors of this crate.
+
+use crate::error::{Error, Result};
+
+/// Features that make the kernels faster on this adapter. None is needed: without
+/// `SUBGROUP`, CPU drivers run a slower variant.
+#[must_use]
+pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
+    adapter.features() & wgpu::Features::SUBGROUP
+}
+
+/// WebGPU's default limits, with those raised to the adapter's that decide how large a tile
+/// can be.
+#[must_use]
+pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
+    let offered = adapter.limits();
+    wgpu::Limits {
+        max_storage_buffer_binding_size: offered.max_storage_buffer_binding_size,
+        max_buffer_size: offered.max_buffer_size,
+        max_texture_dimension_2d: offered.max_texture_dimension_2d,
+        max_texture_array_layers: offered.max_texture_array_layers,
+        ..wgpu::Limits::default()
+    }
+}
+
+/// Runs `work` and turns what the device reports meanwhile, on this thread, into an error
+/// instead of the panic that wgpu would make of it.
+pub(crate) fn catch<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) -> Result<T> {
+    let filters = [
+        wgpu::ErrorFilter::Validation,
+        wgpu::ErrorFilter::OutOfMemory,
+        wgpu::ErrorFilter::Internal,
+    ];
+    let scopes = filters.map(|filter| device.push_error_scope(filter));
+    let result = work();
+    let reports = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
+    // Every scope must be popped, so all reports are collected before the first is taken.
+    let reports: Vec<_> = reports.collect();
+    match reports.into_iter().flatten().next() {
+        Some(wgpu::Error::OutOfMemory { .. }) => Err(Error::Memory(
+            "the adapter is out of memory; lower the memory budget or the tile size".into(),
+        )),
+        Some(report) => Err(Error::Device(report.to_string())),
+        None => result,
+    }
+}

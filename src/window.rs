@@ -1,0 +1,163 @@
+//! Buffers on the GPU for the part of an image that one tile reads and writes.
+
+use crate::error::{Error, Result};
+use crate::frame::Frame;
+use crate::graph::TileGraph;
+use crate::image::Image;
+use crate::kernel::{Context, Dispatch};
+use crate::model::Inputs;
+use crate::ops::autoexposure::Band;
+use crate::ops::input_process::{Sources, input_process};
+use crate::ops::output_process::output_process;
+use crate::ops::tile::{Rect, Tile};
+use crate::plan::tiles::{Placed, TilePlan};
+
+const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
+
+/// Rows of the narrowest band that autoexposure can work on.
+const BAND_ROWS: u64 = 16;
+
+/// The buffers and the calls on them.
+pub(crate) struct Window<'a> {
+    context: &'a Context,
+    graph: TileGraph,
+    pub(crate) color: wgpu::Buffer,
+    albedo: Option<wgpu::Buffer>,
+    normal: Option<wgpu::Buffer>,
+    output: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    pub(crate) input_scale: wgpu::Buffer,
+    /// Uniform of one [`Tile`].
+    pub(crate) tile: wgpu::Buffer,
+    /// Uniform of one [`Band`].
+    pub(crate) band: wgpu::Buffer,
+    calls: [Dispatch; 2],
+}
+
+impl<'a> Window<'a> {
+    /// Buffers for the plan's tiles and for bands of an image that is `width` pixels wide.
+    pub(crate) fn new(
+        context: &'a Context,
+        graph: TileGraph,
+        plan: &TilePlan,
+        width: u32,
+        inputs: Inputs,
+    ) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let create = |label, size, usage| {
+            let descriptor = wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            };
+            context.device.create_buffer(&descriptor)
+        };
+        let tile_bytes = u64::from(plan.tile[0]) * u64::from(plan.tile[1]) * PIXEL_BYTES;
+        let band_bytes = BAND_ROWS * u64::from(width) * PIXEL_BYTES;
+        let image = |label, bytes| create(label, bytes, Usage::STORAGE | Usage::COPY_DST);
+        let uniform = |label, bytes| create(label, bytes as u64, Usage::UNIFORM | Usage::COPY_DST);
+        let color = image("color", tile_bytes.max(band_bytes));
+        let albedo = inputs.albedo.then(|| image("albedo", tile_bytes));
+        let normal = inputs.normal.then(|| image("normal", tile_bytes));
+        let output = create("output", tile_bytes, Usage::STORAGE | Usage::COPY_SRC);
+        let readback = create("readback", tile_bytes, Usage::MAP_READ | Usage::COPY_DST);
+        let input_scale = image("input_scale", 4);
+        let tile = uniform("tile", size_of::<Tile>());
+        let band = uniform("band", size_of::<Band>());
+        let sources = Sources {
+            tiles: &tile,
+            color: &color,
+            albedo: albedo.as_ref(),
+            normal: normal.as_ref(),
+            input_scale: &input_scale,
+        };
+        let calls = [
+            input_process(context, &sources, &graph.input),
+            output_process(context, &tile, &graph.output, &input_scale, &output),
+        ];
+        Self {
+            context,
+            graph,
+            color,
+            albedo,
+            normal,
+            output,
+            readback,
+            input_scale,
+            tile,
+            band,
+            calls,
+        }
+    }
+
+    /// The whole network on what was uploaded.
+    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>) {
+        self.calls[0].record_at(pass, 0);
+        self.graph.record(pass);
+        self.calls[1].record_at(pass, 0);
+    }
+
+    /// How many rows of an image of this width the colour buffer holds.
+    pub(crate) fn rows_of(&self, width: u32) -> u32 {
+        let rows = self.color.size() / PIXEL_BYTES / u64::from(width);
+        u32::try_from(rows).unwrap_or(u32::MAX)
+    }
+
+    /// The images of a frame with the buffers they go to.
+    pub(crate) fn images<'b>(
+        &'b self,
+        frame: &Frame<'b>,
+    ) -> impl Iterator<Item = (&'b wgpu::Buffer, &'b Image)> {
+        let auxiliary =
+            [(self.albedo.as_ref(), frame.albedo), (self.normal.as_ref(), frame.normal)];
+        let present = auxiliary.into_iter().filter_map(|(buffer, image)| buffer.zip(image));
+        std::iter::once((&self.color, frame.color)).chain(present)
+    }
+
+    /// Uploads a part of an image, packed.
+    pub(crate) fn upload(&self, buffer: &wgpu::Buffer, image: &Image, rect: &Rect) {
+        let columns = rect.begin[0] as usize..rect.end[0] as usize;
+        let rows = rect.begin[1]..rect.end[1];
+        let packed: Vec<[f32; 3]> =
+            rows.flat_map(|y| &image.row(y)[columns.clone()]).copied().collect();
+        self.context.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&packed));
+    }
+
+    /// Submits one compute pass.
+    pub(crate) fn submit(&self, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        record(&mut encoder.begin_compute_pass(&Default::default()));
+        self.context.queue.submit([encoder.finish()]);
+    }
+
+    /// Waits for the tile and copies what it stores into the result.
+    pub(crate) fn download(&self, tile: &Tile, result: &mut Image, placed: &Placed) -> Result<()> {
+        let [width, height] = tile.image_size.map(u64::from);
+        let bytes = width * height * PIXEL_BYTES;
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.output, 0, &self.readback, 0, bytes);
+        self.context.queue.submit([encoder.finish()]);
+        let slice = self.readback.slice(..bytes);
+        slice.map_async(wgpu::MapMode::Read, |_| {});
+        let failed = |e: &dyn std::fmt::Display| Error::Device(format!("no result came back: {e}"));
+        self.context.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(&e))?;
+        let view = slice.get_mapped_range().map_err(|e| failed(&e))?;
+        copy_rows(bytemuck::cast_slice(&view), tile, result, placed);
+        drop(view);
+        self.readback.unmap();
+        Ok(())
+    }
+}
+
+fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &Placed) {
+    let [columns, rows] = placed.stores.size().map(|side| side as usize);
+    let result_width = result.width() as usize;
+    for row in 0..rows {
+        let from =
+            (tile.begin[1] as usize + row) * tile.image_size[0] as usize + tile.begin[0] as usize;
+        let to = (placed.stores.begin[1] as usize + row) * result_width
+            + placed.stores.begin[0] as usize;
+        result.pixels_mut()[to..to + columns].copy_from_slice(&window[from..from + columns]);
+    }
+}

@@ -1,0 +1,197 @@
+//! Runs single operators on the adapter of this machine. No adapter is a failure.
+
+use std::sync::OnceLock;
+
+use wgdenoise::kernel::Context;
+use wgdenoise::ops::{ChannelMap, GpuTensor, Operator, channel_map};
+use wgdenoise::reference::Tensor;
+use wgdenoise::{Gpu, KernelSet, Precision, wgpu};
+
+use super::Tolerance;
+
+/// Every way in which an operator can run.
+pub(crate) const VARIANTS: [(KernelSet, Precision); 6] = [
+    (KernelSet::Plain, Precision::F32),
+    (KernelSet::Tiled, Precision::F32),
+    (KernelSet::Simd, Precision::F32),
+    (KernelSet::Plain, Precision::F16),
+    (KernelSet::Tiled, Precision::F16),
+    (KernelSet::Simd, Precision::F16),
+];
+
+/// Rounding of a sum of `terms` products of values up to 1 in 32-bit float (half a unit in
+/// the last place each, random in sign, with room for unlucky order), then of the store.
+pub(crate) fn sum_tolerance(terms: usize, precision: Precision) -> Tolerance {
+    let absolute = terms.max(16) as f32 * f32::EPSILON / 2.0;
+    match precision {
+        Precision::F32 => Tolerance { absolute, relative: 0.0 },
+        // A store rounds by 2⁻¹¹ of the value; one more bit covers sums at a rounding boundary.
+        Precision::F16 => Tolerance { absolute, relative: 1.0 / 1024.0 },
+    }
+}
+
+/// The device under test, opened once.
+pub(crate) fn gpu() -> &'static Gpu {
+    static GPU: OnceLock<Gpu> = OnceLock::new();
+    GPU.get_or_init(|| Gpu::open(None).expect("the tests need an adapter"))
+}
+
+/// The context of all tests for a precision, so that each kernel is compiled once.
+pub(crate) fn context(precision: Precision) -> &'static Context {
+    static CONTEXTS: [OnceLock<Context>; 2] = [OnceLock::new(), OnceLock::new()];
+    let index = usize::from(precision == Precision::F16);
+    CONTEXTS[index].get_or_init(|| Context::new(&gpu().device, &gpu().queue, precision))
+}
+
+/// What is left of a tensor that was stored in this precision.
+pub(crate) fn stored(tensor: &Tensor, precision: Precision) -> Tensor {
+    let round = |&v: &f32| match precision {
+        Precision::F32 => v,
+        Precision::F16 => half::f16::from_f32(v).to_f32(),
+    };
+    Tensor { data: tensor.data.iter().map(round).collect(), ..*tensor }
+}
+
+/// The result of an operator, `[channels, height, width]`, on one input.
+pub(crate) fn run(
+    context: &Context,
+    operator: &dyn Operator,
+    input: &Tensor,
+    map: &ChannelMap,
+    shape: [usize; 3],
+) -> Tensor {
+    let input = upload(context, input, map);
+    let [channels, height, width] = shape;
+    // What the kernel does not write stays visible.
+    let unwritten = Tensor::from_fn(channels, height, width, |_, _, _| -77.0);
+    let output = upload(context, &unwritten, &channel_map(channels));
+    let call = operator.dispatch(&context.device, &input, &output).expect("a kernel to run");
+    submit(context, |pass| call.record(pass));
+    download(context, &output, &channel_map(channels))
+}
+
+/// Runs a compute pass.
+pub(crate) fn submit(context: &Context, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    record(&mut encoder.begin_compute_pass(&Default::default()));
+    context.queue.submit([encoder.finish()]);
+}
+
+/// Puts a tensor on the GPU; padding channels are 0.
+pub(crate) fn upload(context: &Context, tensor: &Tensor, map: &ChannelMap) -> GpuTensor {
+    let (width, height, quads) = (tensor.width, tensor.height, map.len() / 4);
+    let mut texels = vec![0.0_f32; map.len() * width * height];
+    for (stored, channel) in map.iter().enumerate() {
+        let Some(channel) = *channel else { continue };
+        for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+            texels[texel(stored, [height, width], y, x)] = tensor.at(channel, y, x);
+        }
+    }
+    let texture = texture(context, [width as u32, height as u32, quads as u32]);
+    let layout = copy_layout(context, texture.width(), texture.height());
+    let bytes = encode(&texels, context.precision);
+    context.queue.write_texture(texture.as_image_copy(), &bytes, layout, texture.size());
+    view(&texture, 0, quads as u32)
+}
+
+/// Reads a tensor that fills its texture.
+pub(crate) fn download(context: &Context, tensor: &GpuTensor, map: &ChannelMap) -> Tensor {
+    let texture = tensor.view.texture();
+    let row = (u64::from(tensor.width) * context.precision.texel_bytes()).next_multiple_of(256);
+    let (height, width) = (tensor.height as usize, tensor.width as usize);
+    let size = row * u64::from(tensor.height * tensor.quads);
+    let bytes = read_back(context, size, |encoder, buffer| {
+        let layout = wgpu::TexelCopyBufferLayout {
+            offset: 0,
+            bytes_per_row: Some(row as u32),
+            rows_per_image: Some(tensor.height),
+        };
+        let target = wgpu::TexelCopyBufferInfo { buffer, layout };
+        encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
+    });
+    let kept = width * context.precision.texel_bytes() as usize;
+    let rows = bytes.chunks_exact(row as usize).flat_map(|row| &row[..kept]).copied();
+    let texels = decode(&rows.collect::<Vec<_>>(), context.precision);
+    let place = |c| map.iter().position(|m| *m == Some(c)).expect("every channel is stored");
+    Tensor::from_fn(map.iter().flatten().count(), height, width, |c, y, x| {
+        texels[texel(place(c), [height, width], y, x)]
+    })
+}
+
+/// What a copy into a fresh buffer leaves there.
+pub(crate) fn read_back(
+    context: &Context,
+    size: u64,
+    copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
+) -> Vec<u8> {
+    let buffer = context.device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size,
+        usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+        mapped_at_creation: false,
+    });
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    copy(&mut encoder, &buffer);
+    context.queue.submit([encoder.finish()]);
+    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
+    context.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device works");
+    buffer.slice(..).get_mapped_range().expect("the buffer is mapped").to_vec()
+}
+
+/// A texture of `[width, height, quads]`.
+pub(crate) fn texture(context: &Context, size: [u32; 3]) -> wgpu::Texture {
+    context.device.create_texture(&wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: size[2] },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format: context.precision.texture_format(),
+        usage: wgpu::TextureUsages::STORAGE_BINDING
+            | wgpu::TextureUsages::COPY_SRC
+            | wgpu::TextureUsages::COPY_DST,
+        view_formats: &[],
+    })
+}
+
+/// Some layers of a texture as a tensor.
+pub(crate) fn view(texture: &wgpu::Texture, first_quad: u32, quads: u32) -> GpuTensor {
+    let view = texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        base_array_layer: first_quad,
+        array_layer_count: Some(quads),
+        ..Default::default()
+    });
+    GpuTensor { view, width: texture.width(), height: texture.height(), quads }
+}
+
+fn texel(stored: usize, [height, width]: [usize; 2], y: usize, x: usize) -> usize {
+    ((stored / 4 * height + y) * width + x) * 4 + stored % 4
+}
+
+fn copy_layout(context: &Context, width: u32, height: u32) -> wgpu::TexelCopyBufferLayout {
+    wgpu::TexelCopyBufferLayout {
+        offset: 0,
+        bytes_per_row: Some(width * context.precision.texel_bytes() as u32),
+        rows_per_image: Some(height),
+    }
+}
+
+fn encode(values: &[f32], precision: Precision) -> Vec<u8> {
+    match precision {
+        Precision::F32 => bytemuck::cast_slice(values).to_vec(),
+        Precision::F16 => {
+            values.iter().flat_map(|&v| half::f16::from_f32(v).to_le_bytes()).collect()
+        }
+    }
+}
+
+fn decode(bytes: &[u8], precision: Precision) -> Vec<f32> {
+    match precision {
+        Precision::F32 => bytemuck::pod_collect_to_vec(bytes),
+        Precision::F16 => {
+            let halves: Vec<half::f16> = bytemuck::pod_collect_to_vec(bytes);
+            halves.into_iter().map(half::f16::to_f32).collect()
+        }
+    }
+}

@@ -1,0 +1,149 @@
+//! How results are compared, in every test of this crate. `tests/harness.rs` shows that
+//! each comparison can fail.
+
+#![allow(dead_code, reason = "every test file compiles this module and uses only some of it")]
+
+pub(crate) mod gpu;
+
+use std::fmt::Debug;
+use wgdenoise::Image;
+use wgdenoise::reference::Tensor;
+
+/// How far a value may be from the expected one: `absolute + relative · |expected|`.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Tolerance {
+    pub(crate) absolute: f32,
+    pub(crate) relative: f32,
+}
+
+/// Fails with the worst element unless every one is within the tolerance.
+#[track_caller]
+pub(crate) fn assert_close(name: &str, found: &Tensor, expected: &Tensor, tolerance: Tolerance) {
+    if let Err(message) = compare(found, expected, tolerance) {
+        panic!("{name}: {message}");
+    }
+}
+
+/// Like [`assert_close`], but hands back what it has to say.
+///
+/// NaN and infinity never agree with anything, themselves included; tensors without any
+/// element never agree, since nothing was compared.
+pub(crate) fn compare(
+    found: &Tensor,
+    expected: &Tensor,
+    tolerance: Tolerance,
+) -> Result<(), String> {
+    if found.shape() != expected.shape() {
+        return Err(format!("shape {:?}, expected {:?}", found.shape(), expected.shape()));
+    }
+    if found.data.len() != expected.data.len() || found.data.is_empty() {
+        let counts = (found.data.len(), expected.data.len());
+        return Err(format!("{} values against {}: nothing to compare", counts.0, counts.1));
+    }
+    let excess = |i: usize| excess(found.data[i], expected.data[i], tolerance);
+    // "Not close" instead of "too far", since every comparison with NaN is false.
+    let close = |i: usize| excess(i) <= 0.0;
+    let wrong = (0..found.data.len()).filter(|&i| !close(i));
+    let (count, worst) = wrong.fold((0, None), |(count, worst), i| {
+        (count + 1, worst.filter(|&w| excess(w).is_nan() || excess(w) >= excess(i)).or(Some(i)))
+    });
+    match worst {
+        None => Ok(()),
+        Some(i) => Err(describe(found, expected, tolerance, i, count)),
+    }
+}
+
+/// By how much the error is larger than allowed; NaN or ∞ if either value is not finite.
+fn excess(found: f32, expected: f32, tolerance: Tolerance) -> f64 {
+    let (found, expected) = (f64::from(found), f64::from(expected));
+    let allowed = f64::from(tolerance.absolute) + f64::from(tolerance.relative) * expected.abs();
+    // Subtracting before comparing turns ∞ against ∞ into NaN.
+    (found - expected).abs() - allowed
+}
+
+fn describe(
+    found: &Tensor,
+    expected: &Tensor,
+    tolerance: Tolerance,
+    worst: usize,
+    count: usize,
+) -> String {
+    let (x, y) = (worst % found.width, worst / found.width % found.height);
+    let channel = worst / (found.width * found.height);
+    let (all, found, expected) = (found.data.len(), found.data[worst], expected.data[worst]);
+    format!(
+        "{count} of {all} values are off; the worst is at channel {channel}, row {y}, \
+         column {x}: found {found:?}, expected {expected:?}, error {:e}, {tolerance:?}",
+        (found - expected).abs()
+    )
+}
+
+/// Runs every case of a table, then fails with the list of those that did not hold.
+#[track_caller]
+pub(crate) fn run_cases<C: Debug>(
+    cases: impl IntoIterator<Item = C>,
+    check: impl FnMut(&C) -> Result<(), String>,
+) {
+    if let Err(message) = check_cases(cases, check) {
+        panic!("{message}");
+    }
+}
+
+/// Like [`run_cases`], but hands back what it has to say. A table without cases fails too.
+pub(crate) fn check_cases<C: Debug>(
+    cases: impl IntoIterator<Item = C>,
+    mut check: impl FnMut(&C) -> Result<(), String>,
+) -> Result<(), String> {
+    let mut failures = Vec::new();
+    let mut count = 0;
+    for case in cases {
+        count += 1;
+        if let Err(message) = check(&case) {
+            failures.push(format!("  {case:?}: {message}"));
+        }
+    }
+    match (count, failures.len()) {
+        (0, _) => Err("the table has no cases, so nothing was tested".into()),
+        (_, 0) => Ok(()),
+        (_, failed) => Err(format!("{failed} of {count} cases failed:\n{}", failures.join("\n"))),
+    }
+}
+
+/// The same numbers on every machine and in every run, for the same seed: `SplitMix64`
+/// (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+pub(crate) struct Random(u64);
+
+impl Random {
+    pub(crate) fn new(seed: u64) -> Self {
+        Self(seed)
+    }
+
+    fn bits(&mut self) -> u64 {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        z ^ (z >> 31)
+    }
+
+    /// A value in `[−1, 1)`.
+    pub(crate) fn value(&mut self) -> f32 {
+        // 24 bits are what a 32-bit float holds exactly.
+        (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
+    }
+
+    /// `count` values in `[−1, 1)`.
+    pub(crate) fn values(&mut self, count: usize) -> Vec<f32> {
+        (0..count).map(|_| self.value()).collect()
+    }
+
+    /// A tensor of values in `[−1, 1)`.
+    pub(crate) fn tensor(&mut self, channels: usize, height: usize, width: usize) -> Tensor {
+        Tensor::new(channels, height, width, self.values(channels * height * width))
+    }
+}
+
+/// The image as a tensor `[3, height, width]`, to be compared like one.
+pub(crate) fn image_tensor(image: &Image) -> Tensor {
+    let (width, height) = image.size();
+    Tensor::from_fn(3, height as usize, width as usize, |c, y, x| image.row(y as u32)[x][c])
+}

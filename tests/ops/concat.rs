@@ -1,0 +1,46 @@
+use wgdenoise::ops::{channel_map, concat, conv1x1::conv1x1};
+use wgdenoise::{KernelSet, Precision, model::Params, reference};
+
+use crate::common::gpu::{context, download, submit, texture, upload, view};
+use crate::common::{Random, Tolerance, compare, run_cases};
+
+/// A convolution by the identity multiplies by 1 and adds 0: nothing is rounded.
+const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
+
+/// Two kernels write to their ranges of layers of one texture; what stands there then, read by
+/// the channel map, is the concatenation.
+#[test]
+fn writing_side_by_side_is_concatenation() {
+    run_cases([(4, 4), (5, 6), (1, 7), (8, 3)], |&(a, b)| {
+        let context = context(Precision::F32);
+        let mut random = Random::new(9);
+        let parts = [random.tensor(a, 5, 9), random.tensor(b, 5, 9)];
+        let map = concat::channel_map(&channel_map(a), &channel_map(b));
+        let both = texture(context, [9, 5, map.len() as u32 / 4]);
+        let mut first_quad = 0;
+        for part in &parts {
+            let quads = part.channels.div_ceil(4) as u32;
+            copy(context, part, &view(&both, first_quad, quads));
+            first_quad += quads;
+        }
+        let found = download(context, &view(&both, 0, first_quad), &map);
+        compare(&found, &reference::concat(&parts[0], &parts[1]), EXACT)
+    });
+}
+
+/// Writes a tensor through a kernel, as the network does.
+fn copy(
+    context: &wgdenoise::kernel::Context,
+    tensor: &reference::Tensor,
+    target: &wgdenoise::ops::GpuTensor,
+) {
+    use wgdenoise::ops::Operator as _;
+    let n = tensor.channels;
+    let weight = (0..n * n).map(|i| if i % (n + 1) == 0 { 1.0 } else { 0.0 }).collect();
+    let identity = Params { weight, bias: vec![0.0; n] };
+    let map = channel_map(n);
+    let operator = conv1x1(context, KernelSet::Auto, &identity, &map);
+    let source = upload(context, tensor, &map);
+    let call = operator.dispatch(&context.device, &source, target).expect("a kernel to run");
+    submit(context, |pass| call.record(pass));
+}

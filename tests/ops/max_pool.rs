@@ -1,0 +1,26 @@
+use wgdenoise::ops::{channel_map, max_pool::max_pool};
+use wgdenoise::{Precision, reference};
+
+use crate::common::gpu::{context, run, stored};
+use crate::common::{Random, Tolerance, compare, run_cases};
+
+/// The maximum is one of the stored values, so nothing is rounded.
+const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
+
+/// Channels, rows and columns of the input, all sides even.
+const CASES: [(usize, usize, usize); 6] =
+    [(1, 2, 2), (3, 4, 6), (4, 16, 16), (6, 18, 14), (9, 2, 34), (33, 32, 10)];
+
+#[test]
+fn max_pool_equals_the_reference_exactly() {
+    let precisions = [Precision::F32, Precision::F16];
+    let cases = CASES.iter().flat_map(|case| precisions.map(|precision| (*case, precision)));
+    run_cases(cases, |&((channels, height, width), precision)| {
+        let input = Random::new(channels as u64).tensor(channels, height, width);
+        let input = stored(&input, precision);
+        let (context, map) = (context(precision), channel_map(channels));
+        let shape = [channels, height / 2, width / 2];
+        let found = run(context, &max_pool(context), &input, &map, shape);
+        compare(&found, &reference::max_pool(&input), EXACT)
+    });
+}

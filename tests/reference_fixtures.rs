@@ -1,0 +1,163 @@
+//! The CPU reference against `PyTorch`, whose results `training/make_fixtures.py` stored.
+//!
+//! Both sides compute in 64 bits and round to 32, so that the operators may differ by one
+//! rounding and no more.
+
+mod common;
+
+use common::{Tolerance, assert_close};
+use safetensors::SafeTensors;
+use wgdenoise::model::Weights;
+use wgdenoise::model::fold::{BatchNorm, fold};
+use wgdenoise::reference::{self, LARGEST, Tensor};
+use wgdenoise::{Image, Result};
+
+/// For what only moves values.
+const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
+/// The two 64-bit results may lie on two sides of a point where rounding to 32 bits turns;
+/// near 0, sums of values around 1 differ by their own rounding in 64 bits.
+const ONE_ROUNDING: Tolerance = Tolerance { absolute: 1e-14, relative: f32::EPSILON };
+/// Folding rounds each of the 45 weights of a sum to 32 bits, which is wrong by up to 2⁻²⁴ of
+/// a product of about 1; such errors add up with the square root of their number.
+const FOLDED: Tolerance = Tolerance { absolute: 1e-6, relative: 0.0 };
+/// Some ten layers, each of which rounds its folded weights and its results to 32 bits; the
+/// sigmoid then makes the error at most a quarter as large. It is below 1e-7 for this file.
+const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
+
+/// The tensors of one file.
+struct Fixture {
+    name: &'static str,
+    bytes: Vec<u8>,
+}
+
+impl Fixture {
+    fn open(name: &'static str) -> Self {
+        let path = format!("{}/tests/fixtures/{name}.safetensors", env!("CARGO_MANIFEST_DIR"));
+        let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
+        Self { name, bytes }
+    }
+
+    fn read(&self, tensor: &str) -> (Vec<usize>, Vec<f32>) {
+        let file = SafeTensors::deserialize(&self.bytes).expect("a fixture is safetensors");
+        let view = file.tensor(tensor).unwrap_or_else(|e| panic!("{}: {e}", self.name));
+        assert_eq!(view.dtype(), safetensors::Dtype::F32, "type of {tensor} in {}", self.name);
+        let (values, _) = view.data().as_chunks();
+        (view.shape().to_vec(), values.iter().map(|&v| f32::from_le_bytes(v)).collect())
+    }
+
+    /// All values of a tensor of any shape.
+    fn values(&self, tensor: &str) -> Vec<f32> {
+        self.read(tensor).1
+    }
+
+    /// A tensor `[c, h, w]`.
+    fn tensor(&self, tensor: &str) -> Tensor {
+        let (shape, values) = self.read(tensor);
+        let [c, h, w] = shape[..] else { panic!("{tensor} in {} is {shape:?}", self.name) };
+        Tensor::new(c, h, w, values)
+    }
+
+    /// A tensor `[3, h, w]` as an image.
+    fn image(&self, tensor: &str) -> Result<Image> {
+        let tensor = self.tensor(tensor);
+        let (width, height) = (tensor.width, tensor.height);
+        let pixel = |i| [0, 1, 2].map(|c| tensor.at(c, i / width, i % width));
+        Image::new(width as u32, height as u32, (0..width * height).map(pixel).collect())
+    }
+
+    fn expect(&self, expected: &str, found: &Tensor, tolerance: Tolerance) {
+        let name = format!("{expected} of {}", self.name);
+        assert_close(&name, found, &self.tensor(expected), tolerance);
+    }
+}
+
+#[test]
+fn conv3x3() {
+    let f = Fixture::open("conv3x3");
+    let (input, weight, bias) = (f.tensor("input"), f.values("weight"), f.values("bias"));
+    f.expect("expected", &reference::conv3x3(&input, &weight, &bias, false), ONE_ROUNDING);
+    f.expect("expected_relu", &reference::conv3x3(&input, &weight, &bias, true), ONE_ROUNDING);
+}
+
+#[test]
+fn conv3x3_with_a_folded_batch_norm() {
+    let f = Fixture::open("conv3x3");
+    let mut weight = f.values("weight");
+    let norm = BatchNorm {
+        weight: &f.values("norm.weight"),
+        bias: &f.values("norm.bias"),
+        mean: &f.values("norm.running_mean"),
+        variance: &f.values("norm.running_var"),
+        eps: 1e-5,
+    };
+    let mut bias = vec![0.0; norm.bias.len()];
+    fold(&mut weight, &mut bias, &norm);
+    let found = reference::conv3x3(&f.tensor("input"), &weight, &bias, true);
+    f.expect("expected_norm_relu", &found, FOLDED);
+}
+
+#[test]
+fn conv1x1() {
+    let f = Fixture::open("conv1x1");
+    let found = reference::conv1x1(&f.tensor("input"), &f.values("weight"), &f.values("bias"));
+    f.expect("expected", &found, ONE_ROUNDING);
+}
+
+#[test]
+fn conv_transpose() {
+    let f = Fixture::open("conv_transpose");
+    let (weight, bias) = (f.values("weight"), f.values("bias"));
+    let found = reference::conv_transpose(&f.tensor("input"), &weight, &bias);
+    f.expect("expected", &found, ONE_ROUNDING);
+}
+
+#[test]
+fn max_pool() {
+    let f = Fixture::open("max_pool");
+    f.expect("expected", &reference::max_pool(&f.tensor("input")), EXACT);
+}
+
+#[test]
+fn concat() {
+    let f = Fixture::open("concat");
+    f.expect("expected", &reference::concat(&f.tensor("first"), &f.tensor("second")), EXACT);
+}
+
+#[test]
+fn sigmoid() {
+    let f = Fixture::open("sigmoid");
+    f.expect("expected", &reference::sigmoid(&f.tensor("input")), ONE_ROUNDING);
+}
+
+#[test]
+fn transfer_function_and_its_inverse() {
+    let f = Fixture::open("transfer");
+    let map = |name, function: fn(f64) -> f64| {
+        let tensor = f.tensor(name);
+        Tensor::from_fn(tensor.channels, tensor.height, tensor.width, |c, y, x| {
+            function(f64::from(tensor.at(c, y, x))) as f32
+        })
+    };
+    f.expect("expected", &map("input", |y| reference::pu(y.min(LARGEST))), ONE_ROUNDING);
+    f.expect("inverse_expected", &map("inverse_input", reference::pu_inverse), ONE_ROUNDING);
+}
+
+#[test]
+fn autoexposure() -> Result<()> {
+    let f = Fixture::open("autoexposure");
+    for (input, expected) in [("input", "expected"), ("black_input", "black_expected")] {
+        let found = Tensor::new(1, 1, 1, vec![reference::autoexposure(&f.image(input)?)]);
+        f.expect(expected, &found, ONE_ROUNDING);
+    }
+    Ok(())
+}
+
+#[test]
+fn a_whole_network_from_its_weights_file() -> Result<()> {
+    let weights = Weights::from_bytes(&Fixture::open("unet_tiny").bytes)?;
+    let f = Fixture::open("unet_tiny_io");
+    let params = |layer: &str| weights.params(layer);
+    let found = reference::run(&weights.network, params, &f.tensor("input"));
+    f.expect("expected", &found, WHOLE_NETWORK);
+    Ok(())
+}
