@@ -4,246 +4,92 @@
   pip install bpy==5.0.1                       Blender as a Python module; it needs Python 3.11
   python render_samples.py                     still_life_8spp.exr and still_life_reference.exr, beside this file
   python render_samples.py --only noisy        one of the two ("noisy" or "reference")
-  python render_samples.py --small FOLDER      the 64x48 renders that tests/data/make_test_files.py starts from
-
-The whole scene is procedural: it needs no texture and no model file.
+  python render_samples.py --small FOLDER      the small renders that tests/data/make_test_files.py starts from
 """
 import argparse
-import math
 import os
 import time
 
 import bpy
-from mathutils import Vector
 
-SIZE, SMALL_SIZE = (640, 480), (64, 48)
-NOISY_SAMPLES, REFERENCE_SAMPLES = 8, 1536
+import still_life
+
+SIZE = (576, 432)
+NOISY_SAMPLES, REFERENCE_SAMPLES = 8, 350
 NOISY_SEED, REFERENCE_SEED = 1, 2  # different seeds: the reference must not share the noise it is compared with
 
 
-# ---- materials ----
-
-def material(name, color=(0.8, 0.8, 0.8), roughness=0.5, **inputs):
-    """A Principled material. `color` is linear RGB; `inputs` are further sockets, with _ for a space."""
-    mat = bpy.data.materials.new(name)
-    mat.use_nodes = True
-    bsdf = mat.node_tree.nodes["Principled BSDF"]
-    values = {"Base Color": (*color, 1), "Roughness": roughness}
-    values |= {key.replace("_", " "): value for key, value in inputs.items()}
-    for key, value in values.items():
-        bsdf.inputs[key].default_value = value
-    return mat
-
-
-def textured(mat, kind, stops, scale, factor="Fac", stretch=(1, 1, 1), **settings):
-    """Colours `mat` by a procedural texture node of type `kind` through a ramp of (position, linear RGB) stops."""
-    nodes, links = mat.node_tree.nodes, mat.node_tree.links
-    place, mapping = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeMapping")
-    texture, ramp = nodes.new(kind), nodes.new("ShaderNodeValToRGB")
-    mapping.inputs["Scale"].default_value = stretch
-    texture.inputs["Scale"].default_value = scale
-    for key, value in settings.items():
-        texture.inputs[key.replace("_", " ")].default_value = value
-    while len(ramp.color_ramp.elements) < len(stops):
-        ramp.color_ramp.elements.new(0.5)
-    for element, (position, color) in zip(ramp.color_ramp.elements, stops):
-        element.position, element.color = position, (*color, 1)
-    links.new(place.outputs["Position"], mapping.inputs["Vector"])
-    links.new(mapping.outputs["Vector"], texture.inputs["Vector"])
-    links.new(texture.outputs[factor], ramp.inputs["Fac"])
-    links.new(ramp.outputs["Color"], nodes["Principled BSDF"].inputs["Base Color"])
-    return mat
-
-
-def emission(name, color, strength):
-    return material(name, (0, 0, 0), Emission_Color=(*color, 1), Emission_Strength=strength)
-
-
-# ---- geometry ----
-
-def dress(mat, smooth=False, bevel=0.0):
-    """Gives the object made last its material, smooth shading and rounded edges."""
-    obj = bpy.context.object
-    obj.data.materials.append(mat)
-    obj.name, obj.pass_index = mat.name, len(bpy.data.objects)
-    if smooth:
-        bpy.ops.object.shade_smooth()
-    if bevel:
-        modifier = obj.modifiers.new("bevel", "BEVEL")
-        modifier.width, modifier.segments = bevel, 3
-    return obj
-
-
-def box(mat, center, size, turn=0.0, bevel=0.0):
-    bpy.ops.mesh.primitive_cube_add(size=1, location=center, rotation=(0, 0, turn))
-    bpy.context.object.scale = size
-    bpy.ops.object.transform_apply(location=False, rotation=False, scale=True)
-    return dress(mat, bevel=bevel)
-
-
-def ball(mat, center, radius):
-    bpy.ops.mesh.primitive_uv_sphere_add(segments=96, ring_count=48, radius=radius, location=center)
-    return dress(mat, smooth=True)
-
-
-def mesh(mat, points, faces, center, smooth=False):
-    data = bpy.data.meshes.new(mat.name)
-    data.from_pydata(points, [], faces)
-    obj = bpy.data.objects.new(mat.name, data)
-    bpy.context.collection.objects.link(obj)
-    bpy.ops.object.select_all(action="DESELECT")
-    bpy.context.view_layer.objects.active = obj
-    obj.select_set(True)
-    obj.location = center
-    return dress(mat, smooth)
-
-
-def lathe(mat, profile, center, steps=96):
-    """Turns an open profile of (radius, height) points round the z axis."""
-    angles = [2 * math.pi * i / steps for i in range(steps)]
-    points = [(r * math.cos(a), r * math.sin(a), z) for r, z in profile for a in angles]
-    faces = [(j * steps + i, j * steps + (i + 1) % steps, (j + 1) * steps + (i + 1) % steps, (j + 1) * steps + i)
-             for j in range(len(profile) - 1) for i in range(steps)]
-    return mesh(mat, points, faces, center, smooth=True)
-
-
-def tuft(mat, center, leaves=46):
-    """Thin bent leaves, each a strip of four quads that ends in a point."""
-    points, faces = [], []
-    for i in range(leaves):
-        angle, lean, height = 2.399 * i, 0.08 + 0.5 * (i * 0.618 % 1), 0.55 + 0.45 * (i * 0.382 % 1)
-        along, side = Vector((math.cos(angle), math.sin(angle), 0)), Vector((-math.sin(angle), math.cos(angle), 0))
-        for t in (0, 0.25, 0.5, 0.75, 1):
-            middle = along * (0.06 + lean * t * t) + Vector((0, 0, height * (t - 0.4 * lean * t * t)))
-            points += [middle + side * 0.016 * (1 - t), middle - side * 0.016 * (1 - t)]
-        faces += [(10 * i + 2 * j, 10 * i + 2 * j + 1, 10 * i + 2 * j + 3, 10 * i + 2 * j + 2) for j in range(4)]
-    return mesh(mat, points, faces, center)
-
-
-# ---- scene ----
-
-def build_room():
-    """Floor, walls, a window in the back wall with the sky behind it, a framed picture."""
-    wood = textured(material("floor wood", roughness=0.3), "ShaderNodeTexNoise", [
-        (0.3, (0.06, 0.024, 0.010)), (0.5, (0.22, 0.10, 0.04)), (0.7, (0.38, 0.20, 0.09))],
-        1.4, stretch=(6, 0.6, 1), Detail=8, Distortion=0.5)
-    paper = textured(material("wallpaper", roughness=0.8), "ShaderNodeTexVoronoi", [
-        (0.16, (0.62, 0.50, 0.30)), (0.20, (0.07, 0.17, 0.20)), (0.5, (0.12, 0.27, 0.30))],
-        4.0, factor="Distance", stretch=(1, 0.01, 1), Randomness=0.0)
-    plaster, white = material("plaster", (0.72, 0.68, 0.62), 0.9), material("white paint", (0.78, 0.77, 0.74), 0.3)
-    for i in range(-11, 12):  # boards with rounded edges, so that a groove shows between them
-        box(wood, (0.33 * i, -1, -0.05), (0.325, 9, 0.1), bevel=0.008)
-    for x, z, width, height in ((-3.0, 1.8, 1.4, 3.8), (1.25, 1.8, 4.9, 3.8), (-1.75, 0.4, 1.1, 1.0), (-1.75, 3.2, 1.1, 1)):
-        box(paper, (x, 3.3, z), (width, 0.12, height))
-    for x, z, width, height in ((-2.3, 1.8, 0.1, 1.9), (-1.2, 1.8, 0.1, 1.9), (-1.75, 0.88, 1.2, 0.1),
-                                (-1.75, 2.72, 1.2, 0.1), (-1.75, 1.8, 0.05, 1.8), (-1.75, 1.95, 1.1, 0.05)):
-        box(white, (x, 3.26, z), (width, 0.16, height), bevel=0.012)
-    box(white, (0, 3.2, 0.11), (7.4, 0.1, 0.22), bevel=0.02)
-    box(emission("sky", (0.55, 0.77, 1.0), 9.0), (-1.75, 4.2, 2.2), (4.5, 0.02, 3.5))
-    for center, size in (((0, -1, 3.75), (8, 9, 0.1)), ((-3.65, -1, 1.8), (0.1, 9, 3.8)), ((3.65, -1, 1.8), (0.1, 9, 3.8))):
-        box(plaster, center, size)
-    box(material("frame", (0.02, 0.015, 0.012), 0.25), (1.15, 3.2, 2.05), (1.5, 0.1, 1.1), bevel=0.03)
-    box(textured(material("picture", roughness=0.6), "ShaderNodeTexNoise", [
-        (0.38, (0.02, 0.05, 0.20)), (0.45, (0.70, 0.14, 0.04)), (0.52, (0.85, 0.55, 0.10)), (0.60, (0.75, 0.72, 0.60))],
-        1.8, stretch=(1, 1, 3), Detail=6, Distortion=1.5), (1.15, 3.14, 2.05), (1.3, 0.02, 0.9))
-
-
-def build_table():
-    marble = textured(material("marble", roughness=0.12), "ShaderNodeTexNoise", [
-        (0.44, (0.72, 0.70, 0.66)), (0.5, (0.26, 0.25, 0.25)), (0.53, (0.70, 0.68, 0.64))], 1.3, Detail=10, Distortion=1.2)
-    steel = material("steel", (0.55, 0.55, 0.56), 0.3, Metallic=1)
-    box(marble, (0, 0.55, 0.65), (3.7, 1.7, 0.07), bevel=0.02)
-    for x, y in ((-1.7, -0.15), (1.7, -0.15), (-1.7, 1.25), (1.7, 1.25)):
-        box(steel, (x, y, 0.31), (0.06, 0.06, 0.62))
-    box(textured(material("rug", roughness=1), "ShaderNodeTexChecker", [
-        (0, (0.42, 0.06, 0.04)), (1, (0.65, 0.52, 0.34))], 5, stretch=(1, 1, 0.01)), (0, 0.2, 0.012), (4.6, 3.0, 0.02))
-
-
-def build_objects(top=0.686):
-    """The still life on the table; `top` is the height of the table's surface."""
-    glass = material("glass", (0.98, 1, 0.99), 0, Transmission_Weight=1, IOR=1.45)
-    ball(glass, (-0.52, 0.05, top + 0.27), 0.27)
-    lathe(textured(material("pot", roughness=0.25), "ShaderNodeTexWave", [
-        (0.3, (0.75, 0.70, 0.60)), (0.5, (0.06, 0.12, 0.42))], 4, stretch=(1, 1, 1), Distortion=3, Detail=2),
-        [(0, 0), (0.2, 0), (0.3, 0.12), (0.33, 0.28), (0.28, 0.44), (0.2, 0.5), (0.24, 0.55), (0.2, 0.53), (0.17, 0.48), (0, 0.44)],
-        (-1.15, 0.65, top))
-    tuft(material("leaf", (0.10, 0.30, 0.04), 0.4), (-1.15, 0.65, top + 0.44))
-    bpy.ops.mesh.primitive_monkey_add(size=0.75, location=(0.2, 0.65, top + 0.36), rotation=(-0.35, 0, 0.15))
-    dress(material("copper", (0.93, 0.50, 0.30), 0.28, Metallic=1), smooth=True).modifiers.new("smooth", "SUBSURF").levels = 2
-    ball(material("chrome", (0.9, 0.9, 0.9), 0.02, Metallic=1), (-0.1, -0.08, top + 0.13), 0.13)
-    ball(material("red glaze", (0.60, 0.02, 0.02), 0.08, Coat_Weight=1), (0.42, 0.02, top + 0.17), 0.17)
-    bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=2, radius=0.2, location=(-1.15, -0.02, top + 0.19))
-    dress(material("gold wire", (1.0, 0.72, 0.25), 0.2, Metallic=1)).modifiers.new("wire", "WIREFRAME").thickness = 0.014
-    box(textured(material("mosaic", roughness=0.7), "ShaderNodeTexVoronoi", [
-        (0, (0.75, 0.2, 0.05)), (0.35, (0.05, 0.35, 0.30)), (0.65, (0.8, 0.65, 0.2)), (1, (0.15, 0.08, 0.35))],
-        11, factor="Color"), (0.95, 0.08, top + 0.16), (0.32, 0.32, 0.32), turn=0.5, bevel=0.015)
-    for i, color in enumerate(((0.05, 0.10, 0.30), (0.55, 0.35, 0.10), (0.10, 0.25, 0.12), (0.45, 0.06, 0.08))):
-        box(material(f"book {i}", color, 0.5), (1.3, 0.85, top + 0.05 + 0.1 * i), (0.75, 0.5, 0.092), turn=0.2 - 0.17 * (i % 3), bevel=0.012)
-    lathe(material("lamp shade", (0.85, 0.78, 0.62), 0.9, Transmission_Weight=0.0), [(0.26, 0.34), (0.13, 0.66)], (1.3, 0.85, top + 0.4))
-    lathe(material("brass", (0.8, 0.6, 0.25), 0.25, Metallic=1), [(0.14, 0), (0.14, 0.02), (0.02, 0.04), (0.02, 0.42)], (1.3, 0.85, top + 0.4))
-    ball(emission("lamp", (1.0, 0.62, 0.28), 45), (1.3, 0.85, top + 0.88), 0.06)
-
-
-def build_light_and_camera():
-    bpy.ops.object.light_add(type="AREA", location=(-2.4, -2.6, 3.3), rotation=(0.75, 0, -0.75))
-    bpy.context.object.data.size, bpy.context.object.data.energy = 1.6, 110
-    bpy.ops.object.camera_add(location=(0.35, -4.4, 1.75))
-    camera = bpy.context.object
-    camera.rotation_euler = (Vector((-0.05, 0.6, 0.98)) - camera.location).to_track_quat("-Z", "Y").to_euler()
-    camera.data.lens = 42
-    bpy.context.scene.camera = camera
-
-
-# ---- rendering ----
-
 def set_up(size, samples, seed):
-    """Unclamped Cycles, without denoiser and adaptive sampling: the plain Monte Carlo estimate."""
+    """Unclamped Cycles on the CPU, without denoiser and adaptive sampling: the plain Monte Carlo estimate."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
-    scene.render.resolution_x, scene.render.resolution_y, scene.render.resolution_percentage = *size, 100
+    scene.render.resolution_x, scene.render.resolution_y = size
     cycles = scene.cycles
     cycles.samples, cycles.seed, cycles.use_adaptive_sampling, cycles.use_denoising = samples, seed, False, False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
-    cycles.blur_glossy, cycles.max_bounces = 1.0, 10
+    cycles.blur_glossy, cycles.max_bounces = 1.0, 8
+    cycles.caustics_reflective = False  # their fireflies would outlive any reference of a few minutes
+    cycles.use_light_tree = False  # three lights: plain light sampling is as good here, and faster
 
 
-def store_passes(crypto_and_index):
+def store_passes(depth):
+    """Asks for the passes that a denoiser reads, and for some that it has to hand on untouched."""
     layer = bpy.context.view_layer
     layer.cycles.denoising_store_passes = True
-    layer.use_pass_z = layer.use_pass_object_index = crypto_and_index
-    layer.use_pass_cryptomatte_object, layer.pass_cryptomatte_depth = crypto_and_index, 2
+    layer.use_pass_z = depth
+    layer.use_pass_object_index = layer.use_pass_cryptomatte_object = True
+    layer.pass_cryptomatte_depth = 2
 
 
-def render(path, layers, single_part=False, depth="16", codec="ZIP"):
+def render(path, multilayer, **image_settings):
     settings = bpy.context.scene.render.image_settings
-    settings.media_type = "MULTI_LAYER_IMAGE" if layers else "IMAGE"
-    settings.file_format = "OPEN_EXR_MULTILAYER" if layers else "OPEN_EXR"
-    if not layers:
-        settings.color_mode = "RGB"
-    settings.color_depth, settings.exr_codec, settings.use_exr_interleave = depth, codec, single_part
+    settings.media_type = "MULTI_LAYER_IMAGE" if multilayer else "IMAGE"
+    settings.file_format = "OPEN_EXR_MULTILAYER" if multilayer else "OPEN_EXR"
+    settings.color_depth, settings.exr_codec = "16", "ZIP"
+    for key, value in image_settings.items():
+        setattr(settings, key, value)
     bpy.context.scene.render.filepath = os.path.abspath(path)
     start = time.time()
     bpy.ops.render.render(write_still=True)
-    print(f"{path}: {time.time() - start:.1f} s, {os.path.getsize(path)} bytes")
+    print(f"{path}: {time.time() - start:.0f} s, {os.path.getsize(path)} bytes")
+
+
+def render_noisy(folder):
+    set_up(SIZE, NOISY_SAMPLES, NOISY_SEED)
+    store_passes(depth=False)  # "Denoising Depth" is stored anyway
+    render(os.path.join(folder, "still_life_8spp.exr"), multilayer=True)
+
+
+def render_reference(folder):
+    set_up(SIZE, REFERENCE_SAMPLES, REFERENCE_SEED)
+    render(os.path.join(folder, "still_life_reference.exr"), multilayer=False, color_mode="RGB")
+
+
+def render_small(folder):
+    """Small renders stored in the two ways Blender knows: one part per pass, and all passes in one part."""
+    bpy.data.objects["sky"].visible_camera = False
+    bpy.context.scene.render.film_transparent = True  # so that alpha is 0 in the window
+    set_up((48, 36), NOISY_SAMPLES, NOISY_SEED)
+    store_passes(depth=True)
+    bpy.context.scene.cycles.use_denoising = True  # adds the pass "Noisy Image"; "Combined" is then denoised
+    render(os.path.join(folder, "blender5_parts.exr"), multilayer=True)
+    bpy.context.scene.render.resolution_x, bpy.context.scene.render.resolution_y = 40, 30
+    render(os.path.join(folder, "blender_interleaved.exr"), multilayer=True, use_exr_interleave=True, color_depth="32")
 
 
 def main():
-    here = os.path.dirname(os.path.abspath(__file__))
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--only", choices=("noisy", "reference"))
     parser.add_argument("--small", metavar="FOLDER")
-    parser.add_argument("--samples", type=int)
     options = parser.parse_args()
-    bpy.ops.wm.read_factory_settings(use_empty=True)
-    for build in (build_room, build_table, build_objects, build_light_and_camera):
-        build()
+    here = os.path.dirname(os.path.abspath(__file__))
+    still_life.build()
+    if options.small:
+        return render_small(options.small)
     if options.only != "reference":
-        set_up(SIZE, NOISY_SAMPLES, NOISY_SEED)
-        store_passes(True)
-        render(os.path.join(here, "still_life_8spp.exr"), layers=True)
+        render_noisy(here)
     if options.only != "noisy":
-        set_up(SIZE, options.samples or REFERENCE_SAMPLES, REFERENCE_SEED)
-        render(os.path.join(here, "still_life_reference.exr"), layers=False)
+        render_reference(here)
 
 
 if __name__ == "__main__":

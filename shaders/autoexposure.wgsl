@@ -20,8 +20,8 @@ struct Band {
 
 const KEY = 0.18;
 const DARKEST = 1e-8;        // bins of less luminance are background and do not count
-const NOT_COUNTED = 1e30;    // no log2 of an f32 comes near it
-const BRIGHTEST = 1e35;      // 256 of them still add up to an f32
+const NOT_COUNTED = 1e9;     // no log2 of an f32 comes near it
+const BRIGHTEST = 1e30;      // sums of a bin and 65504 ÷ scale stay within f32
 
 fn sanitise(bits: u32) -> f32 {
     let finite = (bits & 0x7f800000u) != 0x7f800000u;

@@ -51,8 +51,8 @@ fn finite(bits: u32) -> f32 {
     return bitcast<f32>(select(0u, bits, (bits & 0x7f800000u) != 0x7f800000u));
 }
 
-fn element(at: vec2<u32>, layout: vec4<u32>) -> u32 {
-    return layout.x + at.y * layout.y + at.x * layout.z;
+fn element(at: vec2<u32>, place: vec4<u32>) -> u32 {
+    return place.x + at.y * place.y + at.x * place.z;
 }
 
 fn load_color(at: vec2<u32>) -> vec3<f32> {

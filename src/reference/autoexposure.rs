@@ -9,6 +9,8 @@ const BIN: usize = 16;
 const KEY: f64 = 0.18;
 /// Bins at or below this luminance are black, and say nothing of the exposure.
 const BLACK: f64 = 1e-8;
+/// Brighter values count as this, so that sums of a bin and 65504 ÷ scale stay within f32.
+const BRIGHTEST: f64 = 1e30;
 
 /// `0.18 / 2^m`, where `m` is the mean of `log₂` of the luminance of all bins that are not
 /// black; 1 if all are. Positive and finite for any image.
@@ -50,7 +52,7 @@ fn mean_luminance(
     let mut sum = 0.0;
     for y in rows {
         for pixel in &color.row(y as u32)[columns.clone()] {
-            let [r, g, b] = pixel.map(sanitize_color);
+            let [r, g, b] = pixel.map(|value| sanitize_color(value).min(BRIGHTEST));
             sum += 0.212_671 * r + 0.715_160 * g + 0.072_169 * b;
         }
     }

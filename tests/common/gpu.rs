@@ -118,6 +118,19 @@ pub(crate) fn download(context: &Context, tensor: &GpuTensor, map: &ChannelMap) 
     })
 }
 
+/// A buffer for every use that a kernel or a copy can make of it.
+pub(crate) fn buffer(context: &Context, contents: &[u8]) -> wgpu::Buffer {
+    use wgpu::util::DeviceExt as _;
+    context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents,
+        usage: wgpu::BufferUsages::STORAGE
+            | wgpu::BufferUsages::UNIFORM
+            | wgpu::BufferUsages::COPY_SRC
+            | wgpu::BufferUsages::COPY_DST,
+    })
+}
+
 /// What a copy into a fresh buffer leaves there.
 pub(crate) fn read_back(
     context: &Context,

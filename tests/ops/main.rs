@@ -3,9 +3,12 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod autoexposure;
 mod concat;
 mod conv1x1;
 mod conv3x3;
 mod conv_transpose;
+mod input_process;
 mod max_pool;
+mod output_process;
 mod sigmoid;

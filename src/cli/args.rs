@@ -1,0 +1,290 @@
+//! The command line's grammar.
+
+use std::path::{Path, PathBuf};
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::files::LayerChoice;
+use crate::{Precision, Quality};
+
+const AFTER_HELP: &str = "\
+EXR files keep everything but the three channels of the denoised colour. Colour, albedo and
+normal are found by the names that renderers give them; `wgdenoise info IN` says which.
+
+To denoise a file that is called like a command, write ./info or -- info.
+
+Exit codes:
+  0  done
+  1  an input could not be read, or the output not be made
+  2  the command line was wrong
+  3  no usable adapter (GPU or CPU driver)";
+
+/// Removes Monte Carlo noise from path-traced images.
+#[derive(Debug, Parser)]
+#[command(
+    name = "wgdenoise",
+    version,
+    after_help = AFTER_HELP,
+    arg_required_else_help = true,
+    args_conflicts_with_subcommands = true,
+    subcommand_negates_reqs = true,
+    override_usage = "wgdenoise [OPTIONS] <IN> <OUT>\n       wgdenoise <COMMAND>"
+)]
+pub(super) struct Cli {
+    #[command(subcommand)]
+    pub(super) command: Option<Command>,
+    #[command(flatten)]
+    pub(super) denoise: DenoiseArgs,
+}
+
+/// What to do other than denoise.
+#[derive(Debug, Subcommand)]
+pub(super) enum Command {
+    /// Show the layers of a file, which would be used and why, and what denoising costs
+    Info(InfoArgs),
+    /// List the adapters
+    Devices(DevicesArgs),
+    /// Measure how close an image is to its reference
+    Compare(CompareArgs),
+    /// Measure how fast an adapter denoises
+    Bench(BenchArgs),
+}
+
+/// `wgdenoise IN OUT`.
+#[derive(Debug, Args)]
+pub(super) struct DenoiseArgs {
+    /// The noisy picture: EXR, PNG or JPEG
+    #[arg(value_name = "IN", required = true)]
+    input: Option<PathBuf>,
+    /// Where the result goes; the extension says the format
+    #[arg(value_name = "OUT", required = true)]
+    output: Option<PathBuf>,
+    #[command(flatten)]
+    pub(super) layers: LayerArgs,
+    #[command(flatten)]
+    pub(super) engine: EngineArgs,
+    /// Factor that brings the colour to a middle grey of 0.18 [default: measured]
+    #[arg(long, value_name = "X", value_parser = positive)]
+    pub(super) input_scale: Option<f32>,
+    /// Replace OUT if it exists
+    #[arg(long)]
+    pub(super) force: bool,
+    /// Say nothing but errors
+    #[arg(short, long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+    /// Also say adapter, kernels, tiles and times
+    #[arg(short, long)]
+    pub(super) verbose: bool,
+}
+
+/// Which layers to read.
+#[derive(Debug, Default, Args)]
+pub(super) struct LayerArgs {
+    /// The layer to denoise [default: found by its name]
+    #[arg(long, value_name = "LAYER")]
+    color: Option<String>,
+    /// The layer or the file with the albedo [default: found by its name]
+    #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux")]
+    albedo: Option<String>,
+    /// The layer or the file with the normals [default: found by its name]
+    #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux")]
+    normal: Option<String>,
+    /// Use neither albedo nor normal
+    #[arg(long)]
+    no_aux: bool,
+}
+
+/// What denoises, and how.
+#[derive(Debug, Args)]
+pub(super) struct EngineArgs {
+    /// Which of the built-in weights
+    #[arg(long, value_enum, default_value = "balanced", conflicts_with = "weights")]
+    pub(super) quality: QualityArg,
+    /// A weights file instead of the built-in ones
+    #[arg(long, value_name = "FILE")]
+    pub(super) weights: Option<PathBuf>,
+    /// Which adapter, as `wgdenoise devices` lists them [default: the fastest kind]
+    #[arg(long, value_name = "NAME|INDEX")]
+    pub(super) adapter: Option<String>,
+    /// How intermediate values are stored [default: f32]
+    #[arg(long, value_enum)]
+    pub(super) precision: Option<PrecisionArg>,
+    /// Most GPU memory to use, in MiB [default: 2048]
+    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 24))]
+    pub(super) memory: Option<u64>,
+    /// Largest side of a tile in pixels [default: what the memory allows]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) tile: Option<u32>,
+}
+
+/// `wgdenoise info`.
+#[derive(Debug, Args)]
+pub(super) struct InfoArgs {
+    /// The file: EXR, PNG or JPEG
+    #[arg(value_name = "IN")]
+    pub(super) input: PathBuf,
+    #[command(flatten)]
+    pub(super) layers: LayerArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// `wgdenoise devices`.
+#[derive(Debug, Args)]
+pub(super) struct DevicesArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// `wgdenoise compare`.
+#[derive(Debug, Args)]
+pub(super) struct CompareArgs {
+    /// The image to judge; of an EXR file, the layer that results are written to
+    #[arg(value_name = "IMAGE")]
+    pub(super) image: PathBuf,
+    /// What it should look like
+    #[arg(value_name = "REFERENCE")]
+    pub(super) reference: PathBuf,
+    /// The layer to compare in both [default: found by its name]
+    #[arg(long, value_name = "LAYER")]
+    pub(super) color: Option<String>,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+}
+
+/// `wgdenoise bench`.
+#[derive(Debug, Args)]
+pub(super) struct BenchArgs {
+    /// Pixels per row
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
+    pub(super) width: u32,
+    /// Rows
+    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
+    pub(super) height: u32,
+    /// How often to denoise; the median is reported
+    #[arg(long, value_name = "N", default_value_t = 5,
+          value_parser = clap::value_parser!(u32).range(1..=10_000))]
+    pub(super) runs: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub(super) json: bool,
+    #[command(flatten)]
+    pub(super) engine: EngineArgs,
+}
+
+/// [`Quality`] on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum QualityArg {
+    /// The least work
+    Fast,
+    /// Between the two
+    Balanced,
+    /// The best picture
+    High,
+}
+
+/// [`Precision`] on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum PrecisionArg {
+    /// 32-bit float
+    F32,
+    /// 16-bit float: half the memory
+    F16,
+}
+
+impl DenoiseArgs {
+    /// IN and OUT, which are there unless there is a command.
+    pub(super) fn files(&self) -> Option<(&Path, &Path)> {
+        self.input.as_deref().zip(self.output.as_deref())
+    }
+}
+
+impl From<QualityArg> for Quality {
+    fn from(quality: QualityArg) -> Self {
+        match quality {
+            QualityArg::Fast => Self::Fast,
+            QualityArg::Balanced => Self::Balanced,
+            QualityArg::High => Self::High,
+        }
+    }
+}
+
+impl From<PrecisionArg> for Precision {
+    fn from(precision: PrecisionArg) -> Self {
+        match precision {
+            PrecisionArg::F32 => Self::F32,
+            PrecisionArg::F16 => Self::F16,
+        }
+    }
+}
+
+impl From<&LayerArgs> for LayerChoice {
+    fn from(args: &LayerArgs) -> Self {
+        Self {
+            color: args.color.clone(),
+            albedo: args.albedo.clone(),
+            normal: args.normal.clone(),
+            no_aux: args.no_aux,
+            finished: false,
+        }
+    }
+}
+
+fn side() -> clap::builder::RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=65536)
+}
+
+fn positive(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f32::is_finite(value) => Ok(value),
+        _ => Err("expected a number above 0".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::CommandFactory;
+
+    use super::*;
+
+    fn parse(line: &str) -> Result<Cli, clap::Error> {
+        Cli::try_parse_from(line.split_whitespace())
+    }
+
+    #[test]
+    fn the_grammar_holds_together() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn two_files_are_denoised_and_a_command_is_a_command() {
+        let denoise = parse("wgdenoise a.exr b.exr --force").unwrap().denoise;
+        assert_eq!(denoise.files(), Some((Path::new("a.exr"), Path::new("b.exr"))));
+        assert!(denoise.force);
+        let info = parse("wgdenoise info a.exr --json").unwrap();
+        assert!(matches!(info.command, Some(Command::Info(_))));
+        assert!(matches!(parse("wgdenoise devices").unwrap().command, Some(Command::Devices(_))));
+        let named_info = parse("wgdenoise -- info out.exr").unwrap();
+        assert!(named_info.command.is_none() && named_info.denoise.files().is_some());
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused() {
+        for line in [
+            "wgdenoise a.exr",
+            "wgdenoise a.exr b.exr -q -v",
+            "wgdenoise a.exr b.exr --quality best",
+            "wgdenoise a.exr b.exr --quality fast --weights w.safetensors",
+            "wgdenoise a.exr b.exr --no-aux --albedo x",
+            "wgdenoise a.exr b.exr --input-scale 0",
+            "wgdenoise a.exr b.exr --memory 0",
+            "wgdenoise bench --runs 0",
+            "wgdenoise compare a.exr",
+        ] {
+            assert!(parse(line).is_err(), "{line}");
+        }
+    }
+}

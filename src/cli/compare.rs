@@ -1,0 +1,46 @@
+//! `wgdenoise compare`.
+
+use serde_json::json;
+
+use super::args::CompareArgs;
+use super::failure::Failure;
+use super::print;
+use crate::files::{LayerChoice, Picture};
+use crate::metrics::{self, Metrics};
+
+/// Prints how close an image is to its reference.
+pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
+    let wanted = LayerChoice {
+        color: args.color.clone(),
+        no_aux: true,
+        finished: true,
+        ..LayerChoice::default()
+    };
+    let image = Picture::open(&args.image, &wanted)?;
+    let reference = Picture::open(&args.reference, &wanted)?;
+    let metrics = metrics::compare(image.color(), reference.color())?;
+    print(&if args.json { as_json(&metrics) } else { as_text(&metrics) })
+}
+
+fn as_text(m: &Metrics) -> String {
+    let mut text = format!(
+        "L1      {:.6}\nPSNR    {:.3} dB\nSSIM    {:.6}\nrelMSE  {:.6}\nSMAPE   {:.6}",
+        m.l1, m.psnr, m.ssim, m.relmse, m.smape
+    );
+    if m.bad > 0 {
+        text += &format!("\n{} pixels are NaN or infinite and counted as 0", m.bad);
+    }
+    text
+}
+
+fn as_json(m: &Metrics) -> String {
+    json!({
+        "l1": m.l1,
+        "psnr": m.psnr,
+        "ssim": m.ssim,
+        "relmse": m.relmse,
+        "smape": m.smape,
+        "bad": m.bad,
+    })
+    .to_string()
+}

@@ -1,0 +1,107 @@
+//! `wgdenoise IN OUT`.
+
+use std::time::{Duration, Instant};
+
+use super::args::DenoiseArgs;
+use super::failure::Failure;
+use super::progress::Progress;
+use crate::files::{self, LayerChoice, Picture};
+use crate::{Denoiser, Frame, Gpu, Image};
+
+/// Reads, denoises and writes.
+pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
+    let begin = Instant::now();
+    let usage = || Failure::Usage("give IN and OUT, or a command; see --help".into());
+    let (input, output) = args.files().ok_or_else(usage)?;
+    files::check_output(output, args.force)?;
+    let picture = Picture::open(input, &LayerChoice::from(&args.layers))?;
+    args.notices(picture.notices());
+    args.notices(&unusable_pixels(picture.color()));
+    let read = begin.elapsed();
+
+    let (gpu, denoiser) = args.engine.denoiser()?;
+    let frame = Frame {
+        color: picture.color(),
+        albedo: picture.albedo(),
+        normal: picture.normal(),
+        input_scale: args.input_scale,
+    };
+    args.notices(&unread_inputs(&denoiser, &frame));
+    args.details(|| adapter_and_kernels(&gpu, args));
+    let prepared = begin.elapsed();
+
+    let denoised = args.denoise(&denoiser, &frame)?;
+    let done = begin.elapsed();
+    let notices = picture.save(output, &denoised, args.force)?;
+    args.notices(&notices);
+    args.details(|| times(read, prepared - read, done - prepared, begin.elapsed() - done));
+    Ok(())
+}
+
+impl DenoiseArgs {
+    fn denoise(&self, denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Image, Failure> {
+        let (width, height) = frame.color.size();
+        let inputs = frame.inputs().intersection(denoiser.weights().metadata.inputs);
+        let plan = denoiser.tile_plan(width, height, inputs)?;
+        let memory = denoiser.memory_bytes(width, height, inputs)?;
+        self.details(|| {
+            let (count, [w, h]) = (plan.tiles.len(), plan.tile);
+            format!(
+                "{width}×{height} pixels in {count} tile{} of {w}×{h}, {} MiB of GPU memory",
+                if count == 1 { "" } else { "s" },
+                memory.div_ceil(1 << 20)
+            )
+        });
+        let progress = Progress::new(plan.tiles.len(), self.quiet);
+        Ok(denoiser.denoise(frame, &mut |done, _| progress.set(done))?)
+    }
+
+    /// What a user should know, one line each.
+    fn notices(&self, notices: &[String]) {
+        if !self.quiet {
+            notices.iter().for_each(|notice| eprintln!("wgdenoise: {notice}"));
+        }
+    }
+
+    /// What only `--verbose` tells.
+    fn details(&self, text: impl FnOnce() -> String) {
+        if self.verbose {
+            eprintln!("wgdenoise: {}", text());
+        }
+    }
+}
+
+/// Says how many pixels hold no light that can be denoised.
+fn unusable_pixels(color: &Image) -> Vec<String> {
+    let is_bad = |p: &&[f32; 3]| p.iter().any(|v| !v.is_finite() || *v < 0.0);
+    match color.pixels().iter().filter(is_bad).count() {
+        0 => Vec::new(),
+        1 => vec!["1 pixel is NaN, infinite or negative; such values count as 0".into()],
+        n => vec![format!("{n} pixels are NaN, infinite or negative; such values count as 0")],
+    }
+}
+
+/// Says which images the weights cannot use.
+fn unread_inputs(denoiser: &Denoiser, frame: &Frame<'_>) -> Vec<String> {
+    let metadata = &denoiser.weights().metadata;
+    let given = frame.inputs();
+    if given.intersection(metadata.inputs) == given {
+        return Vec::new();
+    }
+    vec![format!("the weights `{}` read {} and nothing else", metadata.name, metadata.inputs)]
+}
+
+fn adapter_and_kernels(gpu: &Gpu, args: &DenoiseArgs) -> String {
+    let options = args.engine.options();
+    let kernels = options.kernels.resolve(&gpu.device);
+    format!(
+        "on {} ({:?}, {:?}), kernels {kernels:?}, tensors in {:?}",
+        gpu.info.name, gpu.info.backend, gpu.info.device_type, options.precision
+    )
+}
+
+fn times(read: Duration, prepared: Duration, denoised: Duration, written: Duration) -> String {
+    format!(
+        "read in {read:.1?}, prepared in {prepared:.1?}, denoised in {denoised:.1?}, written in {written:.1?}"
+    )
+}

@@ -1,0 +1,60 @@
+//! What the flags say about weights, adapter and options.
+
+use std::fs;
+use std::path::Path;
+
+use super::args::EngineArgs;
+use super::failure::Failure;
+use crate::{Denoiser, Gpu, Options, Weights};
+
+/// The longest weights file that is read.
+const MAX_WEIGHTS_BYTES: u64 = 1 << 30;
+
+impl EngineArgs {
+    /// The weights of `--weights` or `--quality`.
+    pub(super) fn load_weights(&self) -> Result<Weights, Failure> {
+        match &self.weights {
+            None => Ok(Weights::builtin(self.quality.into())?),
+            Some(path) => {
+                let wrong = |what: String| Failure::Work(format!("{}: {what}", path.display()));
+                let bytes = read(path).map_err(wrong)?;
+                Weights::from_bytes(&bytes).map_err(|error| wrong(error.to_string()))
+            }
+        }
+    }
+
+    /// The adapter of `--adapter`.
+    pub(super) fn open_gpu(&self) -> Result<Gpu, Failure> {
+        Ok(Gpu::open(self.adapter.as_deref())?)
+    }
+
+    /// The engine's own defaults with what the flags change.
+    pub(super) fn options(&self) -> Options {
+        let default = Options::default();
+        Options {
+            precision: self.precision.map_or(default.precision, Into::into),
+            memory_bytes: self.memory.map_or(default.memory_bytes, |mib| mib << 20),
+            tile: self.tile,
+            ..default
+        }
+    }
+
+    /// All of it.
+    pub(super) fn denoiser(&self) -> Result<(Gpu, Denoiser), Failure> {
+        let weights = self.load_weights()?;
+        let gpu = self.open_gpu()?;
+        let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &self.options())?;
+        Ok((gpu, denoiser))
+    }
+}
+
+fn read(path: &Path) -> Result<Vec<u8>, String> {
+    let metadata = fs::metadata(path).map_err(|error| format!("cannot be read: {error}"))?;
+    if metadata.len() > MAX_WEIGHTS_BYTES {
+        return Err(format!(
+            "has {} bytes, and weights files of at most {MAX_WEIGHTS_BYTES} are accepted",
+            metadata.len()
+        ));
+    }
+    fs::read(path).map_err(|error| format!("cannot be read: {error}"))
+}

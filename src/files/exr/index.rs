@@ -1,0 +1,144 @@
+//! Where the blocks of an EXR file lie.
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek, SeekFrom};
+
+use ::exr::block::chunk::TileCoordinates;
+use ::exr::math::Vec2;
+use ::exr::meta::MetaData;
+use ::exr::meta::header::Header;
+
+use super::Problem;
+
+/// One stored block: some scan lines or a tile of one part.
+#[derive(Clone, Debug)]
+pub(super) struct Block {
+    /// The index of its part.
+    pub(super) part: usize,
+    /// Its place in the table of offsets, which runs over all parts.
+    pub(super) slot: usize,
+    /// Where in the file its head begins.
+    pub(super) offset: u64,
+    /// Length of the head: part number, position and size.
+    pub(super) head: usize,
+    /// Length of the packed pixels that follow the head.
+    pub(super) stored: usize,
+    /// Which tile, or which run of scan lines, and of which level.
+    pub(super) tile: TileCoordinates,
+}
+
+/// Finds every block, in the order in which they lie in the file.
+///
+/// The table's length must have been checked against the file's.
+///
+/// # Errors
+/// If a block is missing or its head contradicts the header.
+pub(super) fn read(
+    file: &File,
+    meta: &MetaData,
+    header_end: u64,
+    file_len: u64,
+) -> Result<Vec<Block>, Problem> {
+    let mut reader = BufReader::new(file);
+    reader.seek(SeekFrom::Start(header_end)).map_err(Problem::Read)?;
+    let mut places = read_table(&mut reader, meta)?;
+    let table_end = header_end + 8 * places.len() as u64;
+    places.sort_unstable_by_key(|&(offset, ..)| offset);
+
+    let mut blocks = Vec::with_capacity(places.len());
+    let mut position = table_end;
+    for &(offset, slot, part) in &places {
+        if offset < table_end || offset >= file_len {
+            continue;
+        }
+        // No file is longer than i64::MAX, so both positions fit.
+        reader.seek_relative(offset as i64 - position as i64).map_err(Problem::Read)?;
+        let head = Head::read(&mut reader, meta, part);
+        position = reader.stream_position().map_err(Problem::Read)?;
+        if let Some(head) = head.filter(|h| position + h.stored as u64 <= file_len) {
+            blocks.push(head.block(&meta.headers[part], part, slot, offset)?);
+        }
+    }
+    match places.len() - blocks.len() {
+        0 => Ok(blocks),
+        missing => Err(Problem::Damaged(format!(
+            "is cut off or was not written to its end: {missing} of {} blocks are missing",
+            places.len()
+        ))),
+    }
+}
+
+/// Every offset with its slot and its part.
+fn read_table(
+    reader: &mut impl Read,
+    meta: &MetaData,
+) -> Result<Vec<(u64, usize, usize)>, Problem> {
+    let counts = meta.headers.iter().enumerate();
+    let parts = counts.flat_map(|(part, header)| (0..header.chunk_count).map(move |_| part));
+    let mut offset = [0; 8];
+    parts
+        .enumerate()
+        .map(|(slot, part)| {
+            reader.read_exact(&mut offset).map_err(Problem::Read)?;
+            Ok((u64::from_le_bytes(offset), slot, part))
+        })
+        .collect()
+}
+
+/// What stands before the packed pixels of a block.
+struct Head {
+    part: i32,
+    position: Vec<i32>,
+    stored: usize,
+    len: usize,
+}
+
+impl Head {
+    /// `None` if the file ends within the head or the size is negative.
+    fn read(reader: &mut impl Read, meta: &MetaData, expected_part: usize) -> Option<Self> {
+        let named = usize::from(meta.requirements.is_multilayer());
+        let tiled = meta.headers[expected_part].blocks.has_tiles();
+        let count = named + if tiled { 5 } else { 2 };
+        let mut values = Vec::with_capacity(count);
+        for _ in 0..count {
+            let mut bytes = [0; 4];
+            reader.read_exact(&mut bytes).ok()?;
+            values.push(i32::from_le_bytes(bytes));
+        }
+        let stored = usize::try_from(values.pop()?).ok()?;
+        let part = if named == 1 { values.remove(0) } else { expected_part as i32 };
+        Some(Self { part, position: values, stored, len: 4 * count })
+    }
+
+    fn block(
+        &self,
+        header: &Header,
+        part: usize,
+        slot: usize,
+        offset: u64,
+    ) -> Result<Block, Problem> {
+        let wrong = || {
+            Problem::Damaged(format!(
+                "is damaged: the block at byte {offset} is not where its head says"
+            ))
+        };
+        let tile = self.tile(header).filter(|_| self.part == part as i32).ok_or_else(wrong)?;
+        Ok(Block { part, slot, offset, head: self.len, stored: self.stored, tile })
+    }
+
+    fn tile(&self, header: &Header) -> Option<TileCoordinates> {
+        let of = |value: i32| usize::try_from(value).ok();
+        Some(match *self.position.as_slice() {
+            [x, y, level_x, level_y] => TileCoordinates {
+                tile_index: Vec2(of(x)?, of(y)?),
+                level_index: Vec2(of(level_x)?, of(level_y)?),
+            },
+            [y] => {
+                let line = of(y.checked_sub(header.own_attributes.layer_position.y())?)?;
+                let run = line / header.compression.scan_lines_per_block();
+                TileCoordinates { tile_index: Vec2(0, run), level_index: Vec2(0, 0) }
+            }
+            _ => return None,
+        })
+    }
+}

@@ -1,0 +1,48 @@
+//! Packing and unpacking on all cores.
+
+use std::thread;
+
+use ::exr::meta::header::Header;
+
+use crate::files::guard;
+
+/// Most unpacked bytes that are in memory at a time, unless one block alone has more.
+const BATCH_BYTES: u128 = 256 << 20;
+
+/// How many blocks of a part to work on at a time.
+pub(super) fn batch(header: &Header) -> usize {
+    let fitting = BATCH_BYTES / guard::block_bytes(header).max(1);
+    (fitting as usize).clamp(1, 16 * workers())
+}
+
+/// Applies `work` to every item; the results are in the items' order.
+pub(super) fn map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
+    let per_worker = items.len().div_ceil(workers()).max(1);
+    let mut items = items.into_iter().peekable();
+    thread::scope(|scope| {
+        let mut running = Vec::new();
+        while items.peek().is_some() {
+            let share: Vec<T> = items.by_ref().take(per_worker).collect();
+            let work = &work;
+            running.push(scope.spawn(move || share.into_iter().map(work).collect::<Vec<R>>()));
+        }
+        let joined = running.into_iter().map(|worker| worker.join());
+        joined.flat_map(|result| result.expect("the codecs do not panic")).collect()
+    })
+}
+
+fn workers() -> usize {
+    thread::available_parallelism().map_or(1, usize::from)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn results_keep_the_order_of_the_items() {
+        for n in [0, 1, 2, 7, 100] {
+            assert_eq!(map((0..n).collect(), |i| i * i), (0..n).map(|i| i * i).collect::<Vec<_>>());
+        }
+    }
+}

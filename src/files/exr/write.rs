@@ -1,0 +1,145 @@
+//! The same file with three channels replaced; and a plain new file.
+
+use std::io::{Seek, SeekFrom, Write};
+
+use ::exr::meta::attribute::{Compression, IntegerBounds, LineOrder};
+use ::exr::prelude::{Blocks, Encoding, Layer, LayerAttributes, SpecificChannels, WritableImage};
+
+use super::index::Block;
+use super::{ExrFile, parallel, pixels};
+use crate::files::Problem;
+use crate::files::layers::Pick;
+use crate::image::Image;
+
+impl ExrFile {
+    /// Writes this file with the pixels of `target` replaced by `color`, whose top left pixel
+    /// is that of `window`; returns how many values were too large for half and clamped.
+    ///
+    /// Every other block is copied. Smaller mip levels stay as they were.
+    ///
+    /// # Errors
+    /// If reading or writing fails.
+    pub fn write(
+        &self,
+        out: &mut (impl Write + Seek),
+        target: &Pick,
+        window: IntegerBounds,
+        color: &Image,
+    ) -> Result<u64, Problem> {
+        let mut table = vec![0_u8; 8 * self.blocks.len()];
+        out.write_all(&self.head).map_err(Problem::Write)?;
+        out.write_all(&table).map_err(Problem::Write)?;
+        let mut position = (self.head.len() + table.len()) as u64;
+        let mut clamped = 0;
+        for batch in self.blocks.chunks(self.batch(target.part)) {
+            let changed = self.change(batch, target, window, color)?;
+            for (block, (bytes, count)) in batch.iter().zip(changed) {
+                table[8 * block.slot..][..8].copy_from_slice(&position.to_le_bytes());
+                out.write_all(&bytes).map_err(Problem::Write)?;
+                position += bytes.len() as u64;
+                clamped += count;
+            }
+        }
+        out.seek(SeekFrom::Start(self.head.len() as u64)).map_err(Problem::Write)?;
+        out.write_all(&table).map_err(Problem::Write)?;
+        Ok(clamped)
+    }
+
+    /// Whether writing `target` changes other channels of its part slightly, because they
+    /// share blocks with the colour and the compression is lossy at every turn.
+    #[must_use]
+    pub fn rewrites_others_lossily(&self, target: &Pick) -> bool {
+        let header = &self.meta.headers[target.part];
+        let lossy = matches!(
+            header.compression,
+            Compression::DWAA(_) | Compression::DWAB(_) | Compression::B44 | Compression::B44A
+        );
+        lossy && header.channels.list.len() > 3
+    }
+
+    /// Whether the part has smaller copies of itself, which are not denoised.
+    #[must_use]
+    pub fn has_levels(&self, part: usize) -> bool {
+        self.blocks
+            .iter()
+            .any(|b| b.part == part && (b.tile.level_index.0 > 0 || b.tile.level_index.1 > 0))
+    }
+
+    fn batch(&self, part: usize) -> usize {
+        parallel::batch(&self.meta.headers[part])
+    }
+
+    /// Each block as it is to be written, head and all, and how many values were clamped.
+    fn change(
+        &self,
+        blocks: &[Block],
+        target: &Pick,
+        window: IntegerBounds,
+        color: &Image,
+    ) -> Result<Vec<(Vec<u8>, u64)>, Problem> {
+        let load = |b: &Block| self.bytes(b.offset, b.head + b.stored);
+        let loaded: Result<Vec<_>, _> = blocks.iter().map(load).collect();
+        let pairs = blocks.iter().zip(loaded?).collect();
+        let changed = parallel::map(pairs, |(block, bytes): (&Block, Vec<u8>)| {
+            let at_full_size = block.tile.level_index.0 == 0 && block.tile.level_index.1 == 0;
+            if block.part == target.part && at_full_size {
+                self.repaint(block, bytes, target, window, color)
+            } else {
+                Ok((bytes, 0))
+            }
+        });
+        changed.into_iter().collect()
+    }
+
+    fn repaint(
+        &self,
+        block: &Block,
+        mut bytes: Vec<u8>,
+        target: &Pick,
+        window: IntegerBounds,
+        color: &Image,
+    ) -> Result<(Vec<u8>, u64), Problem> {
+        let header = &self.meta.headers[block.part];
+        let packed = bytes.split_off(block.head);
+        let (bounds, mut samples) = pixels::unpack(header, block, packed)?;
+        let shift = header.own_attributes.layer_position - window.position;
+        let pixel = |x: usize, y: usize| {
+            let at = (x as i64 + i64::from(shift.x()), y as i64 + i64::from(shift.y()));
+            let (x, y) = (u32::try_from(at.0).ok()?, u32::try_from(at.1).ok()?);
+            (x < color.width() && y < color.height()).then(|| color.row(y)[x as usize])
+        };
+        let clamped = pixels::replace(header, bounds, &mut samples, target.channels, pixel);
+        let packed = pixels::pack(header, bounds, samples)?;
+        let size = i32::try_from(packed.len())
+            .map_err(|_| Problem::TooLarge("has a block of over 2 GiB".into()))?;
+        bytes[block.head - 4..].copy_from_slice(&size.to_le_bytes());
+        bytes.extend(packed);
+        Ok((bytes, clamped))
+    }
+}
+
+/// Writes a new file: R, G, B as float, losslessly compressed.
+///
+/// # Errors
+/// If writing fails.
+pub(in crate::files) fn write_rgb(
+    out: &mut (impl Write + Seek),
+    image: &Image,
+) -> Result<(), Problem> {
+    let channels = SpecificChannels::rgb(|at: ::exr::math::Vec2<usize>| {
+        let [r, g, b] = image.row(at.y() as u32)[at.x()];
+        (r, g, b)
+    });
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::ScanLines,
+        line_order: LineOrder::Increasing,
+    };
+    let size = (image.width() as usize, image.height() as usize);
+    let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
+    let written = ::exr::image::Image::from_layer(layer).write().to_buffered(out);
+    written.map_err(|error| match error {
+        ::exr::error::Error::Io(error) => Problem::Write(error),
+        error => Problem::Unsupported(format!("cannot be written as EXR: {error}")),
+    })
+}

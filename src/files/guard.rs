@@ -1,0 +1,140 @@
+//! Refuses hostile and broken EXR files before anything is allocated for their pixels.
+//!
+//! The header may claim any size; only what the file's length can back is believed.
+
+use ::exr::meta::attribute::{Compression, IntegerBounds};
+use ::exr::meta::header::Header;
+use ::exr::meta::{BlockDescription, MetaData};
+
+use super::Problem;
+
+/// Most pixels of an image: 16384 × 16384, three images of which take 9 GiB in memory.
+pub const MAX_PIXELS: u64 = 16384 * 16384;
+
+/// Most bytes that one block of an EXR file may hold when unpacked.
+pub const MAX_BLOCK_BYTES: u64 = 1 << 30;
+
+/// Checks the sides of an image.
+///
+/// # Errors
+/// If it has no pixels or more than [`MAX_PIXELS`].
+pub fn check_size(width: u64, height: u64) -> Result<(), Problem> {
+    match width.checked_mul(height) {
+        Some(pixels) if (1..=MAX_PIXELS).contains(&pixels) => Ok(()),
+        _ => Err(Problem::TooLarge(format!(
+            "claims {width}×{height} pixels, and only 1 to {MAX_PIXELS} (16384×16384) are accepted"
+        ))),
+    }
+}
+
+/// Checks every part's claims against the limits and against the file's length.
+///
+/// `header_end` is where the header ended and the table of block positions begins.
+///
+/// # Errors
+/// If a part is deep, too large, or the file is too short for its table.
+pub(super) fn check_header(meta: &MetaData, header_end: u64, file_len: u64) -> Result<(), Problem> {
+    for header in &meta.headers {
+        check_part(header)?;
+    }
+    let blocks: u128 = meta.headers.iter().map(|h| h.chunk_count as u128).sum();
+    if u128::from(header_end) + 8 * blocks > u128::from(file_len) {
+        return Err(Problem::Damaged(format!(
+            "is cut off: its table of {blocks} blocks needs {} bytes and the file has {file_len}",
+            u128::from(header_end) + 8 * blocks
+        )));
+    }
+    Ok(())
+}
+
+fn check_part(header: &Header) -> Result<(), Problem> {
+    if header.deep {
+        return Err(Problem::Unsupported(
+            "holds deep data, which cannot be denoised; flatten it first".into(),
+        ));
+    }
+    if header.channels.list.is_empty() {
+        return Err(Problem::Damaged("has a part without channels".into()));
+    }
+    if matches!(header.compression, Compression::HTJ2K32 | Compression::HTJ2K256) {
+        return Err(Problem::Unsupported(
+            "is compressed with HTJ2K, which is not supported; write it with ZIP or PIZ".into(),
+        ));
+    }
+    check_size(header.layer_size.width() as u64, header.layer_size.height() as u64)?;
+    let bytes = block_bytes(header);
+    if bytes > u128::from(MAX_BLOCK_BYTES) {
+        return Err(Problem::TooLarge(format!(
+            "has blocks of {bytes} bytes, and at most {MAX_BLOCK_BYTES} are accepted; write it \
+             with smaller tiles or another compression"
+        )));
+    }
+    Ok(())
+}
+
+/// Bytes of the largest block of a part, unpacked.
+pub(super) fn block_bytes(header: &Header) -> u128 {
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    let (w, h) = match header.blocks {
+        BlockDescription::Tiles(t) => (t.tile_size.width(), t.tile_size.height()),
+        BlockDescription::ScanLines => (width, header.compression.scan_lines_per_block()),
+    };
+    w.min(width) as u128 * h.min(height) as u128 * header.channels.bytes_per_pixel as u128
+}
+
+/// Refuses parts whose channels do not all have one sample per pixel.
+///
+/// # Errors
+/// If a channel is subsampled.
+pub(super) fn check_sampling(header: &Header) -> Result<(), Problem> {
+    let reduced = header.channels.list.iter().find(|c| c.sampling.area() != 1);
+    reduced.map_or(Ok(()), |channel| {
+        Err(Problem::Unsupported(format!(
+            "channel `{}` has one sample for {}×{} pixels, which is not supported; write all \
+             channels at full resolution",
+            channel.name,
+            channel.sampling.width(),
+            channel.sampling.height()
+        )))
+    })
+}
+
+/// Refuses a block that claims to unpack to more than its compression can reach.
+///
+/// # Errors
+/// If `unpacked` bytes cannot come from `stored` ones.
+pub(super) fn check_ratio(
+    header: &Header,
+    stored: usize,
+    bounds: IntegerBounds,
+) -> Result<(), Problem> {
+    let unpacked = bounds.size.area() as u128 * header.channels.bytes_per_pixel as u128;
+    if unpacked > stored as u128 * most_unpacked_per_byte(header.compression) {
+        return Err(Problem::Damaged(format!(
+            "is damaged: a block of {stored} bytes cannot hold {unpacked} bytes of pixels"
+        )));
+    }
+    Ok(())
+}
+
+/// A generous bound: deflate reaches 1032, PXR24 a third more; DWA packs 64 equal values of a
+/// block into one before it deflates.
+fn most_unpacked_per_byte(compression: Compression) -> u128 {
+    match compression {
+        Compression::Uncompressed => 1,
+        Compression::DWAA(_) | Compression::DWAB(_) => 1 << 17,
+        _ => 1 << 11,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes_from_one_pixel_to_the_limit_pass_and_others_do_not() {
+        assert!(check_size(1, 1).is_ok() && check_size(16384, 16384).is_ok());
+        assert!(check_size(0, 5).is_err() && check_size(16384, 16385).is_err());
+        assert!(check_size(u64::MAX, u64::MAX).is_err());
+    }
+}

@@ -1,0 +1,182 @@
+use super::*;
+
+struct Case {
+    renderer: &'static str,
+    parts: &'static [(&'static str, &'static str)],
+    expected: [&'static str; 4],
+}
+
+/// Parts as `(name, channels)`; expected are colour, target, albedo and normal.
+const CASES: &[Case] = &[
+    Case {
+        renderer: "Blender 4, one part",
+        parts: &[(
+            "",
+            "ViewLayer.Combined.A ViewLayer.Combined.B ViewLayer.Combined.G ViewLayer.Combined.R \
+             ViewLayer.CryptoObject00.b ViewLayer.CryptoObject00.g ViewLayer.CryptoObject00.r \
+             ViewLayer.Denoising_Albedo.B ViewLayer.Denoising_Albedo.G ViewLayer.Denoising_Albedo.R \
+             ViewLayer.Denoising_Normal.X ViewLayer.Denoising_Normal.Y ViewLayer.Denoising_Normal.Z \
+             ViewLayer.Noisy_Image.A ViewLayer.Noisy_Image.B ViewLayer.Noisy_Image.G \
+             ViewLayer.Noisy_Image.R ViewLayer.Normal.X ViewLayer.Normal.Y ViewLayer.Normal.Z",
+        )],
+        expected: [
+            "ViewLayer.Noisy_Image",
+            "ViewLayer.Combined",
+            "ViewLayer.Denoising_Albedo",
+            "ViewLayer.Denoising_Normal",
+        ],
+    },
+    Case {
+        renderer: "Blender 5, a part per pass, two view layers",
+        parts: &[
+            ("Far.Combined", "Far.Combined.B Far.Combined.G Far.Combined.R"),
+            (
+                "Near.Denoising_Albedo",
+                "Near.Denoising_Albedo.B Near.Denoising_Albedo.G Near.Denoising_Albedo.R",
+            ),
+            (
+                "Far.Denoising_Albedo",
+                "Far.Denoising_Albedo.B Far.Denoising_Albedo.G Far.Denoising_Albedo.R",
+            ),
+        ],
+        expected: ["Far.Combined", "Far.Combined", "Far.Denoising_Albedo", ""],
+    },
+    Case {
+        renderer: "Karma",
+        parts: &[("C", "A B G R"), ("albedo", "B G R"), ("N", "B G R"), ("Z", "Z")],
+        expected: ["C", "C", "albedo", "N"],
+    },
+    Case {
+        renderer: "Arnold",
+        parts: &[(
+            "",
+            "A B G N.X N.Y N.Z R Z denoise_albedo.B denoise_albedo.G denoise_albedo.R \
+             diffuse.B diffuse.G diffuse.R diffuse_albedo.B diffuse_albedo.G diffuse_albedo.R \
+             variance.B variance.G variance.R",
+        )],
+        expected: ["RGB", "RGB", "denoise_albedo", "N"],
+    },
+    Case {
+        renderer: "V-Ray",
+        parts: &[(
+            "",
+            "A B G R bump_normals.X bump_normals.Y bump_normals.Z diffuse.blue diffuse.green \
+             diffuse.red effectsResult.B effectsResult.G effectsResult.R normals.X normals.Y \
+             normals.Z",
+        )],
+        expected: ["RGB", "RGB", "diffuse", "bump_normals"],
+    },
+    Case {
+        renderer: "RenderMan",
+        parts: &[(
+            "",
+            "Ci.a Ci.b Ci.g Ci.r albedo.b albedo.g albedo.r normal.b normal.g normal.r z",
+        )],
+        expected: ["Ci", "Ci", "albedo", "normal"],
+    },
+    Case {
+        renderer: "pbrt-v4",
+        parts: &[(
+            "",
+            "Albedo.B Albedo.G Albedo.R B G N.X N.Y N.Z Ns.X Ns.Y Ns.Z P.X P.Y P.Z R \
+             Variance.B Variance.G Variance.R dzdx dzdy u v",
+        )],
+        expected: ["RGB", "RGB", "Albedo", "Ns"],
+    },
+    Case {
+        renderer: "pbrt-v4, older",
+        parts: &[("", "Albedo.B Albedo.G Albedo.R B G Nsx Nsy Nsz Nx Ny Nz R dzdx dzdy")],
+        expected: ["RGB", "RGB", "Albedo", "Ns"],
+    },
+    Case {
+        renderer: "Mitsuba 3 with the integrator's name",
+        parts: &[(
+            "",
+            "alb.B alb.G alb.R img.A img.B img.G img.R sh_normal.X sh_normal.Y sh_normal.Z",
+        )],
+        expected: ["img", "img", "", "sh_normal"],
+    },
+    Case {
+        renderer: "Redshift",
+        parts: &[("Beauty", "A B G R"), ("DiffuseFilter", "B G R"), ("Normals", "B G R")],
+        expected: ["Beauty", "Beauty", "DiffuseFilter", "Normals"],
+    },
+    Case {
+        renderer: "plain",
+        parts: &[("beauty pass", "A B G R Z")],
+        expected: ["RGB", "RGB", "", ""],
+    },
+];
+
+/// `_` stands for the blank of Blender's names.
+fn parts(named: &[(&str, &str)]) -> Vec<Part> {
+    let blank = |text: &str| text.replace("Denoising_", "Denoising ").replace("Noisy_", "Noisy ");
+    let part = |&(name, channels): &(&str, &str)| Part {
+        name: (!name.is_empty()).then(|| blank(name)),
+        channels: channels.split_whitespace().map(blank).collect(),
+    };
+    named.iter().map(part).collect()
+}
+
+fn automatic(parts: &[Part]) -> Result<Choice, Problem> {
+    choose(parts, None, &Wish::Auto, &Wish::Auto)
+}
+
+#[test]
+fn every_renderers_names_are_known() {
+    assert!(CASES.len() >= 10);
+    for case in CASES {
+        let choice = automatic(&parts(case.parts)).expect(case.renderer);
+        let name = |pick: Option<Pick>| pick.map_or(String::new(), |p| p.layer);
+        let found = [Some(choice.color), Some(choice.target), choice.albedo, choice.normal];
+        let expected = case.expected.map(|n| n.replace("g_", "g ").replace("y_", "y "));
+        assert_eq!(found.map(name), expected, "{}", case.renderer);
+    }
+}
+
+#[test]
+fn the_three_channels_are_red_green_blue_and_x_y_z_wherever_they_stand() {
+    let choice = automatic(&parts(&[("C", "A B G R"), ("N", "Y X Z")])).unwrap();
+    assert_eq!((choice.color.part, choice.color.channels), (0, [3, 2, 1]));
+    let normal = choice.normal.unwrap();
+    assert_eq!((normal.part, normal.channels), (1, [1, 0, 2]));
+}
+
+#[test]
+fn a_named_layer_is_found_exactly_or_by_its_last_word() {
+    let parts = parts(&[("", "R G B a.light.R a.light.G a.light.B b.gloss.R b.gloss.G b.gloss.B")]);
+    for (wish, layer) in
+        [("a.light", "a.light"), ("A.LIGHT", "a.light"), ("gloss", "b.gloss"), ("RGB", "RGB")]
+    {
+        let choice = choose(&parts, Some(wish), &Wish::Auto, &Wish::Without).unwrap();
+        assert_eq!((choice.color.layer.as_str(), choice.target.layer.as_str()), (layer, layer));
+    }
+}
+
+#[test]
+fn an_unknown_layer_is_refused_with_a_list_of_those_there_are() {
+    let parts = parts(&[("", "R G B albedo.R albedo.G albedo.B depth.Z")]);
+    let wish = Wish::Named("albido".into());
+    let error = choose(&parts, None, &wish, &Wish::Auto).unwrap_err().to_string();
+    assert!(error.contains("no layer `albido`") && error.contains("`RGB`, `albedo`, `depth`"));
+    let error = choose(&parts, Some("depth"), &Wish::Auto, &Wish::Auto).unwrap_err().to_string();
+    assert!(error.contains("layer `depth` has the channels Z"), "{error}");
+}
+
+#[test]
+fn colour_that_cannot_be_told_is_an_error_that_says_what_to_do() {
+    let error = |p: &[(&str, &str)]| automatic(&parts(p)).unwrap_err().to_string();
+    assert!(error(&[("", "x.R x.G x.B y.R y.G y.B")]).contains("--color"));
+    assert!(error(&[("", "Y A")]).contains("luminance (Y)"));
+    assert!(error(&[("", "depth.Z")]).contains("no layer with R, G and B"));
+}
+
+#[test]
+fn no_aux_leaves_both_out_and_the_choice_reads_as_one_line() {
+    let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
+    let choice = choose(&parts, None, &Wish::Without, &Wish::Without).unwrap();
+    assert_eq!(
+        choice.explain(),
+        "colour from `C` (Karma's beauty), written to `C`; no albedo; no normal"
+    );
+}

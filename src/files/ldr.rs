@@ -1,0 +1,213 @@
+//! PNG and JPEG: sRGB-encoded integers outside, linear float inside.
+
+use std::io::Write;
+use std::path::Path;
+
+use image::codecs::jpeg::JpegEncoder;
+use image::codecs::png::PngEncoder;
+use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader, Limits};
+
+use super::format::Format;
+use super::{Problem, guard, normals};
+use crate::image::Image;
+
+/// Of 100; the loss cannot be seen.
+const JPEG_QUALITY: u8 = 95;
+
+/// What a PNG or JPEG file holds beside its colour.
+#[derive(Debug)]
+pub(super) struct LdrFile {
+    /// The file's pixels, from which alpha is taken again.
+    pixels: DynamicImage,
+    icc: Option<Vec<u8>>,
+    exif: Option<Vec<u8>>,
+}
+
+impl LdrFile {
+    /// Reads a file and its colour, decoded by the sRGB curve.
+    pub(super) fn read(path: &Path) -> Result<(Self, Image), Problem> {
+        let mut decoder = decoder(path)?;
+        let (icc, exif) = (
+            decoder.icc_profile().unwrap_or_default(),
+            decoder.exif_metadata().unwrap_or_default(),
+        );
+        let pixels = DynamicImage::from_decoder(decoder).map_err(reading)?;
+        let color = to_image(&pixels, linear)?;
+        Ok((Self { pixels, icc, exif }, color))
+    }
+
+    /// Writes `color` in this file's depth and with its alpha; returns what was lost.
+    pub(super) fn write(
+        &self,
+        out: &mut impl Write,
+        format: Format,
+        color: &Image,
+    ) -> Result<Vec<String>, Problem> {
+        let mut kind = self.pixels.color();
+        let mut notices = Vec::new();
+        if format == Format::Jpeg {
+            if kind.has_alpha() {
+                notices.push("JPEG has no alpha: it was left out".into());
+            }
+            kind = if kind.has_color() { ColorType::Rgb8 } else { ColorType::L8 };
+        }
+        let encoded = convert(&with_color(&self.pixels, color), kind);
+        write(out, format, &encoded, self.icc.clone(), self.exif.clone())?;
+        Ok(notices)
+    }
+}
+
+/// Writes linear colour as a new 8-bit file.
+pub(super) fn write_new(
+    out: &mut impl Write,
+    format: Format,
+    color: &Image,
+) -> Result<Vec<String>, Problem> {
+    let blank = DynamicImage::new_rgb8(color.width(), color.height());
+    let encoded = convert(&with_color(&blank, color), ColorType::Rgb8);
+    write(out, format, &encoded, None, None)?;
+    Ok(vec!["only the colour was written, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
+}
+
+/// What kind of file it is, and its width and height.
+pub(super) fn describe(path: &Path) -> Result<(String, (u32, u32)), Problem> {
+    let decoder = decoder(path)?;
+    Ok((format!("image of {:?}", decoder.original_color_type()), decoder.dimensions()))
+}
+
+/// Reads normals, which are stored as `n·0.5+0.5` without a curve.
+pub(super) fn read_normals(path: &Path) -> Result<Image, Problem> {
+    let pixels = DynamicImage::from_decoder(decoder(path)?).map_err(reading)?;
+    let mut image = to_image(&pixels, |v| v)?;
+    normals::decode(&mut image);
+    Ok(image)
+}
+
+fn decoder(path: &Path) -> Result<impl ImageDecoder, Problem> {
+    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
+    let mut reader = reader.map_err(Problem::Read)?;
+    let mut limits = Limits::default();
+    limits.max_alloc = Some(guard::MAX_PIXELS * 8 + (64 << 20));
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(reading)?;
+    let (width, height) = decoder.dimensions();
+    guard::check_size(width.into(), height.into())?;
+    Ok(decoder)
+}
+
+fn to_image(pixels: &DynamicImage, decode: fn(f32) -> f32) -> Result<Image, Problem> {
+    let (width, height) = (pixels.width(), pixels.height());
+    let values = pixels.to_rgb32f();
+    let pixels = values.pixels().map(|p| p.0.map(decode)).collect();
+    Image::new(width, height, pixels).map_err(|e| Problem::Damaged(e.to_string()))
+}
+
+/// `original` with another colour, in float.
+fn with_color(original: &DynamicImage, color: &Image) -> DynamicImage {
+    let mut values = original.to_rgba32f();
+    for (value, pixel) in values.pixels_mut().zip(color.pixels()) {
+        value.0[..3].copy_from_slice(&pixel.map(encoded));
+    }
+    DynamicImage::ImageRgba32F(values)
+}
+
+fn convert(image: &DynamicImage, kind: ColorType) -> DynamicImage {
+    match kind {
+        ColorType::L8 => image.to_luma8().into(),
+        ColorType::La8 => image.to_luma_alpha8().into(),
+        ColorType::Rgb8 => image.to_rgb8().into(),
+        ColorType::L16 => image.to_luma16().into(),
+        ColorType::La16 => image.to_luma_alpha16().into(),
+        ColorType::Rgb16 => image.to_rgb16().into(),
+        ColorType::Rgba16 => image.to_rgba16().into(),
+        _ => image.to_rgba8().into(),
+    }
+}
+
+fn write(
+    out: &mut impl Write,
+    format: Format,
+    image: &DynamicImage,
+    icc: Option<Vec<u8>>,
+    exif: Option<Vec<u8>>,
+) -> Result<(), Problem> {
+    match format {
+        Format::Jpeg => encode(JpegEncoder::new_with_quality(out, JPEG_QUALITY), image, icc, exif),
+        _ => encode(PngEncoder::new(out), image, icc, exif),
+    }
+}
+
+fn encode(
+    mut encoder: impl ImageEncoder,
+    image: &DynamicImage,
+    icc: Option<Vec<u8>>,
+    exif: Option<Vec<u8>>,
+) -> Result<(), Problem> {
+    let unsupported = |e| Problem::Unsupported(format!("cannot keep the colour profile: {e}"));
+    icc.map_or(Ok(()), |icc| encoder.set_icc_profile(icc)).map_err(unsupported)?;
+    // Camera data is a courtesy: a format that has no place for it goes without.
+    let _ = exif.map(|exif| encoder.set_exif_metadata(exif));
+    image.write_with_encoder(encoder).map_err(|error| match error {
+        ImageError::IoError(error) => Problem::Write(error),
+        error => Problem::Unsupported(format!("cannot be encoded: {error}")),
+    })
+}
+
+fn reading(error: ImageError) -> Problem {
+    match error {
+        ImageError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
+            Problem::Read(error)
+        }
+        ImageError::Limits(error) => Problem::TooLarge(format!("is too large: {error}")),
+        ImageError::Unsupported(error) => {
+            Problem::Unsupported(format!("is not supported: {error}"))
+        }
+        error => Problem::Damaged(format!("is cut off or damaged: {error}")),
+    }
+}
+
+/// The inverse of [`encoded`] (IEC 61966-2-1).
+fn linear(v: f32) -> f32 {
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The sRGB curve; what is not a number becomes 0.
+fn encoded(v: f32) -> f32 {
+    let v = if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
+    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_value_of_every_depth_and_alpha_survives_decoding_and_encoding() {
+        let values = |i: u32| {
+            image::Rgba([i as u16, (i * 7 % 65536) as u16, 65535 - i as u16, (i * 3) as u16])
+        };
+        let original =
+            DynamicImage::from(image::ImageBuffer::from_fn(256, 256, |x, y| values(256 * y + x)));
+        for kind in [
+            ColorType::L8,
+            ColorType::La8,
+            ColorType::Rgb8,
+            ColorType::Rgba8,
+            ColorType::L16,
+            ColorType::La16,
+            ColorType::Rgb16,
+            ColorType::Rgba16,
+        ] {
+            let stored = convert(&original, kind);
+            let color = to_image(&stored, linear).unwrap();
+            let again = convert(&with_color(&stored, &color), kind);
+            assert_eq!(again.as_bytes(), stored.as_bytes(), "{kind:?}");
+        }
+    }
+
+    #[test]
+    fn what_no_display_can_show_is_clipped() {
+        let shown = [f32::NAN, -1.0, 0.0, 1.0, 9e9].map(|v| (encoded(v) * 255.0).round());
+        assert_eq!(shown, [0.0, 0.0, 0.0, 255.0, 255.0]);
+    }
+}

@@ -1,0 +1,249 @@
+//! Image files: what is read as colour, albedo and normal, and how the result is written.
+//!
+//! Formats are told apart by content when reading and by extension when writing.
+
+use std::path::Path;
+
+use crate::image::Image;
+
+pub mod exr;
+pub mod guard;
+pub mod layers;
+
+mod aux_file;
+mod conventions;
+mod describe;
+mod error;
+mod format;
+mod ldr;
+mod normals;
+mod output;
+mod window;
+
+pub use describe::{Description, LayerInfo};
+pub use error::{FileError, Problem};
+pub use format::Format;
+pub use output::check as check_output;
+
+use self::exr::ExrFile;
+use self::layers::{Choice, Wish};
+use self::ldr::LdrFile;
+
+/// What to read: names of layers where the file's own names do not tell.
+#[derive(Clone, Debug, Default)]
+pub struct LayerChoice {
+    /// The layer to denoise.
+    pub color: Option<String>,
+    /// The layer or the file with the albedo.
+    pub albedo: Option<String>,
+    /// The layer or the file with the normals.
+    pub normal: Option<String>,
+    /// Leave albedo and normal out even where they are there.
+    pub no_aux: bool,
+    /// Read the layer that results are written to instead of the noisy one.
+    pub finished: bool,
+}
+
+/// An image file that has been read, and all that is needed to write it with another colour.
+#[derive(Debug)]
+pub struct Picture {
+    source: Source,
+    color: Image,
+    albedo: Option<Image>,
+    normal: Option<Image>,
+    notices: Vec<String>,
+}
+
+#[derive(Debug)]
+enum Source {
+    Exr { file: ExrFile, choice: Choice },
+    Ldr(LdrFile),
+}
+
+impl Picture {
+    /// Reads colour, albedo and normal.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is damaged or too large, or a layer is not there.
+    pub fn open(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
+        let mut picture = match format::sniff(path).map_err(|p| p.at(path))? {
+            Format::Exr => Self::open_exr(path, wanted)?,
+            Format::Png | Format::Jpeg => Self::open_ldr(path, wanted)?,
+        };
+        picture.decode_normals();
+        Ok(picture)
+    }
+
+    fn open_exr(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
+        let at = |problem: Problem| problem.at(path);
+        let file = ExrFile::open(path).map_err(at)?;
+        let parts = file.parts();
+        let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted).map_err(at)?;
+        let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted).map_err(at)?;
+        let mut choice =
+            layers::choose(&parts, wanted.color.as_deref(), &albedo, &normal).map_err(at)?;
+        if wanted.finished {
+            choice.color = choice.target.clone();
+        }
+        file.check(&choice.target).map_err(at)?;
+        let mut picture = Self::read_layers(file, choice).map_err(at)?;
+        picture.add_files(albedo_file, normal_file)?;
+        Ok(picture)
+    }
+
+    fn read_layers(file: ExrFile, choice: Choice) -> Result<Self, Problem> {
+        let aux = [&choice.albedo, &choice.normal];
+        let picks: Vec<_> = [&choice.color].into_iter().chain(aux.into_iter().flatten()).collect();
+        let to = file.window(choice.color.part);
+        let mut notices = vec![choice.explain()];
+        let mut images = file.read(&picks)?.into_iter().zip(&picks).map(|(image, pick)| {
+            let from = file.window(pick.part);
+            if from != to {
+                notices.push(window::notice(&pick.layer, from, to));
+            }
+            window::align(image, from, to)
+        });
+        let color = images.next().transpose()?.expect("the colour is always picked");
+        let albedo = choice.albedo.as_ref().and_then(|_| images.next()).transpose()?;
+        let normal = choice.normal.as_ref().and_then(|_| images.next()).transpose()?;
+        drop(images);
+        Ok(Self { source: Source::Exr { file, choice }, color, albedo, normal, notices })
+    }
+
+    fn open_ldr(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
+        if let Some(layer) = &wanted.color {
+            return Err(Problem::Layers(format!("has no layers, so no layer `{layer}`")).at(path));
+        }
+        let (file, color) = LdrFile::read(path).map_err(|p| p.at(path))?;
+        let (albedo, normal, notices) = (None, None, Vec::new());
+        let mut picture = Self { source: Source::Ldr(file), color, albedo, normal, notices };
+        let file = |name: &Option<String>| name.clone().filter(|_| !wanted.no_aux);
+        picture.add_files(file(&wanted.albedo), file(&wanted.normal))?;
+        Ok(picture)
+    }
+
+    /// Reads albedo and normal from files of their own.
+    fn add_files(
+        &mut self,
+        albedo: Option<String>,
+        normal: Option<String>,
+    ) -> Result<(), FileError> {
+        let size = self.color.size();
+        if let Some(path) = albedo {
+            self.albedo = Some(aux_file::albedo(Path::new(&path), size)?);
+            self.notices.push(format!("albedo from the file {path}"));
+        }
+        if let Some(path) = normal {
+            self.normal = Some(aux_file::normal(Path::new(&path), size)?);
+            self.notices.push(format!("normal from the file {path}"));
+        }
+        Ok(())
+    }
+
+    fn decode_normals(&mut self) {
+        if self.normal.as_mut().is_some_and(normals::decode_if_encoded) {
+            self.notices.push("the normals are stored as n·0.5+0.5 and were decoded".into());
+        }
+    }
+
+    /// The noisy colour: linear, scene-referred.
+    #[must_use]
+    pub fn color(&self) -> &Image {
+        &self.color
+    }
+
+    /// The albedo, of the colour's size.
+    #[must_use]
+    pub fn albedo(&self) -> Option<&Image> {
+        self.albedo.as_ref()
+    }
+
+    /// The normals, of the colour's size.
+    #[must_use]
+    pub fn normal(&self) -> Option<&Image> {
+        self.normal.as_ref()
+    }
+
+    /// What a user should know of how the file was read, a sentence each.
+    #[must_use]
+    pub fn notices(&self) -> &[String] {
+        &self.notices
+    }
+
+    /// Writes the picture with `denoised` in place of its colour, in the format of `path`'s
+    /// extension; returns what a user should know of it.
+    ///
+    /// # Errors
+    /// If `path` exists and `force` is not given, or it cannot be written; it is then left as
+    /// it was.
+    pub fn save(
+        &self,
+        path: &Path,
+        denoised: &Image,
+        force: bool,
+    ) -> Result<Vec<String>, FileError> {
+        let format = output::check(path, force)?;
+        if denoised.size() != self.color.size() {
+            return Err(window::other_size(denoised.size(), self.color.size()).at(path));
+        }
+        output::replace(path, force, |out| match (&self.source, format) {
+            (Source::Exr { file, choice }, Format::Exr) => save_exr(file, choice, denoised, out),
+            (Source::Ldr(_), Format::Exr) => {
+                exr::write_rgb(out, denoised)?;
+                Ok(vec!["written as linear R, G, B in 32-bit float".into()])
+            }
+            (Source::Exr { .. }, format) => ldr::write_new(out, format, denoised),
+            (Source::Ldr(file), format) => file.write(out, format, denoised),
+        })
+    }
+}
+
+fn save_exr(
+    file: &ExrFile,
+    choice: &Choice,
+    denoised: &Image,
+    out: &mut output::Out,
+) -> Result<Vec<String>, Problem> {
+    let target = &choice.target;
+    let clamped = file.write(out, target, file.window(choice.color.part), denoised)?;
+    let mut notices = Vec::new();
+    if clamped > 0 {
+        notices.push(format!(
+            "{clamped} values are beyond 65504, the largest of a half channel, and were clamped"
+        ));
+    }
+    if file.rewrites_others_lossily(target) {
+        notices.push(format!(
+            "the other channels beside `{}` were compressed again with its lossy compression \
+             and may have changed slightly",
+            target.layer
+        ));
+    }
+    if file.has_levels(target.part) {
+        notices.push("only the largest mip level was denoised".into());
+    }
+    Ok(notices)
+}
+
+/// A layer's name stays a name; anything else must be a file.
+fn wish(
+    parts: &[layers::Part],
+    name: Option<&str>,
+    wanted: &LayerChoice,
+) -> Result<(Wish, Option<String>), Problem> {
+    match name {
+        _ if wanted.no_aux => Ok((Wish::Without, None)),
+        None => Ok((Wish::Auto, None)),
+        Some(name) => match layers::named(&layers::layers(parts), name) {
+            Ok(_) => Ok((Wish::Named(name.into()), None)),
+            Err(_) if Path::new(name).is_file() => Ok((Wish::Without, Some(name.into()))),
+            Err(Problem::Layers(text)) => {
+                Err(Problem::Layers(format!("{text}, and there is no file `{name}`")))
+            }
+            Err(problem) => Err(problem),
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests;

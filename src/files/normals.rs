@@ -1,0 +1,64 @@
+//! Normals that were stored as colours.
+
+use crate::image::Image;
+
+/// Decodes an image of `n·0.5+0.5` to `n`; returns whether it was one.
+///
+/// It is one if no component is negative, nearly all pixels decode to unit vectors, and few
+/// are unit vectors as they stand. Pixels of 0 are background and stay 0.
+pub(super) fn decode_if_encoded(image: &mut Image) -> bool {
+    let lit = || image.pixels().iter().filter(|p| **p != [0.0; 3]);
+    let (all, encoded) = (lit().count(), lit().filter(|p| is_unit(decoded(**p))).count());
+    let plain = lit().filter(|p| is_unit(**p)).count();
+    let signed = image.pixels().iter().flatten().any(|&v| !(v >= 0.0));
+    if all == 0 || signed || encoded * 10 < all * 8 || plain * 2 > all {
+        return false;
+    }
+    decode(image);
+    true
+}
+
+/// Decodes every pixel but those of 0.
+pub(super) fn decode(image: &mut Image) {
+    for pixel in image.pixels_mut().iter_mut().filter(|p| **p != [0.0; 3]) {
+        *pixel = decoded(*pixel);
+    }
+}
+
+fn decoded(pixel: [f32; 3]) -> [f32; 3] {
+    pixel.map(|v| 2.0 * v - 1.0)
+}
+
+fn is_unit(pixel: [f32; 3]) -> bool {
+    let length = pixel.iter().map(|v| v * v).sum::<f32>().sqrt();
+    (length - 1.0).abs() < 0.1
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn image(encode: fn(f32) -> f32) -> Image {
+        let normals = [[0.0, 0.0, 1.0], [0.6, 0.8, 0.0], [-0.6, 0.0, 0.8], [0.0, -1.0, 0.0]];
+        let mut pixels: Vec<_> = normals.iter().map(|n| n.map(encode)).collect();
+        pixels.push([0.0; 3]);
+        Image::new(5, 1, pixels).unwrap()
+    }
+
+    #[test]
+    fn encoded_normals_are_decoded_and_others_left_alone() {
+        let mut plain = image(|v| v);
+        assert!(!decode_if_encoded(&mut plain) && plain == image(|v| v));
+        let mut encoded = image(|v| v * 0.5 + 0.5);
+        assert!(decode_if_encoded(&mut encoded));
+        for (a, b) in encoded.pixels().iter().flatten().zip(plain.pixels().iter().flatten()) {
+            assert!((a - b).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn a_wall_that_faces_the_axis_is_not_taken_for_encoded() {
+        let mut wall = Image::filled(4, 4, [0.0, 0.0, 1.0]).unwrap();
+        assert!(!decode_if_encoded(&mut wall));
+    }
+}

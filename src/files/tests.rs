@@ -1,0 +1,224 @@
+use std::path::PathBuf;
+
+use ::exr::prelude::*;
+use smallvec::smallvec;
+
+use super::{LayerChoice, Picture, Problem};
+use crate::image::Image as Pixels;
+
+type AnyImage = ::exr::image::Image<Layers<AnyChannels<FlatSamples>>>;
+
+const SIZE: (usize, usize) = (37, 41);
+const ALL: [Compression; 9] = [
+    Compression::Uncompressed,
+    Compression::RLE,
+    Compression::ZIP1,
+    Compression::ZIP16,
+    Compression::PIZ,
+    Compression::PXR24,
+    Compression::B44,
+    Compression::B44A,
+    Compression::DWAA(None),
+];
+
+fn noise(seed: usize, i: usize) -> f32 {
+    let mixed = (seed * 7919 + i).wrapping_mul(2_654_435_761) >> 7;
+    (mixed % 4096) as f32 / 1024.0
+}
+
+fn half(seed: usize, n: usize) -> FlatSamples {
+    FlatSamples::F16((0..n).map(|i| f16::from_f32(noise(seed, i))).collect())
+}
+
+fn float(seed: usize, n: usize) -> FlatSamples {
+    // PXR24 keeps 16 bits of a float's mantissa: the values need no more.
+    FlatSamples::F32((0..n).map(|i| noise(seed, i)).collect())
+}
+
+fn layer(
+    name: &str,
+    size: (usize, usize),
+    encoding: Encoding,
+    channels: Vec<(&str, FlatSamples)>,
+) -> Layer<AnyChannels<FlatSamples>> {
+    let list = channels.into_iter().map(|(name, samples)| AnyChannel::new(name, samples)).collect();
+    let mut attributes = LayerAttributes::named(name);
+    attributes.other.insert(Text::from("shot"), AttributeValue::Text(Text::from(name)));
+    Layer::new(size, attributes, encoding, AnyChannels::sort(list))
+}
+
+/// Karma's parts: half colour with alpha, a float and an integer beside it; albedo in a window
+/// of its own; normals.
+fn karma(compression: Compression, blocks: Blocks) -> AnyImage {
+    let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
+    let n = SIZE.0 * SIZE.1;
+    let ids = FlatSamples::U32((0..n as u32).map(|i| i.wrapping_mul(0x0101_0101)).collect());
+    let mut channels: Vec<_> = ["A", "B", "G", "R"].into_iter().zip(1..).collect::<Vec<_>>();
+    let mut list: Vec<_> = channels.drain(..).map(|(name, seed)| (name, half(seed, n))).collect();
+    list.extend([("depth.Z", float(5, n)), ("id.X", ids)]);
+    let mut color = layer("C", SIZE, encoding, list);
+    color.attributes.layer_position = Vec2(-3, 5);
+    let small = ["R", "G", "B"].map(|c| (c, half(6, 20 * 10))).to_vec();
+    let mut albedo = layer("albedo", (20, 10), encoding, small);
+    albedo.attributes.layer_position = Vec2(0, 0);
+    let mut normal = layer("N", SIZE, encoding, ["X", "Y", "Z"].map(|c| (c, float(9, n))).to_vec());
+    normal.attributes.layer_position = Vec2(-3, 5);
+    let display = IntegerBounds::new((0, 0), (64, 48));
+    AnyImage {
+        attributes: ImageAttributes::new(display),
+        layer_data: smallvec![color, albedo, normal],
+    }
+}
+
+fn read(path: &std::path::Path) -> AnyImage {
+    let reader = ::exr::prelude::read().no_deep_data().largest_resolution_level().all_channels();
+    reader.all_layers().all_attributes().from_file(path).unwrap()
+}
+
+struct Folder(tempfile::TempDir);
+
+impl Folder {
+    fn new() -> Self {
+        Self(tempfile::tempdir().unwrap())
+    }
+
+    fn path(&self, name: &str) -> PathBuf {
+        self.0.path().join(name)
+    }
+
+    fn with(&self, image: &AnyImage) -> PathBuf {
+        let path = self.path("in.exr");
+        image.write().to_file(&path).unwrap();
+        path
+    }
+}
+
+fn open(path: &std::path::Path) -> Picture {
+    Picture::open(path, &LayerChoice::default()).unwrap()
+}
+
+/// A colour with values that half holds exactly.
+fn painted(like: &Pixels) -> Pixels {
+    let (w, h) = like.size();
+    let pixels = (0..w * h).map(|i| [i as f32 % 512.0, 0.25, 2.0]).collect();
+    Pixels::new(w, h, pixels).unwrap()
+}
+
+fn colour(image: &AnyImage, part: usize, name: &str) -> Vec<f32> {
+    let list = &image.layer_data[part].channel_data.list;
+    list.iter().find(|c| c.name == *name).unwrap().sample_data.values_as_f32().collect()
+}
+
+#[test]
+fn every_compression_keeps_all_but_the_three_channels_bit_for_bit() {
+    let tiles = Blocks::Tiles(Vec2(16, 8));
+    for compression in ALL {
+        for blocks in [Blocks::ScanLines, tiles] {
+            let folder = Folder::new();
+            let input = folder.with(&karma(compression, blocks));
+            let picture = open(&input);
+            assert!(picture.albedo().is_some() && picture.normal().is_some());
+            let output = folder.path("out.exr");
+            let denoised = painted(picture.color());
+            let notices = picture.save(&output, &denoised, false).unwrap();
+
+            let (before, mut after) = (read(&input), read(&output));
+            let lossy =
+                matches!(compression, Compression::B44 | Compression::B44A | Compression::DWAA(_));
+            assert_eq!(notices.len(), usize::from(lossy), "{compression}: {notices:?}");
+            if !lossy {
+                let expected: Vec<f32> = denoised.pixels().iter().map(|p| p[0]).collect();
+                assert_eq!(colour(&after, 0, "R"), expected, "{compression} {blocks:?}");
+            }
+            let old = &before.layer_data[0].channel_data.list;
+            for (new, old) in after.layer_data[0].channel_data.list.iter_mut().zip(old) {
+                let painted = ["R", "G", "B"].iter().any(|n| new.name == **n);
+                let touched =
+                    lossy && (new.name == *"A" || matches!(compression, Compression::DWAA(_)));
+                if painted || touched {
+                    assert!(!painted || new.sample_data != old.sample_data);
+                    new.sample_data = old.sample_data.clone();
+                }
+            }
+            assert_eq!(before, after, "{compression} {blocks:?}");
+        }
+    }
+}
+
+#[test]
+fn albedo_of_another_window_is_moved_to_where_the_colour_is_and_that_is_said() {
+    let folder = Folder::new();
+    let picture = open(&folder.with(&karma(Compression::ZIP16, Blocks::ScanLines)));
+    let albedo = picture.albedo().unwrap();
+    assert_eq!(albedo.size(), (37, 41));
+    // The colour's corner is (−3, 5), the albedo's (0, 0): column 3 of row 0 is its row 5.
+    let expected = f16::from_f32(noise(6, 5 * 20)).to_f32();
+    assert_eq!((albedo.row(0)[2], albedo.row(0)[3]), ([0.0; 3], [expected; 3]));
+    assert!(
+        picture.notices().iter().any(|n| n.contains("`albedo` covers 20×10 pixels from (0, 0)"))
+    );
+}
+
+#[test]
+fn halves_too_large_are_clamped_and_counted() {
+    let folder = Folder::new();
+    let picture = open(&folder.with(&karma(Compression::PIZ, Blocks::ScanLines)));
+    let mut denoised = painted(picture.color());
+    denoised.pixels_mut()[7] = [1e6, 65504.0, f32::INFINITY];
+    let notices = picture.save(&folder.path("out.exr"), &denoised, false).unwrap();
+    assert!(notices[0].starts_with("2 values are beyond 65504"), "{notices:?}");
+    let written = read(&folder.path("out.exr"));
+    assert_eq!((colour(&written, 0, "R")[7], colour(&written, 0, "B")[7]), (65504.0, 65504.0));
+}
+
+#[test]
+fn integers_and_lacking_blocks_are_refused_in_a_sentence() {
+    let folder = Folder::new();
+    let path = folder.with(&karma(Compression::ZIP16, Blocks::ScanLines));
+    let bytes = std::fs::read(&path).unwrap();
+    std::fs::write(&path, &bytes[..bytes.len() - 10]).unwrap();
+    let error = Picture::open(&path, &LayerChoice::default()).unwrap_err();
+    assert!(matches!(error.problem, Problem::Damaged(_)), "{error}");
+    assert!(error.to_string().ends_with("1 of 7 blocks are missing"), "{error}");
+
+    let n = SIZE.0 * SIZE.1;
+    let ids = || FlatSamples::U32(vec![1; n]);
+    let encoding = Encoding::FAST_LOSSLESS;
+    let colour = layer("C", SIZE, encoding, ["R", "G", "B"].map(|c| (c, ids())).to_vec());
+    let image =
+        AnyImage { attributes: ImageAttributes::with_size(SIZE), layer_data: smallvec![colour] };
+    let error = Picture::open(&folder.with(&image), &LayerChoice::default()).unwrap_err();
+    assert!(error.to_string().contains("channel `R` holds integers"), "{error}");
+}
+
+/// Cuts the file at every length and flips bits everywhere: an error or a picture, never a
+/// panic, and no allocation beyond what the file can back.
+#[test]
+fn no_damage_makes_it_panic() {
+    for compression in [
+        Compression::ZIP16,
+        Compression::PIZ,
+        Compression::RLE,
+        Compression::DWAA(None),
+        Compression::B44A,
+        Compression::PXR24,
+    ] {
+        let folder = Folder::new();
+        let path = folder.with(&karma(compression, Blocks::ScanLines));
+        let bytes = std::fs::read(&path).unwrap();
+        let mut refused = 0;
+        for round in 0..400_usize {
+            let mut damaged = bytes.clone();
+            let at = (round * 7919 + round * round * 31) % bytes.len();
+            let at = if round % 2 == 0 { at } else { at % 900 };
+            if round % 3 == 0 {
+                damaged.truncate(at)
+            } else {
+                damaged[at] ^= 1 << (round % 8)
+            }
+            std::fs::write(&path, &damaged).unwrap();
+            refused += usize::from(Picture::open(&path, &LayerChoice::default()).is_err());
+        }
+        assert!(refused > 130, "{compression}: only {refused} were refused");
+    }
+}

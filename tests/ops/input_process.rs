@@ -1,0 +1,109 @@
+use wgdenoise::kernel::Context;
+use wgdenoise::ops::input_process::{Sources, input_process};
+use wgdenoise::ops::tile::{Layout, Tile};
+use wgdenoise::ops::{GpuTensor, channel_map};
+use wgdenoise::{Image, Inputs, Precision, reference, wgpu};
+
+use crate::common::gpu::{buffer, context, download, submit, texture, view};
+use crate::common::{Random, Tolerance, compare, run_cases};
+
+/// `log` and `pow` of WGSL are good to about 1e-6 of what they return here, and the transfer
+/// function adds a few terms of size 1.
+const F32: Tolerance = Tolerance { absolute: 4e-6, relative: 4e-6 };
+/// A store rounds by 2⁻¹¹ of the value.
+const F16: Tolerance = Tolerance { absolute: 4e-6, relative: 1.0 / 1024.0 };
+
+/// Width, height, albedo, normal.
+const CASES: [(u32, u32, bool, bool); 7] = [
+    (1, 1, true, true),
+    (2, 1, false, false),
+    (16, 16, true, false),
+    (17, 15, true, true),
+    (31, 33, false, true),
+    (8, 40, false, false),
+    (3, 70, true, true),
+];
+
+#[test]
+fn input_process_equals_the_reference_for_every_input_set() {
+    let precisions = [(Precision::F32, F32), (Precision::F16, F16)];
+    let cases = CASES.iter().flat_map(|case| precisions.map(|p| (*case, p)));
+    run_cases(cases, |&((width, height, albedo, normal), (precision, tolerance))| {
+        let images = images(width, height, 0.37);
+        let aux = [albedo.then_some(&images[1]), normal.then_some(&images[2])];
+        let found = run(context(precision), &images[0], aux, 0.37);
+        let expected = reference::input_process(&images[0], aux[0], aux[1], 0.37, 16);
+        compare(&found, &expected, tolerance)
+    });
+}
+
+/// Values over the whole range, with everything in them that is no colour.
+fn images(width: u32, height: u32, seed: f32) -> [Image; 3] {
+    let mut random = Random::new(u64::from(width * 100 + height));
+    let mut image = |scale: fn(f32) -> f32| {
+        let mut pixel = || [0; 3].map(|_| scale(random.value()));
+        let pixels = (0..width * height).map(|_| pixel()).collect();
+        Image::new(width, height, pixels).expect("the count is right")
+    };
+    let mut images = [image(|v| (v * 18.0).exp2()), image(|v| v * 1.5), image(|v| v * 1.2)];
+    for (i, image) in images.iter_mut().enumerate() {
+        let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -3.0, 1e30, 1e-42, -f32::NAN];
+        for (k, value) in bad.into_iter().enumerate() {
+            let count = image.pixels().len();
+            image.pixels_mut()[(k * 5 + i) % count][k % 3] = value * seed.signum();
+        }
+    }
+    images
+}
+
+fn run(
+    context: &Context,
+    color: &Image,
+    aux: [Option<&Image>; 2],
+    input_scale: f32,
+) -> reference::Tensor {
+    let (width, height) = color.size();
+    let layout = Layout::packed(width);
+    let tile = Tile {
+        image_size: [width, height],
+        color: layout,
+        albedo: layout,
+        normal: layout,
+        ..Tile::default()
+    };
+    let upload = |image: &Image| buffer(context, bytemuck::cast_slice(image.pixels()));
+    let [albedo, normal] = aux.map(|image| image.map(upload));
+    let sources = Sources {
+        tiles: &buffer(context, bytemuck::bytes_of(&tile)),
+        color: &upload(color),
+        albedo: albedo.as_ref(),
+        normal: normal.as_ref(),
+        input_scale: &buffer(context, bytemuck::bytes_of(&input_scale)),
+    };
+    let channels = sources.inputs().channels();
+    let map = channel_map(channels);
+    let output = target(context, [width, height], map.len() as u32 / 4);
+    let call = input_process(context, &sources, &output);
+    submit(context, |pass| call.record_at(pass, 0));
+    download(context, &output, &map)
+}
+
+fn target(context: &Context, size: [u32; 2], quads: u32) -> GpuTensor {
+    let [width, height] = size.map(|side| side.next_multiple_of(16));
+    view(&texture(context, [width, height, quads]), 0, quads)
+}
+
+#[test]
+fn the_kernel_is_compiled_for_the_inputs_that_are_bound() {
+    let context = context(Precision::F32);
+    let some = buffer(context, &[0; 16]);
+    let sources = Sources {
+        tiles: &some,
+        color: &some,
+        albedo: None,
+        normal: Some(&some),
+        input_scale: &some,
+    };
+    assert_eq!(sources.inputs(), Inputs { albedo: false, normal: true });
+    let _: &wgpu::Buffer = sources.color;
+}

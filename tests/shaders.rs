@@ -1,0 +1,163 @@
+//! Every shader variant is valid, and the host's declarations of it are true.
+
+use naga::{AddressSpace, ImageClass, StorageAccess, StorageFormat, TypeInner};
+use wgdenoise::Precision;
+use wgdenoise::kernel::{Binding, KernelSpec};
+use wgdenoise::ops::{all_specs, autoexposure::Band, tile::Tile};
+
+fn parse(source: &str) -> Result<naga::Module, String> {
+    let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
+    let flags = naga::valid::ValidationFlags::all();
+    naga::valid::Validator::new(flags, naga::valid::Capabilities::all())
+        .validate(&module)
+        .map_err(|e| e.emit_to_string(source))?;
+    Ok(module)
+}
+
+/// Runs a check on every variant in both precisions.
+fn for_every_module(check: impl Fn(&KernelSpec, Precision, &naga::Module)) {
+    let specs = all_specs();
+    assert!(specs.len() >= 10 + 3 * 4, "only {} variants are listed", specs.len());
+    for spec in specs {
+        for precision in [Precision::F32, Precision::F16] {
+            let module = parse(&spec.source_for(precision));
+            check(&spec, precision, &module.unwrap_or_else(|e| panic!("{}: {e}", spec.name)));
+        }
+    }
+}
+
+#[test]
+fn bindings_are_what_the_host_declares() {
+    for_every_module(|spec, precision, module| {
+        let mut found: Vec<_> = module
+            .global_variables
+            .iter()
+            .filter_map(|(_, v)| Some((v.binding.as_ref()?, describe(module, v))))
+            .collect();
+        found.sort_by_key(|(at, _)| (at.group, at.binding));
+        let places: Vec<_> = found.iter().map(|(at, _)| (at.group, at.binding)).collect();
+        let expected: Vec<_> = (0..spec.bindings.len() as u32).map(|i| (0, i)).collect();
+        assert_eq!(places, expected, "bindings of {}", spec.name);
+        for ((at, found), binding) in found.iter().zip(spec.bindings) {
+            let expected = declared(*binding, precision);
+            assert_eq!(*found, expected, "{} binding {}", spec.name, at.binding);
+        }
+    });
+}
+
+#[test]
+fn overrides_and_workgroup_sizes_are_what_the_host_declares() {
+    for_every_module(|spec, _, module| {
+        let names = module.overrides.iter().map(|(_, o)| o.name.clone().unwrap_or_default());
+        let mut found: Vec<_> = names.collect();
+        found.sort();
+        assert_eq!(found, spec.overrides, "overrides of {}", spec.name);
+        let entry = module.entry_points.iter().find(|e| e.name == spec.entry);
+        let entry = entry.unwrap_or_else(|| panic!("{} has no {}", spec.name, spec.entry));
+        assert_eq!(entry.workgroup_size, spec.workgroup, "workgroup of {}", spec.name);
+    });
+}
+
+#[test]
+fn uniform_structs_have_the_offsets_of_the_host() {
+    let tile = ["image_size", "origin", "begin", "end", "color", "albedo", "normal", "output"];
+    let tile_offsets = [
+        std::mem::offset_of!(Tile, image_size),
+        std::mem::offset_of!(Tile, origin),
+        std::mem::offset_of!(Tile, begin),
+        std::mem::offset_of!(Tile, end),
+        std::mem::offset_of!(Tile, color),
+        std::mem::offset_of!(Tile, albedo),
+        std::mem::offset_of!(Tile, normal),
+        std::mem::offset_of!(Tile, output),
+    ];
+    let band = ["image_size", "bins", "first_bin_row", "bin_rows", "first_row", "color"];
+    let band_offsets = [
+        std::mem::offset_of!(Band, image_size),
+        std::mem::offset_of!(Band, bins),
+        std::mem::offset_of!(Band, first_bin_row),
+        std::mem::offset_of!(Band, bin_rows),
+        std::mem::offset_of!(Band, first_row),
+        std::mem::offset_of!(Band, color),
+    ];
+    assert_eq!(members("input_process", "Tile"), zip(&tile, &tile_offsets));
+    assert_eq!(members("output_process", "Tile"), zip(&tile, &tile_offsets));
+    assert_eq!(members("autoexposure_bins", "Band"), zip(&band, &band_offsets));
+}
+
+#[test]
+fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
+    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR"));
+    let stems = |folder: &str| -> Vec<String> {
+        let entries = std::fs::read_dir(root.join(folder)).expect("the folder exists");
+        let paths = entries.map(|entry| entry.expect("it can be listed").path());
+        paths.map(|p| p.file_stem().expect("a name").to_string_lossy().into_owned()).collect()
+    };
+    let shaders = stems("shaders");
+    assert!(shaders.len() >= 8, "{shaders:?}");
+    for shader in shaders {
+        // A variant has its operator's name and its own: `conv3x3_tiled`.
+        let operator = shader.strip_suffix("_tiled").unwrap_or(&shader).to_string();
+        for folder in ["src/ops", "src/reference", "tests/ops"] {
+            assert!(stems(folder).contains(&operator), "{folder} lacks {operator}");
+        }
+    }
+}
+
+#[test]
+fn a_broken_shader_does_not_pass() {
+    let broken = wgdenoise::ops::max_pool::SPEC.source.replace("max(upper, lower)", "upper.xyz");
+    parse(&broken).unwrap_err();
+}
+
+fn zip(names: &[&str], offsets: &[usize]) -> Vec<(String, u32)> {
+    names.iter().map(ToString::to_string).zip(offsets.iter().map(|&o| o as u32)).collect()
+}
+
+/// Names and offsets of a struct in a shader.
+fn members(shader: &str, name: &str) -> Vec<(String, u32)> {
+    let spec = all_specs().into_iter().find(|s| s.name == shader).expect("the shader is listed");
+    let module = parse(&spec.source).expect("the shader is valid");
+    let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
+    match &found.expect("the struct exists").1.inner {
+        TypeInner::Struct { members, .. } => {
+            members.iter().map(|m| (m.name.clone().unwrap_or_default(), m.offset)).collect()
+        }
+        other => panic!("{name} is {other:?}"),
+    }
+}
+
+/// What a shader binds, as text to compare.
+fn describe(module: &naga::Module, variable: &naga::GlobalVariable) -> String {
+    let inner = &module.types[variable.ty].inner;
+    match (variable.space, inner) {
+        (AddressSpace::Handle, TypeInner::Image { class, arrayed, .. }) => {
+            let ImageClass::Storage { format, access } = class else { return format!("{class:?}") };
+            texture(*format, access.contains(StorageAccess::STORE), *arrayed)
+        }
+        (AddressSpace::Storage { access }, _) => {
+            format!("storage, written: {}", access.contains(StorageAccess::STORE))
+        }
+        (AddressSpace::Uniform, _) => format!("uniform of {} bytes", inner.size(module.to_ctx())),
+        other => format!("{other:?}"),
+    }
+}
+
+fn declared(binding: Binding, precision: Precision) -> String {
+    let tensor = match precision {
+        Precision::F32 => StorageFormat::Rgba32Float,
+        Precision::F16 => StorageFormat::Rgba16Float,
+    };
+    match binding {
+        Binding::TensorIn => texture(tensor, false, true),
+        Binding::TensorOut => texture(tensor, true, true),
+        Binding::WeightTexture => texture(StorageFormat::Rgba32Float, false, true),
+        Binding::Buffer => "storage, written: false".into(),
+        Binding::BufferMut => "storage, written: true".into(),
+        Binding::Uniform { bytes, .. } => format!("uniform of {bytes} bytes"),
+    }
+}
+
+fn texture(format: StorageFormat, written: bool, arrayed: bool) -> String {
+    format!("{format:?} texture, array: {arrayed}, written: {written}")
+}
