@@ -1,6 +1,7 @@
 // From images to the network's input: sanitise, expose, transfer function, channel layout and
-// padding. One pixel of the tile per invocation. Channels are colour, then albedo, then normal,
-// of those that are present; pixels right of or below the image repeat its edge.
+// padding. One pixel of the tile per invocation. Each image that is present has a layer of its
+// own, colour, then albedo, then normal, so that leaving one out moves no other channel and sums
+// keep their order. Pixels right of or below the image repeat its edge.
 
 alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 
@@ -80,22 +81,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = min(tile.origin + id.xy, tile.image_size - 1u);
-    let rgb = load_color(at);
-    if has_albedo && has_normal {
-        let a = load_albedo(at);
-        let n = load_normal(at);
-        textureStore(output, id.xy, 0, vec4(rgb, a.x));
-        textureStore(output, id.xy, 1, vec4(a.yz, n.xy));
-        textureStore(output, id.xy, 2, vec4(n.z, 0.0, 0.0, 0.0));
-    } else if has_albedo {
-        let a = load_albedo(at);
-        textureStore(output, id.xy, 0, vec4(rgb, a.x));
-        textureStore(output, id.xy, 1, vec4(a.yz, 0.0, 0.0));
-    } else if has_normal {
-        let n = load_normal(at);
-        textureStore(output, id.xy, 0, vec4(rgb, n.x));
-        textureStore(output, id.xy, 1, vec4(n.yz, 0.0, 0.0));
-    } else {
-        textureStore(output, id.xy, 0, vec4(rgb, 0.0));
+    textureStore(output, id.xy, 0, vec4(load_color(at), 0.0));
+    if has_albedo {
+        textureStore(output, id.xy, 1, vec4(load_albedo(at), 0.0));
+    }
+    if has_normal {
+        let layer = select(1, 2, has_albedo);
+        textureStore(output, id.xy, layer, vec4(load_normal(at), 0.0));
     }
 }

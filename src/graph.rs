@@ -32,7 +32,7 @@ impl Model {
 
 /// How each tensor is stored.
 fn channel_maps(network: &Network) -> Vec<ChannelMap> {
-    let mut maps = vec![channel_map(network.shapes[INPUT].channels)];
+    let mut maps = vec![ops::input_process::channel_map(network.shapes[INPUT].channels)];
     for (i, layer) in network.layers.iter().enumerate() {
         maps.push(match layer.op {
             Op::Concat => ops::concat::channel_map(&maps[layer.inputs[0]], &maps[layer.inputs[1]]),

@@ -117,6 +117,39 @@ pub(super) fn check_ratio(
     Ok(())
 }
 
+/// Refuses a DWA block whose own counters claim more than its pixels need; the decoder would
+/// allocate what they say.
+///
+/// # Errors
+/// If a counter is too large or the block is too short for them.
+pub(super) fn check_dwa(
+    header: &Header,
+    packed: &[u8],
+    bounds: IntegerBounds,
+) -> Result<(), Problem> {
+    let unpacked = bounds.size.area() * header.channels.bytes_per_pixel;
+    let is_dwa = matches!(header.compression, Compression::DWAA(_) | Compression::DWAB(_));
+    if !is_dwa || packed.len() == unpacked {
+        return Ok(());
+    }
+    // The DCT works on whole blocks of 8×8.
+    let whole = bounds.size.width().next_multiple_of(8) * bounds.size.height().next_multiple_of(8);
+    let most = (2 * whole * header.channels.bytes_per_pixel + 1024) as u64;
+    let counters = packed.get(..8 * DWA_COUNTERS).into_iter().flat_map(|head| head.chunks_exact(8));
+    let counters: Vec<_> = counters.map(|c| c.try_into().map_or(0, u64::from_le_bytes)).collect();
+    let plausible = |&i: &usize| counters.get(i).is_some_and(|&c| c <= most);
+    if DWA_UNPACKED_SIZES.iter().all(plausible) {
+        return Ok(());
+    }
+    Err(Problem::Damaged("is damaged: a block's sizes contradict its number of pixels".into()))
+}
+
+/// How many 64-bit counters a DWA block begins with.
+const DWA_COUNTERS: usize = 11;
+
+/// Which of them are sizes or counts after unpacking: other channels, two of run lengths, AC, DC.
+const DWA_UNPACKED_SIZES: [usize; 5] = [1, 6, 7, 8, 9];
+
 /// A generous bound: deflate reaches 1032, PXR24 a third more; DWA packs 64 equal values of a
 /// block into one before it deflates.
 fn most_unpacked_per_byte(compression: Compression) -> u128 {

@@ -1,7 +1,7 @@
 //! From images to the network's input: sanitise, expose, transfer function, layout, padding.
 
-use super::GpuTensor;
 use super::tile::Tile;
+use super::{ChannelMap, GpuTensor};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::model::Inputs;
 
@@ -21,6 +21,13 @@ pub const SPEC: KernelSpec = KernelSpec {
     overrides: &["has_albedo", "has_normal"],
     workgroup: [8, 8, 1],
 };
+
+/// How the network's input is stored: each image's three channels have a layer of their own.
+#[must_use]
+pub fn channel_map(channels: usize) -> ChannelMap {
+    let image = |first: usize| [Some(first), Some(first + 1), Some(first + 2), None];
+    (0..channels).step_by(3).flat_map(image).collect()
+}
 
 /// What the kernel reads.
 pub struct Sources<'a> {

@@ -129,10 +129,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>,\n\
     let block = i32(id.z);\n\
     let in_quads = i32(textureNumLayers(input));\n\
     let floor = {floor};\n\
+    var row = 0;\n\
+    var quad = 0;\n\
 {accumulators}    for (var step = 0; step < {side} * in_quads; step++) {{\n\
-        let row = step / in_quads;\n\
-        let quad = step - row * in_quads;\n\
-{step}    }}\n\
+{step}        quad += 1;\n\
+        row += select(0, 1, quad == in_quads);\n\
+        quad = select(quad, 0, quad == in_quads);\n\
+    }}\n\
 {store}}}\n",
         name = shape.name(),
         channels = quads * 4,
@@ -164,18 +167,26 @@ fn step(side: usize, quads: usize) -> String {
     }
     for k in 0..quads {
         for tap in 0..side * 4 {
-            text += &multiply_add(k, tap, quads);
+            text += &broadcast(k, tap, quads);
+        }
+        for p in 0..PIXELS as usize {
+            text += &multiply_add(k, p, side);
         }
     }
     text
 }
 
-fn multiply_add(k: usize, tap: usize, quads: usize) -> String {
-    let (column, channel) = (tap / 4, ["x", "y", "z", "w"][tap % 4]);
+fn broadcast(k: usize, tap: usize, quads: usize) -> String {
     let texel = tap * quads + k;
     let (register, lane) = (texel / LANES, texel % LANES);
-    let mut text = format!("        let b{k}_{tap} = subgroupBroadcast(w{register}, {lane}u);\n");
-    for p in 0..PIXELS as usize {
+    format!("        let b{k}_{tap} = subgroupBroadcast(w{register}, {lane}u);\n")
+}
+
+/// All taps of one accumulator in a row, so that it stays in a register meanwhile.
+fn multiply_add(k: usize, p: usize, side: usize) -> String {
+    let mut text = String::new();
+    for tap in 0..side * 4 {
+        let (column, channel) = (tap / 4, ["x", "y", "z", "w"][tap % 4]);
         let _ = writeln!(text, "        sum{k}_{p} += b{k}_{tap} * in{}.{channel};", p + column);
     }
     text

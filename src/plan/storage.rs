@@ -105,9 +105,11 @@ impl Groups {
     }
 }
 
-/// Array layers by tensor: each concatenated part starts at a whole layer.
+/// Array layers by tensor: each image of the input has its own, see
+/// [`input_process`](crate::ops::input_process::channel_map), and each concatenated part
+/// starts at a whole layer.
 fn quads(network: &Network) -> Vec<u32> {
-    let mut quads = vec![network.shapes[INPUT].channels.div_ceil(4) as u32];
+    let mut quads = vec![network.shapes[INPUT].channels.div_ceil(3) as u32];
     for (i, layer) in network.layers.iter().enumerate() {
         quads.push(match layer.op {
             Op::Concat => layer.inputs.iter().map(|&input| quads[input]).sum(),

@@ -1,7 +1,7 @@
 use wgdenoise::kernel::Context;
-use wgdenoise::ops::input_process::{Sources, input_process};
+use wgdenoise::ops::GpuTensor;
+use wgdenoise::ops::input_process::{Sources, channel_map, input_process};
 use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::ops::{GpuTensor, channel_map};
 use wgdenoise::{Image, Inputs, Precision, reference, wgpu};
 
 use crate::common::gpu::{buffer, context, download, submit, texture, view};

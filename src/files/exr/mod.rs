@@ -186,6 +186,9 @@ fn read_meta(file: &File) -> Result<(MetaData, u64), Problem> {
         ::exr::error::Error::NotSupported(what) => {
             Problem::Unsupported(format!("has a header that is not supported ({what})"))
         }
+        error if error.to_string().contains("compression attribute") => Problem::Unsupported(
+            "names no compression that is known; write it with ZIP or PIZ".into(),
+        ),
         error => Problem::Damaged(format!("has a header that is cut off or damaged ({error})")),
     })?;
     if meta.headers.is_empty() {

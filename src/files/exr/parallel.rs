@@ -27,7 +27,7 @@ pub(super) fn map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync)
             running.push(scope.spawn(move || share.into_iter().map(work).collect::<Vec<R>>()));
         }
         let joined = running.into_iter().map(|worker| worker.join());
-        joined.flat_map(|result| result.expect("the codecs do not panic")).collect()
+        joined.flat_map(|result| result.expect("the work does not panic")).collect()
     })
 }
 

@@ -1,11 +1,13 @@
 //! The samples within an unpacked block: per row, all of the first channel, then all of the next.
 
+use std::panic;
+
 use ::exr::meta::attribute::{IntegerBounds, SampleType};
 use ::exr::meta::header::Header;
 use half::f16;
 
 use super::index::Block;
-use crate::files::Problem;
+use crate::files::{Problem, guard};
 use crate::image::Image;
 
 /// The largest half.
@@ -25,9 +27,14 @@ pub(super) fn unpack(
     packed: Vec<u8>,
 ) -> Result<(IntegerBounds, Vec<u8>), Problem> {
     let bounds = bounds(header, block)?;
-    let unpacked =
-        header.compression.decompress_image_section_from_le(header, packed, bounds, false);
-    Ok((bounds, unpacked.map_err(damaged)?))
+    guard::check_dwa(header, &packed, bounds)?;
+    // B44 has arithmetic that overflows on damaged blocks, which checked builds turn into panics.
+    let decode =
+        || header.compression.decompress_image_section_from_le(header, packed, bounds, false);
+    match panic::catch_unwind(panic::AssertUnwindSafe(decode)) {
+        Ok(unpacked) => Ok((bounds, unpacked.map_err(damaged)?)),
+        Err(_) => Err(Problem::Damaged("is damaged: a block cannot be unpacked".into())),
+    }
 }
 
 /// The reverse of [`unpack`].
