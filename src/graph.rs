@@ -1,7 +1,7 @@
 //! The network on the GPU: its operators once, its textures and calls per tile size.
 
 use crate::kernel::{Context, Dispatch};
-use crate::model::{INPUT, Network, Op, TensorId, Weights};
+use crate::model::{INPUT, Layer, Network, Op, TensorId, Weights};
 use crate::ops::{self, ChannelMap, GpuTensor, Operator, channel_map};
 use crate::options::KernelSet;
 use crate::plan::{halo::halo, storage::Storage};
@@ -13,14 +13,16 @@ pub(crate) struct Model {
     pub(crate) storage: Storage,
     /// Overlap of tiles; see [`halo`].
     pub(crate) halo: u32,
-    operators: Vec<Box<dyn Operator>>,
+    operators: Vec<BoxedOperator>,
 }
+
+type BoxedOperator = Box<dyn Operator>;
 
 impl Model {
     pub(crate) fn new(context: &Context, kernels: KernelSet, weights: &Weights) -> Self {
         let network = weights.network.clone();
         let maps = channel_maps(&network);
-        let operator = |layer: &crate::model::Layer| {
+        let operator = |layer: &Layer| {
             let params = weights.params(&layer.name);
             ops::build(context, kernels, layer.op, &params, &maps[layer.inputs[0]])
         };
@@ -64,11 +66,11 @@ impl TileGraph {
             view(&slots[place.slot], place.first_quad, place.quads)
         };
         let tensors: Vec<_> = (0..model.network.shapes.len()).map(tensor).collect();
-        let call = |(i, operator): (usize, &Box<dyn Operator>)| {
-            let input = &tensors[model.network.layers[i].inputs[0]];
-            operator.dispatch(&context.device, input, &tensors[i + 1])
+        let steps = model.network.layers.iter().zip(&model.operators).zip(&tensors[1..]);
+        let call = |((layer, operator), output): ((&Layer, &BoxedOperator), &GpuTensor)| {
+            operator.dispatch(&context.device, &tensors[layer.inputs[0]], output)
         };
-        let dispatches = model.operators.iter().enumerate().filter_map(call).collect();
+        let dispatches = steps.filter_map(call).collect();
         let output = tensors[model.network.output()].clone();
         Self { input: tensors[INPUT].clone(), output, dispatches }
     }

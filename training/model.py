@@ -63,7 +63,7 @@ class UNet(nn.Module):
             x = self._run(f"dec_conv{l}", torch.cat([skips[l], up], 1))
         # the last layer and the sigmoid run in f32: bf16 would quantise the result to 8 bits
         with torch.autocast(x.device.type, enabled=False):
-            return torch.sigmoid(self.out_conv(x.float()))
+            return torch.sigmoid(self.out_conv(x.to(self.out_conv.weight.dtype)))
 
 
 def parameter_count(model):

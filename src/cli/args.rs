@@ -2,10 +2,10 @@
 
 use std::path::{Path, PathBuf};
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::{Args, Parser, Subcommand};
 
+use super::values::{PrecisionArg, QualityArg, positive, side};
 use crate::files::LayerChoice;
-use crate::{Precision, Quality};
 
 const AFTER_HELP: &str = "\
 EXR files keep everything but the three channels of the denoised colour. Colour, albedo and
@@ -175,49 +175,10 @@ pub(super) struct BenchArgs {
     pub(super) engine: EngineArgs,
 }
 
-/// [`Quality`] on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum QualityArg {
-    /// The least work
-    Fast,
-    /// Between the two
-    Balanced,
-    /// The best picture
-    High,
-}
-
-/// [`Precision`] on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum PrecisionArg {
-    /// 32-bit float
-    F32,
-    /// 16-bit float: half the memory
-    F16,
-}
-
 impl DenoiseArgs {
     /// IN and OUT, which are there unless there is a command.
     pub(super) fn files(&self) -> Option<(&Path, &Path)> {
         self.input.as_deref().zip(self.output.as_deref())
-    }
-}
-
-impl From<QualityArg> for Quality {
-    fn from(quality: QualityArg) -> Self {
-        match quality {
-            QualityArg::Fast => Self::Fast,
-            QualityArg::Balanced => Self::Balanced,
-            QualityArg::High => Self::High,
-        }
-    }
-}
-
-impl From<PrecisionArg> for Precision {
-    fn from(precision: PrecisionArg) -> Self {
-        match precision {
-            PrecisionArg::F32 => Self::F32,
-            PrecisionArg::F16 => Self::F16,
-        }
     }
 }
 
@@ -230,17 +191,6 @@ impl From<&LayerArgs> for LayerChoice {
             no_aux: args.no_aux,
             finished: false,
         }
-    }
-}
-
-fn side() -> clap::builder::RangedI64ValueParser<u32> {
-    clap::value_parser!(u32).range(1..=65536)
-}
-
-fn positive(text: &str) -> Result<f32, String> {
-    match text.parse() {
-        Ok(value) if value > 0.0 && f32::is_finite(value) => Ok(value),
-        _ => Err("expected a number above 0".into()),
     }
 }
 

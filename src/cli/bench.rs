@@ -1,10 +1,69 @@
 //! `wgdenoise bench`.
 
+use serde_json::json;
+
 use super::args::BenchArgs;
 use super::failure::Failure;
+use super::print;
+use crate::model::cost::macs_per_pixel;
+use crate::timing::{Timing, measure};
+use crate::{Denoiser, Gpu};
 
-/// Measures.
+/// Measures whole frames, from images on the CPU to an image on the CPU.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    let _ = args;
-    Err(Failure::Usage("not written yet".into()))
+    let (gpu, denoiser) = args.engine.denoiser()?;
+    let timing = measure(&denoiser, args.width, args.height, args.runs)?;
+    let report = if args.json { as_json } else { as_text };
+    print(&report(args, &gpu, &denoiser, &timing))
+}
+
+fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {
+    let options = args.engine.options();
+    let weights = denoiser.weights();
+    let (fastest, slowest) = (timing.seconds[0], timing.seconds[timing.seconds.len() - 1]);
+    format!(
+        "{} ({:?}), kernels {:?}, tensors in {:?}\n\
+         weights `{}`, {:.1} kMAC per pixel, color, albedo and normal\n\
+         {}×{} in {} tiles, {} MiB: median {:.4} s ({fastest:.4} to {slowest:.4} in {} runs), \
+         {:.1} GFLOP/s, {:.3} megapixels/s",
+        gpu.info.name,
+        gpu.info.backend,
+        options.kernels.resolve(&gpu.device),
+        options.precision,
+        weights.metadata.name,
+        macs_per_pixel(&weights.network) / 1e3,
+        args.width,
+        args.height,
+        timing.tiles,
+        timing.memory_bytes.div_ceil(1 << 20),
+        timing.median(),
+        timing.seconds.len(),
+        timing.gflops(),
+        megapixels(args) / timing.median(),
+    )
+}
+
+fn as_json(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {
+    let options = args.engine.options();
+    json!({
+        "adapter": gpu.info.name,
+        "backend": format!("{:?}", gpu.info.backend),
+        "kernels": format!("{:?}", options.kernels.resolve(&gpu.device)),
+        "precision": format!("{:?}", options.precision),
+        "weights": denoiser.weights().metadata.name,
+        "macs_per_pixel": macs_per_pixel(&denoiser.weights().network),
+        "width": args.width,
+        "height": args.height,
+        "tiles": timing.tiles,
+        "memory_bytes": timing.memory_bytes,
+        "seconds": timing.seconds,
+        "median_seconds": timing.median(),
+        "gflops": timing.gflops(),
+        "megapixels_per_second": megapixels(args) / timing.median(),
+    })
+    .to_string()
+}
+
+fn megapixels(args: &BenchArgs) -> f64 {
+    f64::from(args.width) * f64::from(args.height) / 1e6
 }

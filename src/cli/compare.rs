@@ -1,5 +1,7 @@
 //! `wgdenoise compare`.
 
+use std::fmt::Write;
+
 use serde_json::json;
 
 use super::args::CompareArgs;
@@ -28,7 +30,7 @@ fn as_text(m: &Metrics) -> String {
         m.l1, m.psnr, m.ssim, m.relmse, m.smape
     );
     if m.bad > 0 {
-        text += &format!("\n{} pixels are NaN or infinite and counted as 0", m.bad);
+        let _ = write!(text, "\n{} pixels are NaN or infinite and counted as 0", m.bad);
     }
     text
 }

@@ -10,14 +10,14 @@ use crate::{Denoiser, Frame, Gpu, Image};
 
 /// Reads, denoises and writes.
 pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
-    let begin = Instant::now();
+    let mut watch = Stopwatch(Instant::now());
     let usage = || Failure::Usage("give IN and OUT, or a command; see --help".into());
     let (input, output) = args.files().ok_or_else(usage)?;
     files::check_output(output, args.force)?;
     let picture = Picture::open(input, &LayerChoice::from(&args.layers))?;
     args.notices(picture.notices());
     args.notices(&unusable_pixels(picture.color()));
-    let read = begin.elapsed();
+    let read = watch.lap();
 
     let (gpu, denoiser) = args.engine.denoiser()?;
     let frame = Frame {
@@ -28,13 +28,19 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     };
     args.notices(&unread_inputs(&denoiser, &frame));
     args.details(|| adapter_and_kernels(&gpu, args));
-    let prepared = begin.elapsed();
+    let prepared = watch.lap();
 
-    let denoised = args.denoise(&denoiser, &frame)?;
-    let done = begin.elapsed();
-    let notices = picture.save(output, &denoised, args.force)?;
+    let result = args.denoise(&denoiser, &frame)?;
+    let worked = watch.lap();
+    let notices = picture.save(output, &result, args.force)?;
     args.notices(&notices);
-    args.details(|| times(read, prepared - read, done - prepared, begin.elapsed() - done));
+    let written = watch.lap();
+    args.details(|| {
+        format!(
+            "read in {read:.1?}, prepared in {prepared:.1?}, denoised in {worked:.1?}, \
+             written in {written:.1?}"
+        )
+    });
     Ok(())
 }
 
@@ -59,7 +65,9 @@ impl DenoiseArgs {
     /// What a user should know, one line each.
     fn notices(&self, notices: &[String]) {
         if !self.quiet {
-            notices.iter().for_each(|notice| eprintln!("wgdenoise: {notice}"));
+            for notice in notices {
+                eprintln!("wgdenoise: {notice}");
+            }
         }
     }
 
@@ -100,8 +108,12 @@ fn adapter_and_kernels(gpu: &Gpu, args: &DenoiseArgs) -> String {
     )
 }
 
-fn times(read: Duration, prepared: Duration, denoised: Duration, written: Duration) -> String {
-    format!(
-        "read in {read:.1?}, prepared in {prepared:.1?}, denoised in {denoised:.1?}, written in {written:.1?}"
-    )
+struct Stopwatch(Instant);
+
+impl Stopwatch {
+    /// The time since it was started or last asked.
+    fn lap(&mut self) -> Duration {
+        let now = Instant::now();
+        now.duration_since(std::mem::replace(&mut self.0, now))
+    }
 }

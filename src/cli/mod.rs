@@ -14,6 +14,7 @@ mod engine;
 mod failure;
 mod info;
 mod progress;
+mod values;
 
 use self::args::{Cli, Command};
 use self::failure::Failure;

@@ -56,6 +56,8 @@ fn draw(tiles: &Receiver<u64>, len: u64) {
     let bar = ProgressBar::new(len).with_style(style).with_elapsed(begin.elapsed());
     bar.set_position(done);
     bar.enable_steady_tick(Duration::from_millis(100));
-    tiles.iter().for_each(|now| bar.set_position(now));
+    for now in tiles {
+        bar.set_position(now);
+    }
     bar.finish_and_clear();
 }

@@ -2,9 +2,9 @@
 
 use std::path::Path;
 
+use super::choice::{self, Kind};
 use super::exr::ExrFile;
 use super::format::{self, Format};
-use super::layers::{self, Kind};
 use super::{FileError, Problem, ldr, window};
 use crate::image::Image;
 
@@ -22,7 +22,7 @@ fn read(path: &Path, kind: Kind) -> Result<Image, Problem> {
     match (format::sniff(path)?, kind) {
         (Format::Exr, _) => {
             let file = ExrFile::open(path)?;
-            let pick = layers::choose_single(&file.parts(), kind)?;
+            let pick = choice::choose_single(&file.parts(), kind)?;
             Ok(file.read(&[&pick])?.remove(0))
         }
         (_, Kind::Albedo) => ldr::LdrFile::read(path).map(|(_, image)| image),

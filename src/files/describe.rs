@@ -6,10 +6,12 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 
+use super::choice::{self, Pick};
 use super::exr::ExrFile;
 use super::format::{self, Format};
-use super::layers::{self, Layer, Pick};
-use super::{FileError, LayerChoice, Problem, ldr, wish};
+use super::layers::{self, Layer};
+use super::wanted::{LayerChoice, wish};
+use super::{FileError, Problem, ldr};
 
 /// What `wgdenoise info` shows.
 #[derive(Clone, Debug)]
@@ -74,10 +76,10 @@ impl Description {
         let parts = file.parts();
         let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted)?;
         let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted)?;
-        let choice = layers::choose(&parts, wanted.color.as_deref(), &albedo, &normal)
+        let choice = choice::choose(&parts, wanted.color.as_deref(), &albedo, &normal)
             .and_then(|choice| file.check(&choice.target).map(|()| choice));
         let explained = match &choice {
-            Ok(choice) => choice.explain(),
+            Ok(choice) => choice.explain(albedo_file.as_deref(), normal_file.as_deref()),
             Err(problem) => format!("cannot be denoised: it {problem}"),
         };
         let choice = choice.ok();

@@ -9,7 +9,7 @@ use super::Problem;
 /// A format that is read and written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
-    /// OpenEXR.
+    /// `OpenEXR`.
     Exr,
     /// PNG with 8 or 16 bits.
     Png,

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use crate::image::Image;
 
+pub mod choice;
 pub mod exr;
 pub mod guard;
 pub mod layers;
@@ -18,31 +19,19 @@ mod format;
 mod ldr;
 mod normals;
 mod output;
+mod wanted;
 mod window;
 
 pub use describe::{Description, LayerInfo};
 pub use error::{FileError, Problem};
 pub use format::Format;
 pub use output::check as check_output;
+pub use wanted::LayerChoice;
 
+use self::choice::Choice;
 use self::exr::ExrFile;
-use self::layers::{Choice, Wish};
 use self::ldr::LdrFile;
-
-/// What to read: names of layers where the file's own names do not tell.
-#[derive(Clone, Debug, Default)]
-pub struct LayerChoice {
-    /// The layer to denoise.
-    pub color: Option<String>,
-    /// The layer or the file with the albedo.
-    pub albedo: Option<String>,
-    /// The layer or the file with the normals.
-    pub normal: Option<String>,
-    /// Leave albedo and normal out even where they are there.
-    pub no_aux: bool,
-    /// Read the layer that results are written to instead of the noisy one.
-    pub finished: bool,
-}
+use self::wanted::wish;
 
 /// An image file that has been read, and all that is needed to write it with another colour.
 #[derive(Debug)]
@@ -56,7 +45,7 @@ pub struct Picture {
 
 #[derive(Debug)]
 enum Source {
-    Exr { file: ExrFile, choice: Choice },
+    Exr { file: Box<ExrFile>, choice: Choice },
     Ldr(LdrFile),
 }
 
@@ -81,21 +70,22 @@ impl Picture {
         let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted).map_err(at)?;
         let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted).map_err(at)?;
         let mut choice =
-            layers::choose(&parts, wanted.color.as_deref(), &albedo, &normal).map_err(at)?;
-        if wanted.finished {
+            choice::choose(&parts, wanted.color.as_deref(), &albedo, &normal).map_err(at)?;
+        if wanted.finished && wanted.color.is_none() {
             choice.color = choice.target.clone();
         }
         file.check(&choice.target).map_err(at)?;
-        let mut picture = Self::read_layers(file, choice).map_err(at)?;
+        let explained = choice.explain(albedo_file.as_deref(), normal_file.as_deref());
+        let mut picture = Self::read_layers(file, choice, explained).map_err(at)?;
         picture.add_files(albedo_file, normal_file)?;
         Ok(picture)
     }
 
-    fn read_layers(file: ExrFile, choice: Choice) -> Result<Self, Problem> {
+    fn read_layers(file: ExrFile, choice: Choice, explained: String) -> Result<Self, Problem> {
         let aux = [&choice.albedo, &choice.normal];
         let picks: Vec<_> = [&choice.color].into_iter().chain(aux.into_iter().flatten()).collect();
         let to = file.window(choice.color.part);
-        let mut notices = vec![choice.explain()];
+        let mut notices = vec![explained];
         let mut images = file.read(&picks)?.into_iter().zip(&picks).map(|(image, pick)| {
             let from = file.window(pick.part);
             if from != to {
@@ -107,6 +97,7 @@ impl Picture {
         let albedo = choice.albedo.as_ref().and_then(|_| images.next()).transpose()?;
         let normal = choice.normal.as_ref().and_then(|_| images.next()).transpose()?;
         drop(images);
+        let file = Box::new(file);
         Ok(Self { source: Source::Exr { file, choice }, color, albedo, normal, notices })
     }
 
@@ -115,10 +106,16 @@ impl Picture {
             return Err(Problem::Layers(format!("has no layers, so no layer `{layer}`")).at(path));
         }
         let (file, color) = LdrFile::read(path).map_err(|p| p.at(path))?;
-        let (albedo, normal, notices) = (None, None, Vec::new());
+        let wish = |name: &Option<String>| name.clone().filter(|_| !wanted.no_aux);
+        let (albedo_file, normal_file) = (wish(&wanted.albedo), wish(&wanted.normal));
+        let say = |what, file: &Option<String>| {
+            file.as_ref().map(|file| format!("{what} from the file {file}"))
+        };
+        let notices = [say("albedo", &albedo_file), say("normal", &normal_file)];
+        let notices = notices.into_iter().flatten().collect();
+        let (albedo, normal) = (None, None);
         let mut picture = Self { source: Source::Ldr(file), color, albedo, normal, notices };
-        let file = |name: &Option<String>| name.clone().filter(|_| !wanted.no_aux);
-        picture.add_files(file(&wanted.albedo), file(&wanted.normal))?;
+        picture.add_files(albedo_file, normal_file)?;
         Ok(picture)
     }
 
@@ -131,11 +128,9 @@ impl Picture {
         let size = self.color.size();
         if let Some(path) = albedo {
             self.albedo = Some(aux_file::albedo(Path::new(&path), size)?);
-            self.notices.push(format!("albedo from the file {path}"));
         }
         if let Some(path) = normal {
             self.normal = Some(aux_file::normal(Path::new(&path), size)?);
-            self.notices.push(format!("normal from the file {path}"));
         }
         Ok(())
     }
@@ -223,26 +218,6 @@ fn save_exr(
         notices.push("only the largest mip level was denoised".into());
     }
     Ok(notices)
-}
-
-/// A layer's name stays a name; anything else must be a file.
-fn wish(
-    parts: &[layers::Part],
-    name: Option<&str>,
-    wanted: &LayerChoice,
-) -> Result<(Wish, Option<String>), Problem> {
-    match name {
-        _ if wanted.no_aux => Ok((Wish::Without, None)),
-        None => Ok((Wish::Auto, None)),
-        Some(name) => match layers::named(&layers::layers(parts), name) {
-            Ok(_) => Ok((Wish::Named(name.into()), None)),
-            Err(_) if Path::new(name).is_file() => Ok((Wish::Without, Some(name.into()))),
-            Err(Problem::Layers(text)) => {
-                Err(Problem::Layers(format!("{text}, and there is no file `{name}`")))
-            }
-            Err(problem) => Err(problem),
-        },
-    }
 }
 
 #[cfg(test)]

@@ -10,8 +10,8 @@ pub(super) fn decode_if_encoded(image: &mut Image) -> bool {
     let lit = || image.pixels().iter().filter(|p| **p != [0.0; 3]);
     let (all, encoded) = (lit().count(), lit().filter(|p| is_unit(decoded(**p))).count());
     let plain = lit().filter(|p| is_unit(**p)).count();
-    let signed = image.pixels().iter().flatten().any(|&v| !(v >= 0.0));
-    if all == 0 || signed || encoded * 10 < all * 8 || plain * 2 > all {
+    let unsigned = image.pixels().iter().flatten().all(|&v| v >= 0.0);
+    if all == 0 || !unsigned || encoded * 10 < all * 8 || plain * 2 > all {
         return false;
     }
     decode(image);

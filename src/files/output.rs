@@ -20,14 +20,13 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     if !folder(path).is_dir() {
         return Err(Problem::Format("cannot be written: its folder is not there".into()).at(path));
     }
-    match fs::symlink_metadata(path) {
-        Err(_) => Ok(format),
-        Ok(_) if path.exists() && !path.is_file() => {
-            Err(Problem::Format("cannot be written: it is not a plain file".into()).at(path))
-        }
-        Ok(_) if !force => Err(Problem::Exists.at(path)),
-        Ok(_) => Ok(format),
+    if path.exists() && !path.is_file() {
+        return Err(Problem::Format("cannot be written: it is not a plain file".into()).at(path));
     }
+    if !force && fs::symlink_metadata(path).is_ok() {
+        return Err(Problem::Exists.at(path));
+    }
+    Ok(format)
 }
 
 /// Lets `write` fill a temporary file in the folder of `path`, then renames it to `path`.

@@ -1,7 +1,6 @@
 use std::path::PathBuf;
 
 use ::exr::prelude::*;
-use smallvec::smallvec;
 
 use super::{LayerChoice, Picture, Problem};
 use crate::image::Image as Pixels;
@@ -66,7 +65,7 @@ fn karma(compression: Compression, blocks: Blocks) -> AnyImage {
     let display = IntegerBounds::new((0, 0), (64, 48));
     AnyImage {
         attributes: ImageAttributes::new(display),
-        layer_data: smallvec![color, albedo, normal],
+        layer_data: SmallVec::from_vec(vec![color, albedo, normal]),
     }
 }
 
@@ -185,8 +184,10 @@ fn integers_and_lacking_blocks_are_refused_in_a_sentence() {
     let ids = || FlatSamples::U32(vec![1; n]);
     let encoding = Encoding::FAST_LOSSLESS;
     let colour = layer("C", SIZE, encoding, ["R", "G", "B"].map(|c| (c, ids())).to_vec());
-    let image =
-        AnyImage { attributes: ImageAttributes::with_size(SIZE), layer_data: smallvec![colour] };
+    let image = AnyImage {
+        attributes: ImageAttributes::with_size(SIZE),
+        layer_data: SmallVec::from_vec(vec![colour]),
+    };
     let error = Picture::open(&folder.with(&image), &LayerChoice::default()).unwrap_err();
     assert!(error.to_string().contains("channel `R` holds integers"), "{error}");
 }
@@ -207,18 +208,18 @@ fn no_damage_makes_it_panic() {
         let path = folder.with(&karma(compression, Blocks::ScanLines));
         let bytes = std::fs::read(&path).unwrap();
         let mut refused = 0;
-        for round in 0..400_usize {
+        for round in 0..120_usize {
             let mut damaged = bytes.clone();
             let at = (round * 7919 + round * round * 31) % bytes.len();
             let at = if round % 2 == 0 { at } else { at % 900 };
             if round % 3 == 0 {
-                damaged.truncate(at)
+                damaged.truncate(at);
             } else {
-                damaged[at] ^= 1 << (round % 8)
+                damaged[at] ^= 1 << (round % 8);
             }
             std::fs::write(&path, &damaged).unwrap();
             refused += usize::from(Picture::open(&path, &LayerChoice::default()).is_err());
         }
-        assert!(refused > 130, "{compression}: only {refused} were refused");
+        assert!(refused > 39, "{compression}: only {refused} were refused");
     }
 }

@@ -68,6 +68,9 @@ impl Network {
     /// The thesis network: per level two convolutions and a pool, two convolutions at the
     /// bottom, then per level a transposed convolution, the skip and two convolutions.
     /// `widths` are the channels of each encoder level and of the bottom.
+    ///
+    /// # Panics
+    /// If `widths` is empty.
     #[must_use]
     pub fn unet(in_channels: usize, widths: &[usize]) -> Self {
         let conv = Op::Conv3x3 { relu: true };

@@ -40,6 +40,7 @@ impl Taps<'_> {
     }
 
     /// The 4×4 matrix from an input quad to an output quad, column by column.
+    #[must_use]
     pub fn matrix(&self, out_quad: usize, in_quad: usize, tap: usize) -> [f32; 16] {
         std::array::from_fn(|i| self.at(out_quad * 4 + i % 4, in_quad * 4 + i / 4, tap))
     }

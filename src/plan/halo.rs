@@ -27,7 +27,7 @@ pub fn halo(network: &Network) -> u32 {
     }
     let (begin, end) = needed[crate::model::INPUT];
     let reach = (-begin).max(end - align).max(0);
-    u32::try_from(reach).expect("a receptive field is small").next_multiple_of(align as u32)
+    (reach as u32).next_multiple_of(network.alignment())
 }
 
 #[cfg(test)]

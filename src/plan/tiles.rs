@@ -146,12 +146,12 @@ mod tests {
             let stored: u64 = plan.tiles.iter().map(|t| area(t.stores.size())).sum();
             prop_assert_eq!(stored, area(size));
             for t in &plan.tiles {
-                for axis in 0..2 {
+                for (axis, &side) in size.iter().enumerate() {
                     let (begin, end) = (t.stores.begin[axis], t.stores.end[axis]);
                     let (from, to) = (t.origin[axis], t.origin[axis] + plan.tile[axis]);
-                    prop_assert!(begin < end && end <= size[axis] && from % alignment == 0);
+                    prop_assert!(begin < end && end <= side && from % alignment == 0);
                     prop_assert!(from == 0 || begin >= from + halo);
-                    let last = size[axis].next_multiple_of(alignment);
+                    let last = side.next_multiple_of(alignment);
                     prop_assert!(to == last || end + halo <= to);
                     prop_assert!(to <= last && plan.tile[axis] <= limits.max_side);
                 }

@@ -43,7 +43,7 @@ fn bad_pixels_do_not_count_and_black_is_left_alone() {
 
 #[test]
 fn bands_of_rows_make_the_same_bits_as_the_whole_image() {
-    let image = image(50, 201, |v| v.abs());
+    let image = image(50, 201, f32::abs);
     let whole = run(&image, &[Band::whole(50, 201, Layout::packed(50))]);
     for rows in [16, 17, 40, 100] {
         let bands = Band::split(50, 201, rows);

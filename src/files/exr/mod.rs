@@ -14,7 +14,8 @@ use ::exr::meta::attribute::{IntegerBounds, SampleType};
 use ::exr::meta::header::Header;
 
 use self::index::Block;
-use super::layers::{Part, Pick};
+use super::choice::Pick;
+use super::layers::Part;
 use super::{Problem, guard};
 use crate::image::Image;
 

@@ -26,7 +26,7 @@ pub(super) fn map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync)
             let work = &work;
             running.push(scope.spawn(move || share.into_iter().map(work).collect::<Vec<R>>()));
         }
-        let joined = running.into_iter().map(|worker| worker.join());
+        let joined = running.into_iter().map(thread::ScopedJoinHandle::join);
         joined.flat_map(|result| result.expect("the work does not panic")).collect()
     })
 }

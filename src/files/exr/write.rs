@@ -8,7 +8,7 @@ use ::exr::prelude::{Blocks, Encoding, Layer, LayerAttributes, SpecificChannels,
 use super::index::Block;
 use super::{ExrFile, parallel, pixels};
 use crate::files::Problem;
-use crate::files::layers::Pick;
+use crate::files::choice::Pick;
 use crate::image::Image;
 
 impl ExrFile {

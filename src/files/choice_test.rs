@@ -176,7 +176,8 @@ fn no_aux_leaves_both_out_and_the_choice_reads_as_one_line() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let choice = choose(&parts, None, &Wish::Without, &Wish::Without).unwrap();
     assert_eq!(
-        choice.explain(),
+        choice.explain(None, None),
         "colour from `C` (Karma's beauty), written to `C`; no albedo; no normal"
     );
+    assert!(choice.explain(Some("a.exr"), None).contains("albedo from the file a.exr; no normal"));
 }

@@ -1,0 +1,58 @@
+//! Values of flags.
+
+use clap::ValueEnum;
+use clap::builder::RangedI64ValueParser;
+
+use crate::{Precision, Quality};
+
+/// [`Quality`] on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum QualityArg {
+    /// The least work
+    Fast,
+    /// Between the two
+    Balanced,
+    /// The best picture
+    High,
+}
+
+/// [`Precision`] on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum PrecisionArg {
+    /// 32-bit float
+    F32,
+    /// 16-bit float: half the memory
+    F16,
+}
+
+impl From<QualityArg> for Quality {
+    fn from(quality: QualityArg) -> Self {
+        match quality {
+            QualityArg::Fast => Self::Fast,
+            QualityArg::Balanced => Self::Balanced,
+            QualityArg::High => Self::High,
+        }
+    }
+}
+
+impl From<PrecisionArg> for Precision {
+    fn from(precision: PrecisionArg) -> Self {
+        match precision {
+            PrecisionArg::F32 => Self::F32,
+            PrecisionArg::F16 => Self::F16,
+        }
+    }
+}
+
+/// A side of an image.
+pub(super) fn side() -> RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=65536)
+}
+
+/// A finite number above 0.
+pub(super) fn positive(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(value) if value > 0.0 && f32::is_finite(value) => Ok(value),
+        _ => Err("expected a number above 0".into()),
+    }
+}

@@ -1,0 +1,76 @@
+//! How long whole frames take, upload and readback included.
+
+use std::time::Instant;
+
+use crate::error::Result;
+use crate::model::cost::macs_per_pixel;
+use crate::{Denoiser, Frame, Image, Inputs};
+
+/// Times of several runs of one frame.
+#[derive(Clone, Debug)]
+pub struct Timing {
+    /// Seconds per run, shortest first.
+    pub seconds: Vec<f64>,
+    /// Operations of the network per frame; a multiply-accumulate is two.
+    pub flop: f64,
+    /// GPU memory for tensors and image windows, in bytes.
+    pub memory_bytes: u64,
+    /// Tiles per frame.
+    pub tiles: usize,
+}
+
+impl Timing {
+    /// The median run, in seconds.
+    #[must_use]
+    pub fn median(&self) -> f64 {
+        self.seconds[self.seconds.len() / 2]
+    }
+
+    /// Operations per second of the median run, in 10⁹; only the network's are counted.
+    #[must_use]
+    pub fn gflops(&self) -> f64 {
+        self.flop / self.median() / 1e9
+    }
+}
+
+/// Denoises a frame of colour, albedo and normal once to warm up and then `runs` times (at
+/// least once).
+///
+/// # Errors
+/// If the frame does not fit the memory budget or the device fails.
+pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Result<Timing> {
+    let [color, albedo, normal] = test_card(width, height)?;
+    let frame =
+        Frame { color: &color, albedo: Some(&albedo), normal: Some(&normal), input_scale: None };
+    let run = || -> Result<f64> {
+        let begin = Instant::now();
+        denoiser.denoise(&frame, &mut |_, _| {})?;
+        Ok(begin.elapsed().as_secs_f64())
+    };
+    run()?;
+    let mut seconds = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
+    seconds.sort_by(f64::total_cmp);
+    let macs = macs_per_pixel(&denoiser.weights().network);
+    Ok(Timing {
+        seconds,
+        flop: 2.0 * macs * f64::from(width) * f64::from(height),
+        memory_bytes: denoiser.memory_bytes(width, height, Inputs::ALL)?,
+        tiles: denoiser.tile_plan(width, height, Inputs::ALL)?.tiles.len(),
+    })
+}
+
+/// Gradients, so that no pixel is special; what a network costs does not depend on its input.
+fn test_card(width: u32, height: u32) -> Result<[Image; 3]> {
+    let at = |i: u32| {
+        let (x, y) = (i % width, i / width);
+        [x as f32 / width as f32, y as f32 / height as f32, ((x ^ y) & 15) as f32 / 15.0]
+    };
+    let pixels: Vec<_> = (0..width * height).map(at).collect();
+    let color = pixels.iter().map(|p| p.map(|v| 4.0 * v * v)).collect();
+    let normal = pixels.iter().map(|p| p.map(|v| 2.0 * v - 1.0)).collect();
+    Ok([
+        Image::new(width, height, color)?,
+        Image::new(width, height, pixels)?,
+        Image::new(width, height, normal)?,
+    ])
+}

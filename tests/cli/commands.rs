@@ -1,0 +1,75 @@
+use crate::support::{Folder, data};
+
+#[test]
+fn help_tells_the_exit_codes() {
+    let run = Folder::new().run(&["--help"]);
+    assert_eq!(run.code, 0);
+    for word in ["Exit codes:", "3  no usable adapter", "info", "devices", "compare", "bench"] {
+        assert!(run.stdout.contains(word), "no `{word}` in {run:?}");
+    }
+}
+
+#[test]
+fn info_shows_layers_the_choice_and_the_cost() {
+    let folder = Folder::new();
+    folder.copy("blender5_parts.exr");
+    let text = folder.run(&["info", "blender5_parts.exr"]);
+    assert_eq!(text.code, 0, "{text:?}");
+    for word in ["EXR with", "ViewLayer.Denoising Normal [", "written to", "cost in GFLOP"] {
+        assert!(text.stdout.contains(word), "no `{word}` in {text:?}");
+    }
+    let json = folder.run(&["info", "blender5_parts.exr", "--json"]).json();
+    assert_eq!(json["color"], "ViewLayer.Noisy Image");
+    assert_eq!(json["target"], "ViewLayer.Combined");
+    assert_eq!(json["normal"], "ViewLayer.Denoising Normal");
+    let (fast, high) = (json["gflop"]["fast"].as_f64(), json["gflop"]["high"].as_f64());
+    assert!(fast.unwrap() > 0.0 && fast < high, "{json}");
+    let layers = json["layers"].as_array().unwrap();
+    assert!(layers.iter().any(|l| l["channels"][0]["type"] == "float"), "{json}");
+}
+
+#[test]
+fn info_of_a_file_that_is_none_has_exit_code_1() {
+    let folder = Folder::new();
+    std::fs::write(folder.path("x.exr"), "nothing").unwrap();
+    folder.run(&["info", "x.exr"]).assert_failed(1, &["x.exr: is not an EXR"]);
+}
+
+#[test]
+fn devices_lists_what_adapter_chooses_from() {
+    let folder = Folder::new();
+    let json = folder.run(&["devices", "--json"]).json();
+    let first = json[0]["name"].as_str().expect("the tests need an adapter");
+    assert_eq!(json[0]["index"], 0);
+    let text = folder.run(&["devices"]);
+    assert!(text.stdout.starts_with(&format!("0: {first}")), "{text:?}");
+    folder.copy("plain_rgb.exr");
+    for adapter in ["0", first] {
+        let args = ["plain_rgb.exr", "out.exr", "--force", "--adapter", adapter];
+        folder.denoise(&args).assert_done();
+    }
+}
+
+#[test]
+fn compare_reads_the_result_and_measures_it() {
+    let folder = Folder::new();
+    folder.copy("blender5_parts.exr");
+    let image = "blender5_parts.exr";
+    let same = folder.run(&["compare", image, image, "--json"]).json();
+    assert_eq!((same["l1"].as_f64(), same["ssim"].as_f64()), (Some(0.0), Some(1.0)));
+    folder.denoise(&[image, "out.exr"]).assert_done();
+    let other = folder.run(&["compare", "out.exr", image, "--json"]).json();
+    for figure in ["l1", "psnr", "ssim", "relmse", "smape"] {
+        assert!(other[figure].as_f64().unwrap().is_finite(), "{other}");
+    }
+    assert!(other["l1"].as_f64().unwrap() > 0.0, "{other}");
+    let text = folder.run(&["compare", "out.exr", image]);
+    assert!(text.code == 0 && text.stdout.contains("SSIM"), "{text:?}");
+}
+
+#[test]
+fn images_of_two_sizes_cannot_be_compared() {
+    let folder = Folder::new();
+    let (a, b) = (data("karma_like.exr"), data("plain_rgb.exr"));
+    folder.run(&["compare", a.to_str().unwrap(), b.to_str().unwrap()]).assert_failed(1, &["37×23"]);
+}

@@ -1,0 +1,115 @@
+use std::fs;
+
+use crate::support::{Folder, Run};
+
+#[test]
+fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
+    let folder = Folder::new();
+    let whole = fs::read(folder.copy("blender5_parts.exr")).unwrap();
+    fs::write(folder.path("cut.exr"), &whole[..whole.len() * 9 / 10]).unwrap();
+    fs::write(folder.path("header.exr"), &whole[..200]).unwrap();
+    fs::write(folder.path("garbage.exr"), "this is no picture").unwrap();
+    fs::write(folder.path("empty.exr"), "").unwrap();
+    fs::write(folder.path("cut.png"), b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").unwrap();
+    fs::create_dir(folder.path("folder.exr")).unwrap();
+    let before = folder.names();
+    for (input, words) in [
+        ("nowhere.exr", "nowhere.exr: cannot be read: No such file"),
+        ("cut.exr", "blocks are missing"),
+        ("header.exr", "header that is cut off or damaged"),
+        ("garbage.exr", "is not an EXR, PNG or JPEG file"),
+        ("empty.exr", "is empty"),
+        ("cut.png", "is cut off or damaged"),
+        ("folder.exr", "is a folder"),
+    ] {
+        folder.denoise(&[input, "out.exr"]).assert_failed(1, &[words]);
+        assert_eq!(folder.names(), before, "{input}");
+    }
+}
+
+#[test]
+fn a_header_that_claims_a_huge_picture_is_refused_before_memory_is_taken() {
+    let folder = Folder::new();
+    let path = folder.copy("plain_rgb.exr");
+    let mut bytes = fs::read(&path).unwrap();
+    let window = bytes.windows(10).position(|w| w == b"dataWindow").unwrap();
+    let corner = window + b"dataWindow\0box2i\0".len() + 4 + 8;
+    bytes[corner..corner + 8].copy_from_slice(&[0, 0, 0, 0x20, 0, 0, 0, 0x20]);
+    fs::write(&path, bytes).unwrap();
+    folder.denoise(&["plain_rgb.exr", "out.exr"]).assert_failed(1, &["are accepted"]);
+}
+
+#[test]
+fn an_output_that_cannot_be_written_is_refused_before_the_work() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    folder.denoise(&["plain_rgb.exr", "out.tiff"]).assert_failed(1, &[".exr, .png, .jpg"]);
+    folder.denoise(&["plain_rgb.exr", "no/out.exr"]).assert_failed(1, &["folder is not there"]);
+    assert_eq!(folder.names(), ["plain_rgb.exr"]);
+}
+
+#[test]
+fn an_unknown_layer_is_answered_with_those_there_are() {
+    let folder = Folder::new();
+    folder.copy("karma_like.exr");
+    folder
+        .denoise(&["karma_like.exr", "out.exr", "--color", "beauty"])
+        .assert_failed(1, &["no layer `beauty`", "`C`, `albedo`, `N`"]);
+    folder
+        .denoise(&["karma_like.exr", "out.exr", "--albedo", "nowhere.exr"])
+        .assert_failed(1, &["no layer `nowhere.exr`", "no file `nowhere.exr`"]);
+}
+
+#[test]
+fn weights_that_are_none_are_named() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    fs::write(folder.path("w.safetensors"), "not weights").unwrap();
+    let run = |file| folder.run(&["plain_rgb.exr", "out.exr", "-q", "--weights", file]);
+    run("w.safetensors").assert_failed(1, &["w.safetensors: weights: "]);
+    run("nowhere.safetensors").assert_failed(1, &["nowhere.safetensors: cannot be read"]);
+}
+
+#[test]
+fn wrong_usage_has_exit_code_2() {
+    let folder = Folder::new();
+    for args in [
+        &[][..],
+        &["only_one.exr"],
+        &["a.exr", "b.exr", "--quality", "best"],
+        &["a.exr", "b.exr", "-q", "-v"],
+        &["compare", "a.exr"],
+        &["bench", "--width", "0"],
+    ] {
+        let run = folder.run(args);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{args:?}: {run:?}");
+    }
+}
+
+#[test]
+fn an_adapter_that_is_not_there_has_exit_code_3_and_says_how_to_get_one() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    folder
+        .denoise(&["plain_rgb.exr", "out.exr", "-q", "--adapter", "nosuch"])
+        .assert_failed(3, &["nosuch", "mesa-vulkan-drivers"]);
+    assert_eq!(folder.names(), ["plain_rgb.exr"]);
+}
+
+/// Only where Vulkan is the only backend can all adapters be hidden.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_machine_without_any_adapter_has_exit_code_3_and_is_told_the_package() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let denoise = ["plain_rgb.exr", "out.exr", "-q", "--weights", crate::support::WEIGHTS];
+    for args in [&denoise[..], &["devices"]] {
+        let mut command = folder.command(args);
+        for variable in ["VK_DRIVER_FILES", "VK_ICD_FILENAMES"] {
+            command.env(variable, folder.path("no_driver.json"));
+        }
+        let run = Run::of(&command.output().unwrap());
+        run.assert_failed(3, &["apt install mesa-vulkan-drivers"]);
+    }
+    assert_eq!(folder.names(), ["plain_rgb.exr"]);
+}

@@ -1,0 +1,8 @@
+//! The real binary on files as renderers write them; `tests/data` says how they were made.
+#![cfg(feature = "cli")]
+
+mod commands;
+mod denoise;
+mod failures;
+mod ldr;
+mod support;

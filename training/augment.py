@@ -1,0 +1,78 @@
+"""Random training crops: which samples, which features, how exposed, turned and coloured."""
+
+import torch
+
+from transfer import autoexposure, network_input, transfer
+
+FEATURES = (("all", 0.60), ("albedo", 0.75), ("color", 1.0))  # cumulative odds of the inputs a crop keeps
+
+
+class Crops:
+    """Endless random batches (input [B,9,S,S], target [B,3,S,S]) in the network domain."""
+
+    def __init__(self, views, size, seed):
+        self.views, self.size = views, size
+        self.scales = [[autoexposure(image[:3].float()) for _, image in v["noisy"]] for v in views]
+        self.random = torch.Generator().manual_seed(seed)
+        # References of dark and indoor scenes carry much noise of their own; draw them less often.
+        self.odds = torch.tensor([1 / (1 + (v["relerr"] / 0.3) ** 2) for v in views])
+
+    def batch(self, count):
+        chosen = torch.multinomial(self.odds, count, replacement=True, generator=self.random)
+        inputs, targets = zip(*(self._crop(self.views[i], self.scales[i]) for i in chosen))
+        return torch.stack(inputs), torch.stack(targets)
+
+    def _uniform(self):
+        return float(torch.rand((), generator=self.random))
+
+    def _gauss(self, *shape):
+        return torch.randn(shape, generator=self.random)
+
+    def _index(self, n):
+        return int(torch.randint(n, (), generator=self.random))
+
+    def _crop(self, view, scales):
+        window = self._window(view["ref"])
+        noisy, scale = self._noisy(view["noisy"], scales, window)
+        ref = window(view["ref"])
+        scale *= float(2 ** (0.5 * self._gauss()))
+        if self._uniform() < 0.15:  # renderers also hand over features of a clean first hit
+            noisy = torch.cat([noisy[:3], ref[3:]])
+        color, albedo, normal, target = *noisy.split(3), ref[:3]
+        if self._uniform() < 0.5:
+            hue = torch.randperm(3, generator=self.random)
+            color, albedo, target = color[hue], albedo[hue], target[hue]
+            tint = 2 ** (0.2 * self._gauss(3, 1, 1))
+            color, target = color * tint, target * tint
+        normal = self._frame(normal)
+        draw = self._uniform()
+        keep = next(name for name, end in FEATURES if draw < end)
+        x = network_input(color, None if keep == "color" else albedo, normal if keep == "all" else None, scale)
+        return x, transfer(target * scale)
+
+    def _noisy(self, renders, scales, window):
+        """One render, or now and then the mean of all, which stands for a sample count between the rendered ones."""
+        if len(renders) > 1 and self._uniform() < 0.25:
+            total = sum(spp for spp, _ in renders)
+            return sum(window(image) * (spp / total) for spp, image in renders), sum(scales) / len(scales)
+        i = self._index(len(renders))
+        return window(renders[i][1]), scales[i]
+
+    def _window(self, image):
+        """A function that cuts one random square out of images of this size and turns and mirrors it."""
+        s, (h, w) = self.size, image.shape[1:]
+        y, x = self._index(h - s + 1), self._index(w - s + 1)
+        turns, mirror = self._index(4), self._index(2)
+
+        def cut(image):
+            square = torch.rot90(image[:, y:y + s, x:x + s].float(), turns, (1, 2))
+            return square.flip(2) if mirror else square
+
+        return cut
+
+    def _frame(self, normal):
+        """Half of the crops see another frame: camera, world, y or z up differ between renderers."""
+        if self._index(2):
+            return normal
+        signs = torch.randint(0, 2, (3, 1, 1), generator=self.random) * 2 - 1
+        return normal[torch.randperm(3, generator=self.random)] * signs

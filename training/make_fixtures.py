@@ -1,0 +1,115 @@
+"""Inputs and PyTorch results for the tests of the operators and of the whole network, small and reproducible.
+
+    python make_fixtures.py ../tests/fixtures
+
+Results are computed in float64 from the stored inputs and rounded to float32. Images are [C,H,W]. Tensors per file:
+
+* conv3x3.safetensors: input, weight, bias, norm.weight, norm.bias, norm.running_mean, norm.running_var (eps 1e-5);
+  expected (convolution and bias), expected_relu (then ReLU), expected_norm_relu (no bias, batch norm, ReLU)
+* conv1x1.safetensors: input, weight, bias, expected
+* conv_transpose.safetensors: input, weight [in,out,2,2], bias, expected (stride 2)
+* max_pool.safetensors: input, expected (2x2)
+* concat.safetensors: first, second, expected
+* sigmoid.safetensors: input, expected
+* transfer.safetensors: input (exposed linear colour), expected (0..1); inverse_input (0..1), inverse_expected
+* autoexposure.safetensors: input, expected [1,1,1]; and black_input, black_expected. `input` has NaN, infinite and
+  negative values, which count as 0, and bins without light
+* unet_tiny.safetensors: a weights file of widths 4, 6, 10; unet_tiny_io.safetensors: input (network domain), expected
+"""
+
+import sys
+from pathlib import Path
+
+import torch
+from safetensors.torch import save_file
+from torch.nn import functional as F
+
+from export import save_weights
+from model import UNet
+from transfer import X0, X1, Y0, Y1, PU_MAX, autoexposure, inverse, transfer
+
+TINY = (4, 6, 10)
+
+
+def random(generator, *shape, scale=1.0):
+    """Normally distributed values that float32 holds exactly, as float64."""
+    return (torch.randn(shape, generator=generator) * scale).double()
+
+
+def operators(g):
+    """File name to its tensors, for every operator."""
+    files = dict(conv3x3=conv3x3(g))
+    x, w, b = random(g, 6, 5, 7), random(g, 3, 6, 1, 1, scale=0.5), random(g, 3)
+    files["conv1x1"] = dict(input=x, weight=w, bias=b, expected=F.conv2d(x, w, b))
+    x, w, b = random(g, 6, 3, 5), random(g, 6, 4, 2, 2, scale=0.5), random(g, 4)
+    files["conv_transpose"] = dict(input=x, weight=w, bias=b, expected=F.conv_transpose2d(x, w, b, stride=2))
+    x = random(g, 3, 6, 10)
+    files["max_pool"] = dict(input=x, expected=F.max_pool2d(x, 2))
+    first, second = random(g, 3, 4, 5), random(g, 2, 4, 5)
+    files["concat"] = dict(first=first, second=second, expected=torch.cat([first, second]))
+    x = torch.cat([random(g, 2, 4, 5, scale=3).flatten(), torch.tensor([-120.0, -30, -0.0, 0, 30, 120])]).view(1, 2, -1)
+    files["sigmoid"] = dict(input=x, expected=torch.sigmoid(x))
+    return files
+
+
+def conv3x3(g):
+    x, w, b = random(g, 5, 9, 11), random(g, 7, 5, 3, 3, scale=0.2), random(g, 7)
+    weight, bias, mean, var = random(g, 7), random(g, 7), random(g, 7), random(g, 7).exp().float().double()
+    plain, bare = F.conv2d(x, w, b, padding=1), F.conv2d(x, w, padding=1)
+    norm = F.batch_norm(bare[None], mean, var, weight, bias, eps=1e-5)[0]
+    return {"input": x, "weight": w, "bias": b, "norm.weight": weight, "norm.bias": bias, "norm.running_mean": mean,
+            "norm.running_var": var, "expected": plain, "expected_relu": plain.relu(), "expected_norm_relu": norm.relu()}
+
+
+def transfer_function():
+    edges = torch.tensor([0, 1e-10, Y0 * 0.999, Y0 * 1.001, Y1 * 0.999, Y1 * 1.001, 0.18, 1, 65504, 1e6])
+    y = torch.cat([edges, torch.logspace(-8, 4.8, 110)]).view(1, 3, 40).double()
+    edges = torch.tensor([0, X0 / PU_MAX * 0.999, X0 / PU_MAX * 1.001, X1 / PU_MAX * 0.999, X1 / PU_MAX * 1.001, 1])
+    x = torch.cat([edges, torch.linspace(0.001, 0.999, 74)]).view(1, 2, 40).double()
+    return dict(input=y, expected=transfer(y), inverse_input=x, inverse_expected=inverse(x))
+
+
+def exposure(g):
+    image = random(g, 3, 37, 50, scale=1.5).exp().float().double()
+    image[:, :12, :12] = 0
+    for (y, x), value in {(20, 3): float("nan"), (30, 33): float("inf"), (5, 40): -7.0, (36, 49): float("-inf")}.items():
+        image[1, y, x] = value
+    black = torch.zeros(3, 5, 4)
+    scales = [torch.tensor(autoexposure(i)).view(1, 1, 1) for i in (image, black)]
+    return dict(input=image, expected=scales[0], black_input=black, black_expected=scales[1])
+
+
+def tiny_net(g):
+    """Random weights with plausible statistics, rounded to what the weights file stores."""
+    model = UNet(TINY).double().eval()
+    for name, p in model.state_dict().items():
+        if name.endswith("running_var"):
+            p.copy_(random(g, *p.shape, scale=0.4).exp())
+        elif name.endswith("norm.weight"):
+            p.copy_(1 + random(g, *p.shape, scale=0.2))
+        elif p.ndim == 1:
+            p.copy_(random(g, *p.shape, scale=0.2))
+        elif p.ndim == 4:
+            p.copy_(random(g, *p.shape, scale=(2 / p[0].numel()) ** 0.5).half())
+        if p.is_floating_point():
+            p.copy_(p.float())
+    return model
+
+
+def main():
+    if len(sys.argv) != 2:
+        raise SystemExit("usage: python make_fixtures.py FOLDER")
+    folder, g = Path(sys.argv[1]), torch.Generator().manual_seed(20240607)
+    folder.mkdir(parents=True, exist_ok=True)
+    model = tiny_net(g)
+    x = torch.rand((1, 9, 20, 28), generator=g).double()
+    with torch.no_grad():
+        files = operators(g) | dict(transfer=transfer_function(), autoexposure=exposure(g))
+        files["unet_tiny_io"] = dict(input=x[0], expected=model(x)[0])
+    save_weights(folder / "unet_tiny.safetensors", model.state_dict(), TINY, "tiny", "random weights, for tests")
+    for name, tensors in files.items():
+        save_file({k: v.float().contiguous() for k, v in tensors.items()}, folder / f"{name}.safetensors")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,81 @@
+"""Reader of rendered views (.npz), the decode cache, and the split into training, validation and test scenes.
+
+A file `sSSSSSS_vV.npz` is view V of scene S, planar [3,H,W] arrays in three packings:
+
+* colour (`ref`, `n0`, `n1`, ...): float16 bit patterns with the low 10-keep mantissa bits shifted out,
+  as int16 planes (G, R-G, B-G), stored as two byte planes [2,3,H,W] (low bytes, high bytes). `ref` is also
+  differenced along x. `keep` is `meta["keep_ref"]`, or `meta["keep"][i]` for `n<i>`.
+* reference features: `ref_alb` uint8 (albedo*255) and `ref_nrm` int8 (normal*127), differenced along x, wrapping.
+* noisy features `n<i>_alb`, `n<i>_nrm`: int8, half the difference from the (decoded) reference's levels.
+
+`meta` is UTF-8 JSON in a uint8 array: `spp` (samples per pixel of n0, n1, ...), `keep`, `keep_ref`, `kind`,
+`ref_relerr` (estimated relative error of the reference). Other members are ignored.
+"""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+import torch
+
+SPLIT = {"train": (0.0, 0.76), "val": (0.76, 0.90), "test": (0.90, 1.0)}  # shares of the scenes
+
+
+def read_view(path):
+    """One view as {name, scene, kind, relerr, ref [9,H,W], noisy [(spp, [9,H,W])]}, float16 colour+albedo+normal."""
+    z = np.load(path)
+    meta = json.loads(z["meta"].tobytes())
+    albedo, normal = _integrate(z["ref_alb"]), _integrate(z["ref_nrm"])
+    ref = _stack(_color(_integrate(_join(z["ref"])), meta["keep_ref"]), albedo, normal)
+    noisy = []
+    for i, spp in enumerate(meta["spp"]):
+        color = _color(_join(z[f"n{i}"]), meta["keep"][i])
+        features = _from_half(z[f"n{i}_alb"], albedo, 0, 255), _from_half(z[f"n{i}_nrm"], normal, -127, 127)
+        noisy.append((spp, _stack(color, *features)))
+    name = Path(path).stem
+    return dict(name=name, scene=name.split("_v")[0], kind=meta.get("kind", ""), ref=ref, noisy=noisy,
+                relerr=float(meta.get("ref_relerr", 0)))
+
+
+def _join(planes):
+    return (planes[0].astype(np.uint16) | planes[1].astype(np.uint16) << 8).view(np.int16)
+
+
+def _integrate(differences):
+    return np.cumsum(differences.astype(np.int64), -1).astype(differences.dtype)
+
+
+def _color(planes, keep):
+    g, dr, db = planes.astype(np.int32)
+    bits = np.stack([g + dr, g, g + db]) << (10 - keep)
+    return bits.astype(np.uint16).view(np.float16)
+
+
+def _from_half(difference, reference, low, high):
+    return np.clip(reference.astype(np.int16) + 2 * difference.astype(np.int16), low, high)
+
+
+def _stack(color, albedo, normal):
+    parts = color, albedo.astype(np.float32) / 255, normal.astype(np.float32) / 127
+    return torch.from_numpy(np.concatenate([p.astype(np.float16) for p in parts]))
+
+
+def load_views(folders, cache=None):
+    """All views of the folders. Decoding takes a while, so the result is kept in the file `cache` where given."""
+    if cache and Path(cache).exists():
+        return torch.load(cache, mmap=True)
+    paths = sorted(p for f in folders for p in Path(f).glob("*_v*.npz"))
+    if not paths:
+        raise SystemExit(f"no views (*_v*.npz) in {', '.join(map(str, folders))}: give folders of rendered views")
+    views = [read_view(p) for p in paths]
+    if cache:
+        torch.save(views, cache)
+    return views
+
+
+def part(views, name):
+    """The views of one part: "train", "val" or "test". Whole scenes, in the order of a hash of their names."""
+    scenes = sorted({v["scene"] for v in views}, key=lambda s: hashlib.sha256(s.encode()).digest())
+    first, last = (round(share * len(scenes)) for share in SPLIT[name])
+    return [v for v in views if v["scene"] in scenes[first:last]]
