@@ -1,0 +1,221 @@
+//! Every way in which a weights file can be wrong is refused with the reason.
+
+use std::collections::HashMap;
+
+use safetensors::tensor::{Dtype, TensorView, serialize};
+use wgdenoise::{Inputs, Quality, Weights};
+
+/// A file before it is written: metadata, and per tensor type, shape and bytes.
+#[derive(Clone)]
+struct File {
+    metadata: HashMap<String, String>,
+    tensors: HashMap<String, (Dtype, Vec<usize>, Vec<u8>)>,
+}
+
+impl File {
+    /// The smallest valid network, 3 → 2 | 2 → 3, without norms.
+    fn valid() -> Self {
+        let pairs = [
+            ("format", "wgdenoise"),
+            ("format_version", "1"),
+            ("topology", "unet"),
+            ("widths", "2,3"),
+            ("inputs", "color"),
+            ("transfer_function", "pu"),
+            ("name", "test"),
+            ("provenance", "made by a test"),
+        ];
+        let metadata = pairs.map(|(k, v)| (k.to_string(), v.to_string())).into();
+        let mut file = Self { metadata, tensors: HashMap::new() };
+        let convs = [
+            ("enc_conv0a", 3, 2),
+            ("enc_conv0b", 2, 2),
+            ("mid_conva", 2, 3),
+            ("mid_convb", 3, 3),
+            ("dec_conv0a", 4, 2),
+            ("dec_conv0b", 2, 2),
+        ];
+        for (layer, inputs, outputs) in convs {
+            file.layer(layer, &[outputs, inputs, 3, 3], outputs);
+        }
+        file.layer("dec_up0", &[3, 2, 2, 2], 2);
+        file.layer("out_conv", &[3, 2, 1, 1], 3);
+        file
+    }
+
+    fn layer(&mut self, layer: &str, shape: &[usize], outputs: usize) {
+        self.fill(&format!("{layer}.weight"), shape, 0.25);
+        self.fill(&format!("{layer}.bias"), &[outputs], 0.5);
+    }
+
+    fn fill(&mut self, name: &str, shape: &[usize], value: f32) {
+        let bytes = value.to_le_bytes().repeat(shape.iter().product());
+        self.tensors.insert(name.into(), (Dtype::F32, shape.to_vec(), bytes));
+    }
+
+    fn norm(&mut self, layer: &str, outputs: usize) {
+        for part in ["weight", "bias", "running_mean", "running_var"] {
+            self.fill(&format!("{layer}.norm.{part}"), &[outputs], 1.0);
+        }
+        self.metadata.insert("norm_eps".into(), "1e-5".into());
+    }
+
+    fn set(mut self, key: &str, value: &str) -> Self {
+        self.metadata.insert(key.into(), value.into());
+        self
+    }
+
+    fn bytes(&self) -> Vec<u8> {
+        let views = self.tensors.iter().map(|(name, (dtype, shape, bytes))| {
+            let view = TensorView::new(*dtype, shape.clone(), bytes).expect("the sizes agree");
+            (name.clone(), view)
+        });
+        serialize(views, Some(self.metadata.clone())).expect("it fits")
+    }
+
+    #[track_caller]
+    fn is_refused(&self, expected: &str) {
+        refused(&self.bytes(), expected);
+    }
+}
+
+#[track_caller]
+fn refused(bytes: &[u8], expected: &str) {
+    let message = Weights::from_bytes(bytes).expect_err("it should be refused").to_string();
+    assert!(message.contains(expected), "`{message}` does not say `{expected}`");
+}
+
+#[test]
+fn a_valid_file_is_read_in_either_type() {
+    let mut file = File::valid();
+    let weights = Weights::from_bytes(&file.bytes()).unwrap();
+    assert_eq!(weights.metadata.widths, [2, 3]);
+    assert_eq!(weights.params("dec_up0").weight, [0.25; 3 * 2 * 2 * 2]);
+    let halves = half::f16::from_f32(0.25).to_le_bytes().repeat(6);
+    file.tensors.insert("out_conv.weight".into(), (Dtype::F16, vec![3, 2, 1, 1], halves));
+    let weights = Weights::from_bytes(&file.bytes()).unwrap();
+    assert_eq!(weights.params("out_conv").weight, [0.25; 6]);
+}
+
+#[test]
+fn the_built_in_weights_are_valid() {
+    for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
+        let weights = Weights::builtin(quality).unwrap();
+        assert_eq!(weights.metadata.inputs, Inputs::ALL, "{quality:?}");
+        assert!(!weights.metadata.provenance.is_empty(), "{quality:?}");
+    }
+}
+
+#[test]
+fn what_is_no_whole_safetensors_file_is_refused() {
+    refused(b"", "not a whole safetensors file");
+    refused(b"no weights at all, but long enough", "not a whole safetensors file");
+    let bytes = File::valid().bytes();
+    refused(&bytes[..bytes.len() - 1], "not a whole safetensors file");
+    let mut bomb = (u64::MAX / 2).to_le_bytes().to_vec();
+    bomb.extend(b"{}");
+    refused(&bomb, "not a whole safetensors file");
+}
+
+#[test]
+fn metadata_of_another_format_is_refused() {
+    for key in ["format", "format_version", "topology", "transfer_function"] {
+        let expected = format!("metadata `{key}` is `other`, but this version reads only");
+        File::valid().set(key, "other").is_refused(&expected);
+    }
+    for key in ["format", "widths", "inputs", "name", "provenance"] {
+        let mut file = File::valid();
+        file.metadata.remove(key);
+        file.is_refused(&format!("metadata `{key}` is missing"));
+    }
+    let mut file = File::valid();
+    file.metadata.clear();
+    file.is_refused("metadata");
+}
+
+#[test]
+fn metadata_with_impossible_values_is_refused() {
+    for widths in ["", "2", "2,0", "2,x", "2,3000", "1,1,1,1,1,1,1,1,1", "-2,3"] {
+        File::valid().set("widths", widths).is_refused("metadata `widths` is");
+    }
+    File::valid().set("inputs", "color,normal").is_refused("metadata `inputs` is `color,normal`");
+    for eps in ["0", "-1e-5", "NaN", "2", "small"] {
+        File::valid().set("norm_eps", eps).is_refused("metadata `norm_eps` is");
+    }
+}
+
+#[test]
+fn missing_unknown_and_misshapen_tensors_are_refused_by_name() {
+    let mut file = File::valid();
+    file.tensors.remove("mid_convb.weight");
+    file.is_refused("tensor `mid_convb.weight` is missing, expected shape [3, 3, 3, 3]");
+
+    let mut file = File::valid();
+    file.tensors.remove("out_conv.bias");
+    file.is_refused("tensor `out_conv.bias` is missing, expected shape [3]");
+
+    let mut file = File::valid();
+    file.fill("enc_conv1a.weight", &[2, 2, 3, 3], 0.0);
+    file.is_refused("tensor `enc_conv1a.weight`");
+
+    let mut file = File::valid();
+    file.fill("dec_up0.weight", &[2, 3, 2, 2], 0.0);
+    file.is_refused("`dec_up0.weight` has shape [2, 3, 2, 2], expected [3, 2, 2, 2]");
+
+    File::valid().set("widths", "2,4").is_refused("has shape");
+    File::valid().set("inputs", "color,albedo").is_refused("expected [2, 6, 3, 3]");
+}
+
+#[test]
+fn other_types_and_values_that_are_no_numbers_are_refused() {
+    let mut file = File::valid();
+    let doubles = 0.25_f64.to_le_bytes().repeat(6);
+    file.tensors.insert("out_conv.weight".into(), (Dtype::F64, vec![3, 2, 1, 1], doubles));
+    file.is_refused("`out_conv.weight` has type F64, expected F16 or F32");
+
+    for bad in [f32::NAN, f32::INFINITY] {
+        let mut file = File::valid();
+        let bytes = &mut file.tensors.get_mut("mid_conva.weight").unwrap().2;
+        bytes[20..24].copy_from_slice(&bad.to_le_bytes());
+        file.is_refused(&format!("`mid_conva.weight` has {bad} at element 5"));
+    }
+}
+
+#[test]
+fn norms_that_are_incomplete_or_impossible_are_refused() {
+    let mut file = File::valid();
+    file.norm("mid_conva", 3);
+    Weights::from_bytes(&file.bytes()).unwrap();
+
+    let mut incomplete = file.clone();
+    incomplete.tensors.remove("mid_conva.norm.running_var");
+    incomplete.is_refused("tensor `mid_conva.norm.running_var` is missing");
+
+    let mut headless = file.clone();
+    headless.tensors.remove("mid_conva.norm.weight");
+    headless.is_refused("tensor `mid_conva.norm.bias`");
+
+    let mut negative = file.clone();
+    negative.fill("mid_conva.norm.running_var", &[3], -1.0);
+    negative.is_refused("`mid_conva.norm.running_var`[0] is -1, expected at least 0");
+
+    let mut huge = file.clone();
+    huge.fill("mid_conva.norm.weight", &[3], f32::MAX);
+    huge.fill("mid_conva.weight", &[3, 2, 3, 3], 1e9);
+    huge.is_refused("with its norm folded in");
+
+    let mut without_eps = file.clone();
+    without_eps.metadata.remove("norm_eps");
+    without_eps.is_refused("metadata `norm_eps` is missing");
+
+    let mut elsewhere = File::valid();
+    elsewhere.norm("dec_up0", 2);
+    elsewhere.is_refused("tensor `dec_up0.norm.bias`");
+}
+
+#[test]
+fn inputs_that_the_network_was_not_trained_with_are_refused() {
+    let weights = Weights::from_bytes(&File::valid().bytes()).unwrap();
+    let message = weights.for_inputs(Inputs::ALL).unwrap_err().to_string();
+    assert!(message.contains("`test` was trained with color"), "{message}");
+}
