@@ -255,6 +255,21 @@ fn an_unknown_adapter_is_an_error_that_says_what_there_is() {
     assert!(error.contains(&gpu().info.name) && error.contains("mesa-vulkan-drivers"), "{error}");
 }
 
+/// The same test binary again, where the Vulkan loader finds no driver.
+#[cfg(target_os = "linux")]
+#[test]
+fn without_an_adapter_the_tests_fail_instead_of_being_skipped() {
+    let binary = std::env::current_exe().expect("the binary that runs");
+    let output = std::process::Command::new(binary)
+        .args(["the_same_input_makes_the_same_bits_every_time", "--exact"])
+        .envs(["VK_DRIVER_FILES", "VK_ICD_FILENAMES"].map(|key| (key, "/nonexistent")))
+        .output()
+        .expect("it runs");
+    let text = String::from_utf8_lossy(&output.stdout).into_owned()
+        + &String::from_utf8_lossy(&output.stderr);
+    assert!(!output.status.success() && text.contains("the tests need an adapter"), "{text}");
+}
+
 fn same_bits(found: &Image, expected: &Image) -> Result<(), String> {
     if found.size() != expected.size() {
         return Err(format!("size {:?}, expected {:?}", found.size(), expected.size()));

@@ -164,6 +164,54 @@ fn most_unpacked_per_byte(compression: Compression) -> u128 {
 mod tests {
     use super::*;
 
+    use ::exr::meta::attribute::{ChannelDescription, Text};
+    use ::exr::prelude::{SampleType, Vec2};
+
+    fn header(compression: Compression, tile: usize) -> Header {
+        let channel = |name| ChannelDescription::named(name, SampleType::F16);
+        let names = ["B", "G", "R"].map(channel).into_iter().collect();
+        let tiles = ::exr::meta::attribute::TileDescription {
+            tile_size: Vec2(tile, tile),
+            level_mode: ::exr::meta::attribute::LevelMode::Singular,
+            rounding_mode: ::exr::math::RoundingMode::Down,
+        };
+        let order = ::exr::meta::attribute::LineOrder::Increasing;
+        Header::new(Text::from("C"), (16000, 16000), names).with_encoding(
+            compression,
+            BlockDescription::Tiles(tiles),
+            order,
+        )
+    }
+
+    #[test]
+    fn a_tile_as_large_as_a_huge_picture_is_refused() {
+        assert!(check_part(&header(Compression::ZIP16, 256)).is_ok());
+        let error = check_part(&header(Compression::ZIP16, 1 << 20)).unwrap_err().to_string();
+        assert!(error.contains("blocks of 1536000000 bytes"), "{error}");
+    }
+
+    #[test]
+    fn a_block_cannot_claim_more_than_its_bytes_can_back() {
+        let header = header(Compression::ZIP16, 256);
+        let bounds = IntegerBounds::from_dimensions(Vec2(256, 256));
+        assert!(check_ratio(&header, 400, bounds).is_ok());
+        assert!(
+            check_ratio(&header, 100, bounds).is_err() && check_ratio(&header, 0, bounds).is_err()
+        );
+    }
+
+    #[test]
+    fn the_counters_of_a_dwa_block_must_fit_its_pixels() {
+        let header = header(Compression::DWAA(None), 256);
+        let bounds = IntegerBounds::from_dimensions(Vec2(256, 256));
+        let block = |counter: u64| {
+            [2_u64, 0, 0, 9, 9, 0, 0, 0, counter, 9, 0].map(u64::to_le_bytes).concat()
+        };
+        assert!(check_dwa(&header, &block(256 * 256 * 3), bounds).is_ok());
+        assert!(check_dwa(&header, &block(1 << 40), bounds).is_err());
+        assert!(check_dwa(&header, &block(9)[..80], bounds).is_err());
+    }
+
     #[test]
     fn sizes_from_one_pixel_to_the_limit_pass_and_others_do_not() {
         assert!(check_size(1, 1).is_ok() && check_size(16384, 16384).is_ok());

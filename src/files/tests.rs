@@ -159,6 +159,40 @@ fn albedo_of_another_window_is_moved_to_where_the_colour_is_and_that_is_said() {
 }
 
 #[test]
+fn smaller_mip_levels_stay_as_they_were_and_that_is_said() {
+    let folder = Folder::new();
+    let path = folder.path("in.exr");
+    let levels = |seed| Levels::Mip {
+        rounding_mode: ::exr::math::RoundingMode::Down,
+        level_data: [37 * 41, 18 * 20, 9 * 10, 4 * 5, 2 * 2, 1].map(|n| half(seed, n)).to_vec(),
+    };
+    let channel = |(name, seed)| AnyChannel::new(name, levels(seed));
+    let channels =
+        AnyChannels::sort([("R", 1), ("G", 2), ("B", 3)].map(channel).into_iter().collect());
+    let encoding = Encoding {
+        compression: Compression::ZIP16,
+        blocks: Blocks::Tiles(Vec2(16, 16)),
+        line_order: LineOrder::Increasing,
+    };
+    let layer = Layer::new(SIZE, LayerAttributes::default(), encoding, channels);
+    Image::from_layer(layer).write().to_file(&path).unwrap();
+
+    let picture = open(&path);
+    let denoised = painted(picture.color());
+    let notices = picture.save(&folder.path("out.exr"), &denoised, false).unwrap();
+    assert_eq!(notices, ["only the largest mip level was denoised"]);
+    let read = |path: PathBuf| {
+        let reader = ::exr::prelude::read().no_deep_data().all_resolution_levels().all_channels();
+        let image = reader.all_layers().all_attributes().from_file(path).unwrap();
+        image.layer_data[0].channel_data.list[2].sample_data.levels_as_slice().to_vec()
+    };
+    let (before, after) = (read(path.clone()), read(folder.path("out.exr")));
+    assert_eq!((before.len(), &before[1..]), (6, &after[1..]));
+    let red: Vec<f32> = denoised.pixels().iter().map(|p| p[0]).collect();
+    assert_eq!(after[0].values_as_f32().collect::<Vec<_>>(), red);
+}
+
+#[test]
 fn halves_too_large_are_clamped_and_counted() {
     let folder = Folder::new();
     let picture = open(&folder.with(&karma(Compression::PIZ, Blocks::ScanLines)));

@@ -39,19 +39,19 @@ impl TilePlan {
     /// smallest tile breaks a constraint.
     #[must_use]
     pub fn new(size: [u32; 2], constraints: &Constraints) -> Option<Self> {
-        let candidates = size.map(|side| candidate_sides(side, constraints));
-        let fits = |tile: &[u32; 2]| {
-            tile.iter().all(|&side| side <= constraints.max_side)
-                && area(*tile) <= constraints.max_pixels
+        let candidates = size.map(|side| candidates(side, constraints));
+        let pairs = candidates[0].iter().flat_map(|x| candidates[1].iter().map(move |y| [x, y]));
+        let fits = |[x, y]: &[&Candidate; 2]| {
+            x.side.max(y.side) <= constraints.max_side
+                && area([x.side, y.side]) <= constraints.max_pixels
         };
-        let cost = |tile: &[u32; 2]| {
-            let counts =
-                [0, 1].map(|axis| starts(size[axis], tile[axis], constraints).len() as u64);
-            (counts[0] * counts[1] * area(*tile), counts[0] * counts[1])
+        // The fewest pixels, overlap included; among equals the fewest tiles.
+        let cost = |[x, y]: &[&Candidate; 2]| {
+            let count = x.count * y.count;
+            (count * area([x.side, y.side]), count)
         };
-        let pairs = candidates[0].iter().flat_map(|&w| candidates[1].iter().map(move |&h| [w, h]));
-        let tile = pairs.filter(fits).min_by_key(cost)?;
-        Some(Self::with_tile(size, tile, constraints))
+        let [x, y] = pairs.filter(fits).min_by_key(cost)?;
+        Some(Self::with_tile(size, [x.side, y.side], constraints))
     }
 
     /// The plan with tiles of this size. Each side must be a multiple of the alignment and
@@ -77,19 +77,23 @@ fn area(tile: [u32; 2]) -> u64 {
     u64::from(tile[0]) * u64::from(tile[1])
 }
 
+/// A tile side, and how many such tiles cover the image along that axis.
+struct Candidate {
+    side: u32,
+    count: u64,
+}
+
 /// Tile sides worth trying: the whole image, and for every count of tiles the smallest side.
-fn candidate_sides(size: u32, constraints: &Constraints) -> Vec<u32> {
+fn candidates(size: u32, constraints: &Constraints) -> Vec<Candidate> {
     let Constraints { alignment, halo, .. } = *constraints;
     let padded = size.next_multiple_of(alignment);
-    let mut sides = vec![padded];
     let inner = padded.saturating_sub(2 * halo);
-    for count in 2..=inner / alignment {
-        let side = inner.div_ceil(count).next_multiple_of(alignment) + 2 * halo;
-        if sides.last() != Some(&side) {
-            sides.push(side);
-        }
-    }
-    sides
+    let mut sides = vec![padded];
+    let side = |count| inner.div_ceil(count).next_multiple_of(alignment) + 2 * halo;
+    sides.extend((2..=inner / alignment).map(side));
+    sides.dedup();
+    let count = |side| starts(size, side, constraints).len() as u64;
+    sides.into_iter().map(|side| Candidate { side, count: count(side) }).collect()
 }
 
 /// First pixels of the tiles along an axis: the last one ends where the padded image ends.
@@ -126,6 +130,15 @@ mod tests {
         let plan = TilePlan::new([1000, 17], &constraints(16, 96, 4096)).unwrap();
         assert_eq!((plan.tile, plan.tiles.len()), ([1008, 32], 1));
         assert_eq!(plan.tiles[0].stores, Rect { begin: [0, 0], end: [1000, 17] });
+    }
+
+    #[test]
+    fn the_largest_image_is_planned_within_its_constraints() {
+        let limits = Constraints { max_pixels: 2_000_000, ..constraints(16, 96, 8192) };
+        let plan = TilePlan::new([16384, 16384], &limits).unwrap();
+        assert!(area(plan.tile) <= 2_000_000 && plan.tiles.len() > 100, "{:?}", plan.tile);
+        // Overlap costs less than half as much again as the image itself.
+        assert!(plan.tiles.len() as u64 * area(plan.tile) < 16384 * 16384 * 3 / 2);
     }
 
     #[test]
