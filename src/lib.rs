@@ -60,7 +60,7 @@
 //!
 //! [`model`] describes the network as data and reads weights files; [`plan`] decides in numbers
 //! alone where tensors live and how images are cut into tiles; [`ops`] has one unit per
-//! operator, each with a shader and, in [`reference`], a naive function of the same name.
+//! operator, each with a shader and, in [`mod@reference`], a naive function of the same name.
 
 #[cfg(feature = "cli")]
 pub mod cli;
