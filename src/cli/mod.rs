@@ -13,6 +13,7 @@ mod devices;
 mod engine;
 mod failure;
 mod info;
+mod loader;
 mod progress;
 mod values;
 
@@ -23,6 +24,7 @@ use self::failure::Failure;
 /// 3 no usable adapter.
 #[must_use]
 pub fn main() -> ExitCode {
+    loader::silence();
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
