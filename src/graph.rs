@@ -59,11 +59,13 @@ impl TileGraph {
             .storage
             .slots
             .iter()
-            .map(|slot| create_texture(context, tile.map(|side| side >> slot.level), slot.quads))
+            .map(|slot| {
+                GpuTensor::texture(context, tile.map(|side| side >> slot.level), slot.quads)
+            })
             .collect();
         let tensor = |id: TensorId| {
             let place = model.storage.placements[id];
-            view(&slots[place.slot], place.first_quad, place.quads)
+            GpuTensor::of(&slots[place.slot], place.first_quad, place.quads)
         };
         let tensors: Vec<_> = (0..model.network.shapes.len()).map(tensor).collect();
         let steps = model.network.layers.iter().zip(&model.operators).zip(&tensors[1..]);
@@ -81,31 +83,4 @@ impl TileGraph {
             dispatch.record(pass);
         }
     }
-}
-
-/// A texture for tensors, `quads` layers of four channels each.
-pub(crate) fn create_texture(context: &Context, size: [u32; 2], quads: u32) -> wgpu::Texture {
-    context.device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("tensor"),
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: quads },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: context.precision.texture_format(),
-        usage: wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    })
-}
-
-/// Layers `first_quad .. first_quad + quads` of a texture as a tensor.
-pub(crate) fn view(texture: &wgpu::Texture, first_quad: u32, quads: u32) -> GpuTensor {
-    let view = texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        base_array_layer: first_quad,
-        array_layer_count: Some(quads),
-        ..Default::default()
-    });
-    GpuTensor { view, width: texture.width(), height: texture.height(), quads }
 }

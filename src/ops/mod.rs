@@ -34,6 +34,36 @@ pub struct GpuTensor {
 }
 
 impl GpuTensor {
+    /// A texture for tensors: `size` pixels, width first, of `quads` layers.
+    #[must_use]
+    pub fn texture(context: &Context, size: [u32; 2], quads: u32) -> wgpu::Texture {
+        let [width, height] = size;
+        context.device.create_texture(&wgpu::TextureDescriptor {
+            label: Some("tensor"),
+            size: wgpu::Extent3d { width, height, depth_or_array_layers: quads },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: context.precision.texture_format(),
+            usage: wgpu::TextureUsages::STORAGE_BINDING
+                | wgpu::TextureUsages::COPY_SRC
+                | wgpu::TextureUsages::COPY_DST,
+            view_formats: &[],
+        })
+    }
+
+    /// Layers `first_quad .. first_quad + quads` of a texture.
+    #[must_use]
+    pub fn of(texture: &wgpu::Texture, first_quad: u32, quads: u32) -> Self {
+        let view = texture.create_view(&wgpu::TextureViewDescriptor {
+            dimension: Some(wgpu::TextureViewDimension::D2Array),
+            base_array_layer: first_quad,
+            array_layer_count: Some(quads),
+            ..Default::default()
+        });
+        Self { view, width: texture.width(), height: texture.height(), quads }
+    }
+
     /// The view as what a bind group takes.
     #[must_use]
     pub fn resource(&self) -> wgpu::BindingResource<'_> {

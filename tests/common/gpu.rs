@@ -87,11 +87,11 @@ pub(crate) fn upload(context: &Context, tensor: &Tensor, map: &ChannelMap) -> Gp
             texels[texel(stored, [height, width], y, x)] = tensor.at(channel, y, x);
         }
     }
-    let texture = texture(context, [width as u32, height as u32, quads as u32]);
+    let texture = GpuTensor::texture(context, [width as u32, height as u32], quads as u32);
     let layout = copy_layout(context, texture.width(), texture.height());
     let bytes = encode(&texels, context.precision);
     context.queue.write_texture(texture.as_image_copy(), &bytes, layout, texture.size());
-    view(&texture, 0, quads as u32)
+    GpuTensor::of(&texture, 0, quads as u32)
 }
 
 /// Reads a tensor that fills its texture.
@@ -149,33 +149,6 @@ pub(crate) fn read_back(
     buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
     context.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device works");
     buffer.slice(..).get_mapped_range().expect("the buffer is mapped").to_vec()
-}
-
-/// A texture of `[width, height, quads]`.
-pub(crate) fn texture(context: &Context, size: [u32; 3]) -> wgpu::Texture {
-    context.device.create_texture(&wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: size[2] },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format: context.precision.texture_format(),
-        usage: wgpu::TextureUsages::STORAGE_BINDING
-            | wgpu::TextureUsages::COPY_SRC
-            | wgpu::TextureUsages::COPY_DST,
-        view_formats: &[],
-    })
-}
-
-/// Some layers of a texture as a tensor.
-pub(crate) fn view(texture: &wgpu::Texture, first_quad: u32, quads: u32) -> GpuTensor {
-    let view = texture.create_view(&wgpu::TextureViewDescriptor {
-        dimension: Some(wgpu::TextureViewDimension::D2Array),
-        base_array_layer: first_quad,
-        array_layer_count: Some(quads),
-        ..Default::default()
-    });
-    GpuTensor { view, width: texture.width(), height: texture.height(), quads }
 }
 
 fn texel(stored: usize, [height, width]: [usize; 2], y: usize, x: usize) -> usize {

@@ -1,7 +1,7 @@
-use wgdenoise::ops::{channel_map, concat, conv1x1::conv1x1};
+use wgdenoise::ops::{GpuTensor, channel_map, concat, conv1x1::conv1x1};
 use wgdenoise::{KernelSet, Precision, model::Params, reference};
 
-use crate::common::gpu::{context, download, submit, texture, upload, view};
+use crate::common::gpu::{context, download, submit, upload};
 use crate::common::{Random, Tolerance, compare, run_cases};
 
 /// A convolution by the identity multiplies by 1 and adds 0: nothing is rounded.
@@ -16,24 +16,20 @@ fn writing_side_by_side_is_concatenation() {
         let mut random = Random::new(9);
         let parts = [random.tensor(a, 5, 9), random.tensor(b, 5, 9)];
         let map = concat::channel_map(&channel_map(a), &channel_map(b));
-        let both = texture(context, [9, 5, map.len() as u32 / 4]);
+        let both = GpuTensor::texture(context, [9, 5], map.len() as u32 / 4);
         let mut first_quad = 0;
         for part in &parts {
             let quads = part.channels.div_ceil(4) as u32;
-            copy(context, part, &view(&both, first_quad, quads));
+            copy(context, part, &GpuTensor::of(&both, first_quad, quads));
             first_quad += quads;
         }
-        let found = download(context, &view(&both, 0, first_quad), &map);
+        let found = download(context, &GpuTensor::of(&both, 0, first_quad), &map);
         compare(&found, &reference::concat(&parts[0], &parts[1]), EXACT)
     });
 }
 
 /// Writes a tensor through a kernel, as the network does.
-fn copy(
-    context: &wgdenoise::kernel::Context,
-    tensor: &reference::Tensor,
-    target: &wgdenoise::ops::GpuTensor,
-) {
+fn copy(context: &wgdenoise::kernel::Context, tensor: &reference::Tensor, target: &GpuTensor) {
     use wgdenoise::ops::Operator as _;
     let n = tensor.channels;
     let weight = (0..n * n).map(|i| if i % (n + 1) == 0 { 1.0 } else { 0.0 }).collect();

@@ -4,7 +4,7 @@ use wgdenoise::ops::input_process::{Sources, channel_map, input_process};
 use wgdenoise::ops::tile::{Layout, Tile};
 use wgdenoise::{Image, Inputs, Precision, reference, wgpu};
 
-use crate::common::gpu::{buffer, context, download, submit, texture, view};
+use crate::common::gpu::{buffer, context, download, submit};
 use crate::common::{Random, Tolerance, compare, run_cases};
 
 /// `log` and `pow` of WGSL are good to about 1e-6 of what they return here, and the transfer
@@ -90,7 +90,7 @@ fn run(
 
 fn target(context: &Context, size: [u32; 2], quads: u32) -> GpuTensor {
     let [width, height] = size.map(|side| side.next_multiple_of(16));
-    view(&texture(context, [width, height, quads]), 0, quads)
+    GpuTensor::of(&GpuTensor::texture(context, [width, height], quads), 0, quads)
 }
 
 #[test]
