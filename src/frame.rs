@@ -1,15 +1,8 @@
-//! The blocking call: images on the CPU, tile by tile through the GPU.
+//! The images of one view, on the CPU.
 
-use crate::denoiser::Denoiser;
 use crate::error::{Error, Result};
-use crate::graph::TileGraph;
 use crate::image::Image;
 use crate::model::Inputs;
-use crate::ops::autoexposure::{Band, autoexposure};
-use crate::ops::tile::{Layout, Rect, Tile};
-use crate::plan::tiles::{Placed, TilePlan};
-use crate::requirements::catch;
-use crate::window::Window;
 
 /// Images of one view.
 #[derive(Clone, Copy, Debug)]
@@ -31,7 +24,8 @@ impl Frame<'_> {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    fn check(&self) -> Result<()> {
+    /// Refuses images of different sizes and scales that are none.
+    pub(crate) fn check(&self) -> Result<()> {
         for (name, image) in [("albedo", self.albedo), ("normal", self.normal)] {
             let Some(image) = image else { continue };
             if image.size() != self.color.size() {
@@ -47,102 +41,5 @@ impl Frame<'_> {
             }
             _ => Ok(()),
         }
-    }
-}
-
-impl Denoiser {
-    /// Denoises a frame and waits for the result, which is linear and in the colour's exposure.
-    /// Images that the weights were not trained with are ignored. After each tile `progress`
-    /// is told how many are done, of how many.
-    ///
-    /// # Errors
-    /// If the images do not fit together, the memory budget is too small, or the device fails.
-    pub fn denoise(
-        &self,
-        frame: &Frame<'_>,
-        progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Image> {
-        frame.check()?;
-        let inputs = frame.inputs().intersection(self.weights().metadata.inputs);
-        let frame = Frame {
-            albedo: frame.albedo.filter(|_| inputs.albedo),
-            normal: frame.normal.filter(|_| inputs.normal),
-            ..*frame
-        };
-        let (width, height) = frame.color.size();
-        let plan = self.tile_plan(width, height, inputs)?;
-        let model = self.model(inputs)?;
-        catch(&self.context.device, || {
-            let graph = TileGraph::new(&self.context, &model, plan.tile);
-            let window = Window::new(&self.context, graph, &plan, width, inputs);
-            self.expose(&frame, &window);
-            self.denoise_tiles(&frame, &plan, &window, progress)
-        })
-    }
-
-    /// Leaves the input scale in the window's buffer.
-    fn expose(&self, frame: &Frame<'_>, window: &Window) {
-        if let Some(scale) = frame.input_scale {
-            self.context.queue.write_buffer(&window.input_scale, 0, bytemuck::bytes_of(&scale));
-            return;
-        }
-        let (width, height) = frame.color.size();
-        let bands = Band::split(width, height, window.rows_of(width));
-        let [color, scale] = [&window.color, &window.input_scale];
-        let calls = autoexposure(&self.context, &bands[0], &window.band, color, scale);
-        for band in &bands {
-            let rows = band.rows();
-            let rect = Rect { begin: [0, rows.start], end: [width, rows.end] };
-            window.upload(&window.color, frame.color, &rect);
-            self.context.queue.write_buffer(&window.band, 0, bytemuck::bytes_of(band));
-            window.submit(|pass| calls.bins.record(pass));
-        }
-        window.submit(|pass| calls.reduce.record(pass));
-    }
-
-    fn denoise_tiles(
-        &self,
-        frame: &Frame<'_>,
-        plan: &TilePlan,
-        window: &Window,
-        progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Image> {
-        let (width, height) = frame.color.size();
-        let mut result = Image::filled(width, height, [0.0; 3])?;
-        for (done, placed) in (1..).zip(&plan.tiles) {
-            let rect = read_rect(placed, plan.tile, [width, height]);
-            for (buffer, image) in window.images(frame) {
-                window.upload(buffer, image, &rect);
-            }
-            let tile = tile_in_window(placed, &rect);
-            self.context.queue.write_buffer(&window.tile, 0, bytemuck::bytes_of(&tile));
-            window.submit(|pass| window.record(pass));
-            window.download(&tile, &mut result, placed)?;
-            progress(done, plan.tiles.len());
-        }
-        Ok(result)
-    }
-}
-
-/// The part of a tile that is in the image.
-fn read_rect(placed: &Placed, tile: [u32; 2], size: [u32; 2]) -> Rect {
-    let end = std::array::from_fn(|axis| (placed.origin[axis] + tile[axis]).min(size[axis]));
-    Rect { begin: placed.origin, end }
-}
-
-/// The tile as the kernels see it when only `rect` of the image is bound.
-fn tile_in_window(placed: &Placed, rect: &Rect) -> Tile {
-    let image_size = rect.size();
-    let relative = |p: [u32; 2]| [p[0] - rect.begin[0], p[1] - rect.begin[1]];
-    let layout = Layout::packed(image_size[0]);
-    Tile {
-        image_size,
-        origin: [0, 0],
-        begin: relative(placed.stores.begin),
-        end: relative(placed.stores.end),
-        color: layout,
-        albedo: layout,
-        normal: layout,
-        output: layout,
     }
 }

@@ -62,6 +62,7 @@
 //! alone where tensors live and how images are cut into tiles; [`ops`] has one unit per
 //! operator, each with a shader and, in [`mod@reference`], a naive function of the same name.
 
+mod blocking;
 #[cfg(feature = "cli")]
 pub mod cli;
 mod denoiser;

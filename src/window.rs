@@ -9,8 +9,8 @@ use crate::model::Inputs;
 use crate::ops::autoexposure::Band;
 use crate::ops::input_process::{Sources, input_process};
 use crate::ops::output_process::output_process;
-use crate::ops::tile::{Rect, Tile};
-use crate::plan::tiles::{Placed, TilePlan};
+use crate::ops::tile::Tile;
+use crate::plan::tiles::{Placed, Rect, TilePlan};
 
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 

@@ -1,22 +1,5 @@
 //! Where a tile stands in the images: what both ends of the network must know.
 
-/// A rectangle of pixels, `begin` inclusive and `end` exclusive, x first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rect {
-    /// First column and row.
-    pub begin: [u32; 2],
-    /// One past the last column and row.
-    pub end: [u32; 2],
-}
-
-impl Rect {
-    /// Columns and rows.
-    #[must_use]
-    pub fn size(&self) -> [u32; 2] {
-        [self.end[0] - self.begin[0], self.end[1] - self.begin[1]]
-    }
-}
-
 /// Where pixel `(x, y)` stands in a buffer of 32-bit floats: red (or x) at
 /// `offset + y · row_stride + x · pixel_stride`, the other two right after it. In elements.
 #[repr(C)]

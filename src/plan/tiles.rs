@@ -1,6 +1,21 @@
 //! How an image is cut into tiles that overlap by the receptive field.
 
-use crate::ops::tile::Rect;
+/// A rectangle of pixels, `begin` inclusive and `end` exclusive, x first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rect {
+    /// First column and row.
+    pub begin: [u32; 2],
+    /// One past the last column and row.
+    pub end: [u32; 2],
+}
+
+impl Rect {
+    /// Columns and rows.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.end[0] - self.begin[0], self.end[1] - self.begin[1]]
+    }
+}
 
 /// What tiles must respect.
 #[derive(Clone, Copy, Debug)]
