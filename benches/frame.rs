@@ -57,7 +57,7 @@ fn verify(denoiser: &Denoiser, weights: &Weights, precision: Precision) -> Resul
     let found = denoiser.denoise(&frame, &mut |_, _| {})?;
     let scale = reference::autoexposure(&color);
     let input = reference::input_process(&color, Some(&color), Some(&color), scale, 16);
-    let output = reference::run(&weights.network, |layer| weights.params(layer), &input);
+    let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
     let expected = reference::output_process(&output, scale, 33, 17);
     let encode = |v: &f32| reference::pu(f64::from(*v) * f64::from(scale));
     let values = found.pixels().iter().flatten().zip(expected.pixels().iter().flatten());

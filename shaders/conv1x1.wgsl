@@ -21,11 +21,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     var sum = vec4<f32>();
     for (var quad = 0u; quad < in_quads; quad++) {
         let value = textureLoad(input, min(pixel, size - 1), quad);
-        let weight = weights[out_quad * in_quads + quad];
-        sum += weight[0] * value.x;
-        sum += weight[1] * value.y;
-        sum += weight[2] * value.z;
-        sum += weight[3] * value.w;
+        sum += weights[out_quad * in_quads + quad] * value;
     }
     sum += bias[out_quad];
     if all(pixel < size) {

@@ -28,11 +28,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var quad = 0u; quad < in_quads; quad++) {
             let texel = textureLoad(input, clamp(at, vec2(0), size - 1), quad);
             let value = select(vec4<f32>(), texel, inside);
-            let weight = weights[(out_quad * 9u + tap) * in_quads + quad];
-            sum += weight[0] * value.x;
-            sum += weight[1] * value.y;
-            sum += weight[2] * value.z;
-            sum += weight[3] * value.w;
+            sum += weights[(out_quad * 9u + tap) * in_quads + quad] * value;
         }
     }
     sum += bias[out_quad];

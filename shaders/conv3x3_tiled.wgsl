@@ -34,14 +34,16 @@ fn stage(corner: vec2<i32>, size: vec2<i32>, quad: u32, block: u32, in_quads: u3
     }
 }
 
-fn finish(sum: vec4<f32>, at: vec2<i32>, size: vec2<i32>, quad: u32) {
-    let floor = select(-largest, 0.0, relu);
-    if all(at < size) && quad < textureNumLayers(output) {
-        let value = clamp(sum + bias[quad], vec4(floor), vec4(largest));
-        textureStore(output, at, quad, value);
+fn finish(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
+    let inside = all(at < vec2<i32>(textureDimensions(output)));
+    if inside && quad < textureNumLayers(output) {
+        let floor = select(-largest, 0.0, relu);
+        textureStore(output, at, quad, clamp(sum + bias[quad], vec4(floor), vec4(largest)));
     }
 }
 
+// Accumulators are separate variables, pixel a to d by quad 0 to 3: an array indexed in a loop
+// would live in memory.
 @compute @workgroup_size(8, 8)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
@@ -53,7 +55,10 @@ fn main(
     let corner = vec2<i32>(group.xy * TILE);
     let first = local.xy * 2u;
 
-    var sums: array<array<vec4<f32>, QUADS>, 4>;
+    var a0 = vec4<f32>(); var a1 = vec4<f32>(); var a2 = vec4<f32>(); var a3 = vec4<f32>();
+    var b0 = vec4<f32>(); var b1 = vec4<f32>(); var b2 = vec4<f32>(); var b3 = vec4<f32>();
+    var c0 = vec4<f32>(); var c1 = vec4<f32>(); var c2 = vec4<f32>(); var c3 = vec4<f32>();
+    var d0 = vec4<f32>(); var d1 = vec4<f32>(); var d2 = vec4<f32>(); var d3 = vec4<f32>();
     for (var quad = 0u; quad < in_quads; quad++) {
         workgroupBarrier();
         stage(corner, size, quad, group.z, in_quads, lane);
@@ -64,21 +69,27 @@ fn main(
             let b = pixels[base + 1u];
             let c = pixels[base + STAGED];
             let d = pixels[base + STAGED + 1u];
-            for (var k = 0u; k < QUADS; k++) {
-                let weight = taps[tap * QUADS + k];
-                for (var j = 0u; j < 4u; j++) {
-                    sums[0][k] += weight[j] * a[j];
-                    sums[1][k] += weight[j] * b[j];
-                    sums[2][k] += weight[j] * c[j];
-                    sums[3][k] += weight[j] * d[j];
-                }
-            }
+            let w0 = taps[tap * QUADS];
+            a0 += w0 * a; b0 += w0 * b; c0 += w0 * c; d0 += w0 * d;
+            let w1 = taps[tap * QUADS + 1u];
+            a1 += w1 * a; b1 += w1 * b; c1 += w1 * c; d1 += w1 * d;
+            let w2 = taps[tap * QUADS + 2u];
+            a2 += w2 * a; b2 += w2 * b; c2 += w2 * c; d2 += w2 * d;
+            let w3 = taps[tap * QUADS + 3u];
+            a3 += w3 * a; b3 += w3 * b; c3 += w3 * c; d3 += w3 * d;
         }
     }
-    for (var p = 0u; p < 4u; p++) {
-        let at = corner + vec2<i32>(first + vec2(p % 2u, p / 2u));
-        for (var k = 0u; k < QUADS; k++) {
-            finish(sums[p][k], at, size, group.z * QUADS + k);
-        }
-    }
+    let at = corner + vec2<i32>(first);
+    let quad = group.z * QUADS;
+    finish(a0, at, quad); finish(a1, at, quad + 1u);
+    finish(a2, at, quad + 2u); finish(a3, at, quad + 3u);
+    let right = at + vec2(1, 0);
+    finish(b0, right, quad); finish(b1, right, quad + 1u);
+    finish(b2, right, quad + 2u); finish(b3, right, quad + 3u);
+    let below = at + vec2(0, 1);
+    finish(c0, below, quad); finish(c1, below, quad + 1u);
+    finish(c2, below, quad + 2u); finish(c3, below, quad + 3u);
+    let across = at + vec2(1, 1);
+    finish(d0, across, quad); finish(d1, across, quad + 1u);
+    finish(d2, across, quad + 2u); finish(d3, across, quad + 3u);
 }

@@ -13,6 +13,10 @@ alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 
 override largest: f32;
 
+fn finish(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
+    textureStore(output, at, quad, clamp(sum + bias[quad], vec4(-largest), vec4(largest)));
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let size = vec2<i32>(textureDimensions(input));
@@ -20,23 +24,22 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = vec2<i32>(id.xy);
     let out_quad = id.z;
 
-    var sums: array<vec4<f32>, 4>;
+    var upper_left = vec4<f32>();
+    var upper_right = vec4<f32>();
+    var lower_left = vec4<f32>();
+    var lower_right = vec4<f32>();
     for (var quad = 0u; quad < in_quads; quad++) {
         let value = textureLoad(input, min(pixel, size - 1), quad);
-        for (var corner = 0u; corner < 4u; corner++) {
-            let weight = weights[(out_quad * 4u + corner) * in_quads + quad];
-            sums[corner] += weight[0] * value.x;
-            sums[corner] += weight[1] * value.y;
-            sums[corner] += weight[2] * value.z;
-            sums[corner] += weight[3] * value.w;
-        }
+        let weight = out_quad * 4u * in_quads + quad;
+        upper_left += weights[weight] * value;
+        upper_right += weights[weight + in_quads] * value;
+        lower_left += weights[weight + 2u * in_quads] * value;
+        lower_right += weights[weight + 3u * in_quads] * value;
     }
-    if any(pixel >= size) {
-        return;
-    }
-    for (var corner = 0u; corner < 4u; corner++) {
-        let at = pixel * 2 + vec2<i32>(vec2(corner % 2u, corner / 2u));
-        let value = clamp(sums[corner] + bias[out_quad], vec4(-largest), vec4(largest));
-        textureStore(output, at, out_quad, value);
+    if all(pixel < size) {
+        finish(upper_left, pixel * 2, out_quad);
+        finish(upper_right, pixel * 2 + vec2(1, 0), out_quad);
+        finish(lower_left, pixel * 2 + vec2(0, 1), out_quad);
+        finish(lower_right, pixel * 2 + vec2(1, 1), out_quad);
     }
 }

@@ -44,7 +44,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(at < tile.begin) || any(at >= tile.end) {
         return;
     }
-    let encoded = textureLoad(input, id.xy, 0);
+    // 65504 is encoded as 1: nothing brighter went in, and exp must not overflow.
+    let encoded = clamp(textureLoad(input, id.xy, 0), vec4(0.0), vec4(1.0));
     let i = tile.output.x + at.y * tile.output.y + at.x * tile.output.z;
     output[i] = inverse_transfer(encoded.x) / input_scale;
     output[i + 1u] = inverse_transfer(encoded.y) / input_scale;

@@ -7,8 +7,7 @@ use crate::graph::TileGraph;
 use crate::image::Image;
 use crate::ops::autoexposure::{Band, autoexposure};
 use crate::ops::tile::{Layout, Tile};
-use crate::plan::tiles::{Placed, Rect, TilePlan};
-use crate::requirements::catch;
+use crate::plan::tiles::{Placed, Rect};
 use crate::window::Window;
 
 impl Denoiser {
@@ -24,7 +23,7 @@ impl Denoiser {
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Image> {
         frame.check()?;
-        let inputs = frame.inputs().intersection(self.weights().metadata.inputs);
+        let inputs = frame.inputs().intersection(self.weights().metadata().inputs);
         let frame = Frame {
             albedo: frame.albedo.filter(|_| inputs.albedo),
             normal: frame.normal.filter(|_| inputs.normal),
@@ -33,19 +32,25 @@ impl Denoiser {
         let (width, height) = frame.color.size();
         let plan = self.tile_plan(width, height, inputs)?;
         let model = self.model(inputs)?;
-        catch(&self.context.device, || {
+        let window = self.context.catch(|| {
             let graph = TileGraph::new(&self.context, &model, plan.tile);
-            let window = Window::new(&self.context, graph, &plan, width, inputs);
-            self.expose(&frame, &window);
-            self.denoise_tiles(&frame, &plan, &window, progress)
-        })
+            Ok(Window::new(&self.context, graph, &plan, width, inputs))
+        })?;
+        self.context.catch(|| self.expose(&frame, &window))?;
+        let mut result = Image::filled(width, height, [0.0; 3])?;
+        for (done, placed) in (1..).zip(&plan.tiles) {
+            let tile = || self.denoise_tile(&frame, placed, plan.tile, &window, &mut result);
+            self.context.catch(tile)?;
+            progress(done, plan.tiles.len());
+        }
+        Ok(result)
     }
 
     /// Leaves the input scale in the window's buffer.
-    fn expose(&self, frame: &Frame<'_>, window: &Window) {
+    fn expose(&self, frame: &Frame<'_>, window: &Window<'_>) -> Result<()> {
         if let Some(scale) = frame.input_scale {
             self.context.queue.write_buffer(&window.input_scale, 0, bytemuck::bytes_of(&scale));
-            return;
+            return Ok(());
         }
         let (width, height) = frame.color.size();
         let bands = Band::split(width, height, window.rows_of(width));
@@ -57,31 +62,28 @@ impl Denoiser {
             window.upload(&window.color, frame.color, &rect);
             self.context.queue.write_buffer(&window.band, 0, bytemuck::bytes_of(band));
             window.submit(|pass| calls.bins.record(pass));
+            window.wait()?;
         }
         window.submit(|pass| calls.reduce.record(pass));
+        Ok(())
     }
 
-    fn denoise_tiles(
+    fn denoise_tile(
         &self,
         frame: &Frame<'_>,
-        plan: &TilePlan,
-        window: &Window,
-        progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Image> {
-        let (width, height) = frame.color.size();
-        let mut result = Image::filled(width, height, [0.0; 3])?;
-        for (done, placed) in (1..).zip(&plan.tiles) {
-            let rect = read_rect(placed, plan.tile, [width, height]);
-            for (buffer, image) in window.images(frame) {
-                window.upload(buffer, image, &rect);
-            }
-            let tile = tile_in_window(placed, &rect);
-            self.context.queue.write_buffer(&window.tile, 0, bytemuck::bytes_of(&tile));
-            window.submit(|pass| window.record(pass));
-            window.download(&tile, &mut result, placed)?;
-            progress(done, plan.tiles.len());
+        placed: &Placed,
+        tile: [u32; 2],
+        window: &Window<'_>,
+        result: &mut Image,
+    ) -> Result<()> {
+        let rect = read_rect(placed, tile, [result.width(), result.height()]);
+        for (buffer, image) in window.images(frame) {
+            window.upload(buffer, image, &rect);
         }
-        Ok(result)
+        let tile = tile_in_window(placed, &rect);
+        self.context.queue.write_buffer(&window.tile, 0, bytemuck::bytes_of(&tile));
+        window.run();
+        window.download(&tile, result, placed)
     }
 }
 

@@ -7,9 +7,8 @@ use crate::error::{Error, Result};
 use crate::graph::Model;
 use crate::kernel::Context;
 use crate::model::{Inputs, Weights};
-use crate::options::{KernelSet, Options};
+use crate::options::Options;
 use crate::plan::tiles::{Constraints, TilePlan};
-use crate::requirements::catch;
 
 /// Compiled kernels and weights on a device of the caller's.
 ///
@@ -24,9 +23,15 @@ pub struct Denoiser {
     models: Mutex<HashMap<Inputs, Arc<Model>>>,
 }
 
+/// Bytes of a pixel of an image.
+const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
+
 /// Bytes per pixel that the blocking call needs for an image: on the GPU, and while a copy of
 /// it waits to be uploaded or read.
-const IMAGE_BYTES: u64 = 2 * size_of::<[f32; 3]>() as u64;
+const IMAGE_BYTES: u64 = 2 * PIXEL_BYTES;
+
+/// Longest side of an image, so that no kernel's arithmetic leaves 32 bits.
+pub(crate) const MAX_SIDE: u32 = 1 << 16;
 
 impl Denoiser {
     /// Compiles the kernels for all inputs that the weights were trained with. For the fastest
@@ -41,13 +46,13 @@ impl Denoiser {
         weights: &Weights,
         options: &Options,
     ) -> Result<Self> {
-        let kernels = options.kernels.resolve(device);
-        if kernels == KernelSet::Simd && !device.features().contains(wgpu::Features::SUBGROUP) {
-            return Err(Error::Device(
-                "the `simd` kernels need the feature SUBGROUP, which this device was created \
-                 without; choose other kernels"
-                    .into(),
-            ));
+        if !options.kernels.runs_on(device) {
+            return Err(Error::Device(format!(
+                "the {:?} kernels do not run on {}; they need a CPU driver with subgroups of at \
+                 least 8 and the feature SUBGROUP; choose Auto",
+                options.kernels,
+                device.adapter_info().name
+            )));
         }
         let denoiser = Self {
             context: Context::new(device, queue, options.precision),
@@ -55,7 +60,7 @@ impl Denoiser {
             weights: weights.clone(),
             models: Mutex::default(),
         };
-        denoiser.model(weights.metadata.inputs)?;
+        denoiser.model(weights.metadata().inputs)?;
         Ok(denoiser)
     }
 
@@ -68,14 +73,16 @@ impl Denoiser {
     /// How an image of this size would be cut into tiles by the blocking call.
     ///
     /// # Errors
-    /// If even the smallest tile does not fit the budget or the device's limits.
+    /// If even the smallest tile does not fit the budget or the device's limits, a side is over
+    /// 65536, or the weights were not trained with an input.
     pub fn tile_plan(&self, width: u32, height: u32, inputs: Inputs) -> Result<TilePlan> {
         let images = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
         let model = self.model(inputs)?;
         self.plan([width, height], &model, images * IMAGE_BYTES)
     }
 
-    /// GPU memory that [`tile_plan`](Self::tile_plan) for the same image comes to, in bytes.
+    /// GPU memory for tensors and images that [`tile_plan`](Self::tile_plan) for the same image
+    /// comes to, in bytes. The weights, a few megabytes, come on top.
     ///
     /// # Errors
     /// As for [`tile_plan`](Self::tile_plan).
@@ -94,37 +101,53 @@ impl Denoiser {
             return Ok(model.clone());
         }
         let weights = self.weights.for_inputs(inputs)?;
-        let build = || Ok(Model::new(&self.context, self.options.kernels, &weights));
-        let model = Arc::new(catch(&self.context.device, build)?);
+        let build = || Model::new(&self.context, self.options.kernels, &weights);
+        let model = Arc::new(self.context.catch(build)?);
         models.insert(inputs, model.clone());
         Ok(model)
     }
 
     /// The tile plan under the budget, when every pixel needs `image_bytes` beside the tensors.
     pub(crate) fn plan(&self, size: [u32; 2], model: &Model, image_bytes: u64) -> Result<TilePlan> {
+        let [width, height] = size;
+        if width.max(height) > MAX_SIDE {
+            return Err(Error::Image(format!(
+                "{width}×{height}: sides of at most {MAX_SIDE} pixels are accepted"
+            )));
+        }
         let limits = self.context.device.limits();
         let alignment = model.network.alignment();
         let texel = self.options.precision.texel_bytes();
         let block = model.storage.bytes(alignment, alignment, texel);
         let per_pixel = block.div_ceil(u64::from(alignment).pow(2)) + image_bytes;
-        let bindable = limits.max_storage_buffer_binding_size / size_of::<[f32; 3]>() as u64;
         let constraints = Constraints {
             alignment,
             halo: model.halo,
             max_side: self.options.tile.unwrap_or(u32::MAX).min(limits.max_texture_dimension_2d),
-            max_pixels: (self.options.memory_bytes / per_pixel).min(bindable),
+            max_pixels: (self.options.memory_bytes / per_pixel)
+                .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES),
         };
-        TilePlan::new(size, &constraints).ok_or_else(|| too_small(&constraints, per_pixel))
+        TilePlan::new(size, &constraints)
+            .ok_or_else(|| self.too_small(size, &constraints, per_pixel))
     }
-}
 
-fn too_small(constraints: &Constraints, per_pixel: u64) -> Error {
-    let side = u64::from(2 * constraints.halo + constraints.alignment);
-    Error::Memory(format!(
-        "a tile needs at least {side}×{side} pixels ({} MiB), but tiles are limited to {} pixels \
-         a side and {} MiB; raise the tile size or the memory budget",
-        (side * side * per_pixel).div_ceil(1 << 20),
-        constraints.max_side,
-        (constraints.max_pixels * per_pixel) >> 20,
-    ))
+    /// Says what the smallest tile needs and which limit it breaks.
+    fn too_small(&self, size: [u32; 2], constraints: &Constraints, per_pixel: u64) -> Error {
+        let Constraints { alignment, halo, max_side, .. } = *constraints;
+        let smallest = |side: u32| side.next_multiple_of(alignment).min(2 * halo + alignment);
+        let [width, height] = size.map(smallest);
+        let bytes = u64::from(width) * u64::from(height) * per_pixel;
+        let limit = if width.max(height) > max_side {
+            format!("tiles are limited to {max_side} pixels a side")
+        } else if bytes > self.options.memory_bytes {
+            format!("the memory budget is {} MiB", self.options.memory_bytes >> 20)
+        } else {
+            let bindable = self.context.device.limits().max_storage_buffer_binding_size;
+            format!("the device was created to bind at most {} MiB at once", bindable >> 20)
+        };
+        Error::Memory(format!(
+            "a tile needs at least {width}×{height} pixels and {} MiB, but {limit}; raise that limit",
+            bytes.div_ceil(1 << 20)
+        ))
+    }
 }

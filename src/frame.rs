@@ -35,11 +35,16 @@ impl Frame<'_> {
                 )));
             }
         }
-        match self.input_scale {
-            Some(scale) if !(scale.is_finite() && scale > 0.0) => {
-                Err(Error::Image(format!("input scale is {scale}, expected a number above 0")))
-            }
-            _ => Ok(()),
+        check_input_scale(self.input_scale)
+    }
+}
+
+/// Refuses scales that are no positive number. Subnormal ones count as 0 on many GPUs.
+pub(crate) fn check_input_scale(scale: Option<f32>) -> Result<()> {
+    match scale {
+        Some(scale) if !(scale.is_normal() && scale > 0.0) => {
+            Err(Error::Image(format!("input scale is {scale}, expected a number above 0")))
         }
+        _ => Ok(()),
     }
 }

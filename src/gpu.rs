@@ -75,9 +75,13 @@ fn names(adapters: &[wgpu::Adapter]) -> Vec<String> {
 
 fn choose(names: &[String], selector: Option<&str>) -> Result<usize> {
     let Some(wanted) = selector else { return Ok(0) };
-    let by_index = wanted.parse().ok().filter(|&i: &usize| i < names.len());
-    let matches = |name: &String| name.to_lowercase().contains(&wanted.to_lowercase());
-    by_index.or_else(|| names.iter().position(matches)).ok_or_else(|| {
+    // A number is an index and nothing else: `7` must not find "RTX 4070".
+    let found = match wanted.parse::<usize>() {
+        Ok(index) => (index < names.len()).then_some(index),
+        Err(_) if wanted.is_empty() => None,
+        Err(_) => names.iter().position(|n| n.to_lowercase().contains(&wanted.to_lowercase())),
+    };
+    found.ok_or_else(|| {
         let listed: Vec<_> = names.iter().enumerate().map(|(i, n)| format!("{i}: {n}")).collect();
         Error::Adapter(format!(
             "`{wanted}` names none of the adapters here ({}); give an index or a part of a \
@@ -94,10 +98,11 @@ mod tests {
 
     #[test]
     fn an_adapter_is_chosen_by_index_by_name_or_by_rank() {
-        let names = ["Quick GPU".to_string(), "llvmpipe".to_string()];
+        let names = ["Quick GPU 77".to_string(), "llvmpipe".to_string()];
         assert_eq!(choose(&names, None).unwrap(), 0);
         assert_eq!(choose(&names, Some("1")).unwrap(), 1);
         assert_eq!(choose(&names, Some("LLVM")).unwrap(), 1);
+        choose(&names, Some("")).unwrap_err();
         let error = choose(&names, Some("7")).unwrap_err().to_string();
         assert!(error.contains("1: llvmpipe") && error.contains("mesa-vulkan-drivers"));
     }

@@ -4,7 +4,9 @@ use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Mutex;
 
+use crate::error::Result;
 use crate::options::Precision;
+use crate::requirements::catch;
 
 /// What a kernel binds at one index of bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,6 +155,22 @@ impl Context {
         let key = format!("{} {constants:?}", spec.name);
         let mut kernels = self.kernels.lock().expect("no kernel failed to compile");
         kernels.entry(key).or_insert_with(|| self.compile(spec, constants)).clone()
+    }
+
+    /// Runs `work` and turns what the device reports meanwhile into an error. Kernels are
+    /// forgotten then, since one of them may be what failed.
+    ///
+    /// # Errors
+    /// Those of `work` and those of the device.
+    ///
+    /// # Panics
+    /// If a thread panicked while it compiled a kernel.
+    pub fn catch<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let result = catch(&self.device, work);
+        if result.is_err() {
+            self.kernels.lock().expect("no kernel failed to compile").clear();
+        }
+        result
     }
 
     fn compile(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {

@@ -1,5 +1,7 @@
 //! What a caller can choose.
 
+use crate::ops::simd;
+
 /// How tensors are stored between layers. Arithmetic is in 32-bit float either way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
@@ -42,7 +44,7 @@ impl Precision {
 /// Which variant of the convolutions runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum KernelSet {
-    /// The fastest for the adapter: `Simd` on a CPU driver with subgroups, else `Tiled`.
+    /// The fastest for the adapter: `Simd` where it runs, else `Tiled`.
     #[default]
     Auto,
     /// The readable definition: one pixel and four output channels per invocation.
@@ -57,12 +59,23 @@ impl KernelSet {
     /// `Auto` replaced by what it stands for on this device.
     #[must_use]
     pub fn resolve(self, device: &wgpu::Device) -> Self {
-        let cpu = device.adapter_info().device_type == wgpu::DeviceType::Cpu;
         match self {
-            Self::Auto if cpu && device.features().contains(wgpu::Features::SUBGROUP) => Self::Simd,
+            Self::Auto if Self::Simd.runs_on(device) => Self::Simd,
             Self::Auto => Self::Tiled,
             chosen => chosen,
         }
+    }
+
+    /// Whether the variant gives right results on this device. `Simd` needs a CPU driver, which
+    /// reads 0 outside of textures, with subgroups of at least eight invocations and the feature
+    /// `SUBGROUP`; the others run everywhere.
+    #[must_use]
+    pub fn runs_on(self, device: &wgpu::Device) -> bool {
+        let info = device.adapter_info();
+        self != Self::Simd
+            || info.device_type == wgpu::DeviceType::Cpu
+                && info.subgroup_min_size >= simd::LANES
+                && device.features().contains(wgpu::Features::SUBGROUP)
     }
 }
 
@@ -71,7 +84,8 @@ impl KernelSet {
 pub struct Options {
     /// How tensors are stored; 32-bit float unless said.
     pub precision: Precision,
-    /// Most bytes of GPU memory for tensors and, in the blocking call, image windows.
+    /// Most bytes of GPU memory for tensors and, in the blocking call, images; 2 GiB unless
+    /// said. The adapter's limits bound tiles as well.
     pub memory_bytes: u64,
     /// Side of a tile with its overlap, in pixels; `None` picks the largest within the budget.
     pub tile: Option<u32>,

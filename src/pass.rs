@@ -2,8 +2,9 @@
 
 use wgpu::util::DeviceExt as _;
 
-use crate::denoiser::Denoiser;
+use crate::denoiser::{Denoiser, MAX_SIDE};
 use crate::error::{Error, Result};
+use crate::frame::check_input_scale;
 use crate::graph::TileGraph;
 use crate::kernel::Dispatch;
 use crate::model::Inputs;
@@ -12,7 +13,6 @@ use crate::ops::input_process::{Sources, input_process};
 use crate::ops::output_process::output_process;
 use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::TilePlan;
-use crate::requirements::catch;
 
 /// An image on the GPU.
 #[derive(Clone, Copy, Debug)]
@@ -58,21 +58,22 @@ pub struct Pass {
 }
 
 /// Dynamic uniform offsets are multiples of this on every adapter.
-pub(crate) const TILE_STRIDE: usize = 256;
+const TILE_STRIDE: usize = 256;
 
 impl Denoiser {
     /// Binds the denoiser to images. Another size or other images are another pass.
     ///
     /// # Errors
-    /// If an image is too small for its size, a buffer lacks the usage `STORAGE`, the weights
-    /// were not trained with an input, or the tensors do not fit the memory budget.
+    /// If a buffer is too small for its image, larger than the device can bind or without the
+    /// usage `STORAGE`, pixels overlap, the input scale is no positive number, the weights were
+    /// not trained with an input, or the tensors do not fit the memory budget.
     pub fn pass(&self, descriptor: &PassDescriptor<'_>) -> Result<Pass> {
         let inputs = descriptor.inputs();
-        descriptor.check()?;
+        descriptor.check(&self.context.device.limits())?;
         let model = self.model(inputs)?;
         let size = [descriptor.width, descriptor.height];
         let plan = self.plan(size, &model, 0)?;
-        catch(&self.context.device, || {
+        self.context.catch(|| {
             let graph = TileGraph::new(&self.context, &model, plan.tile);
             Ok(self.bind_pass(descriptor, &plan, graph))
         })
@@ -102,7 +103,8 @@ impl Denoiser {
 }
 
 impl Pass {
-    /// Records the whole pass: exposure, then tile by tile the network.
+    /// Records the whole pass: exposure, then tile by tile the network. All of it becomes one
+    /// submission of the caller's.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
         let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
             label: Some("wgdenoise"),
@@ -131,13 +133,26 @@ impl<'a> PassImage<'a> {
         *layout
     }
 
-    fn check(&self, name: &str, width: u32, height: u32) -> Result<()> {
+    fn check(&self, name: &str, size: [u32; 2], limits: &wgpu::Limits) -> Result<()> {
         let Self::Buffer { buffer, layout } = self;
-        let needed = layout.elements(width, height) * 4;
-        if buffer.size() < needed {
+        let [width, height] = size;
+        if layout.pixel_stride < 3 || layout.row_stride / width < layout.pixel_stride {
             return Err(Error::Image(format!(
-                "{name} of {width}×{height} pixels needs a buffer of {needed} bytes, found {}",
-                buffer.size()
+                "the pixels of {name} overlap: {layout:?} for rows of {width} pixels of three \
+                 elements each"
+            )));
+        }
+        let (needed, found) = (layout.elements(width, height) * 4, buffer.size());
+        if found < needed {
+            return Err(Error::Image(format!(
+                "{name} of {width}×{height} pixels needs a buffer of {needed} bytes, found {found}"
+            )));
+        }
+        let most = limits.max_storage_buffer_binding_size;
+        if found > most {
+            return Err(Error::Image(format!(
+                "the buffer of {name} has {found} bytes, but the device was created to bind at \
+                 most {most}; ask the adapter for more (see required_limits)"
             )));
         }
         if !buffer.usage().contains(wgpu::BufferUsages::STORAGE) {
@@ -154,17 +169,19 @@ impl PassDescriptor<'_> {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    fn check(&self) -> Result<()> {
-        if self.width == 0 || self.height == 0 {
+    fn check(&self, limits: &wgpu::Limits) -> Result<()> {
+        check_input_scale(self.input_scale)?;
+        let sides = 1..=MAX_SIDE;
+        if !sides.contains(&self.width) || !sides.contains(&self.height) {
             return Err(Error::Image(format!(
-                "{}×{}: both sides must be at least 1",
+                "{}×{}: both sides must be at least 1 and at most {MAX_SIDE}",
                 self.width, self.height
             )));
         }
         let images = [("albedo", self.albedo), ("normal", self.normal)];
         let present = images.into_iter().filter_map(|(name, image)| Some((name, image?)));
         for (name, image) in present.chain([("color", self.color), ("output", self.output)]) {
-            image.check(name, self.width, self.height)?;
+            image.check(name, [self.width, self.height], limits)?;
             if name != "output" && image.buffer() == self.output.buffer() {
                 return Err(Error::Image(format!(
                     "output and {name} are the same buffer; a tile would read what another wrote"
@@ -194,17 +211,17 @@ fn tile_bytes(d: &PassDescriptor<'_>, plan: &TilePlan) -> Vec<u8> {
     bytes
 }
 
-/// A uniform buffer that can be rewritten.
-pub(crate) fn uniform(device: &wgpu::Device, contents: &[u8]) -> wgpu::Buffer {
+/// A uniform buffer.
+fn uniform(device: &wgpu::Device, contents: &[u8]) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("uniform"),
         contents,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+        usage: wgpu::BufferUsages::UNIFORM,
     })
 }
 
 /// The buffer of the input scale.
-pub(crate) fn scale_buffer(device: &wgpu::Device, value: f32) -> wgpu::Buffer {
+fn scale_buffer(device: &wgpu::Device, value: f32) -> wgpu::Buffer {
     device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some("input_scale"),
         contents: bytemuck::bytes_of(&value),

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::error::Result;
 use crate::model::cost::macs_per_pixel;
-use crate::{Denoiser, Frame, Image, Inputs};
+use crate::{Denoiser, Frame, Image};
 
 /// Times of several runs of one frame.
 #[derive(Clone, Debug)]
@@ -13,7 +13,7 @@ pub struct Timing {
     pub seconds: Vec<f64>,
     /// Operations of the network per frame; a multiply-accumulate is two.
     pub flop: f64,
-    /// GPU memory for tensors and image windows, in bytes.
+    /// GPU memory that tensors and image windows are planned to take, in bytes.
     pub memory_bytes: u64,
     /// Tiles per frame.
     pub tiles: usize,
@@ -33,7 +33,7 @@ impl Timing {
     }
 }
 
-/// Denoises a frame of colour, albedo and normal once to warm up and then `runs` times (at
+/// Denoises a frame of all images that the weights can read, once to warm up and then `runs` times (at
 /// least once).
 ///
 /// # Errors
@@ -50,12 +50,13 @@ pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Resul
     run()?;
     let mut seconds = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
     seconds.sort_by(f64::total_cmp);
-    let macs = macs_per_pixel(&denoiser.weights().network);
+    let inputs = denoiser.weights().metadata().inputs;
+    let macs = macs_per_pixel(denoiser.weights().network());
     Ok(Timing {
         seconds,
         flop: 2.0 * macs * f64::from(width) * f64::from(height),
-        memory_bytes: denoiser.memory_bytes(width, height, Inputs::ALL)?,
-        tiles: denoiser.tile_plan(width, height, Inputs::ALL)?.tiles.len(),
+        memory_bytes: denoiser.memory_bytes(width, height, inputs)?,
+        tiles: denoiser.tile_plan(width, height, inputs)?.tiles.len(),
     })
 }
 

@@ -91,11 +91,13 @@ impl<'a> Window<'a> {
         }
     }
 
-    /// The whole network on what was uploaded.
-    pub(crate) fn record(&self, pass: &mut wgpu::ComputePass<'_>) {
-        self.calls[0].record_at(pass, 0);
-        self.graph.record(pass);
-        self.calls[1].record_at(pass, 0);
+    /// Submits the whole network on what was uploaded, in parts.
+    pub(crate) fn run(&self) {
+        self.submit(|pass| self.calls[0].record_at(pass, 0));
+        for batch in self.graph.batches() {
+            self.submit(|pass| batch.iter().for_each(|dispatch| dispatch.record(pass)));
+        }
+        self.submit(|pass| self.calls[1].record_at(pass, 0));
     }
 
     /// How many rows of an image of this width the colour buffer holds.
@@ -131,6 +133,12 @@ impl<'a> Window<'a> {
         self.context.queue.submit([encoder.finish()]);
     }
 
+    /// Waits until everything submitted is done, and its staging memory free.
+    pub(crate) fn wait(&self) -> Result<()> {
+        let poll = self.context.device.poll(wgpu::PollType::wait_indefinitely());
+        poll.map(|_| ()).map_err(|e| no_result(&e))
+    }
+
     /// Waits for the tile and copies what it stores into the result.
     pub(crate) fn download(&self, tile: &Tile, result: &mut Image, placed: &Placed) -> Result<()> {
         let [width, height] = tile.image_size.map(u64::from);
@@ -140,14 +148,17 @@ impl<'a> Window<'a> {
         self.context.queue.submit([encoder.finish()]);
         let slice = self.readback.slice(..bytes);
         slice.map_async(wgpu::MapMode::Read, |_| {});
-        let failed = |e: &dyn std::fmt::Display| Error::Device(format!("no result came back: {e}"));
-        self.context.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| failed(&e))?;
-        let view = slice.get_mapped_range().map_err(|e| failed(&e))?;
+        self.wait()?;
+        let view = slice.get_mapped_range().map_err(|e| no_result(&e))?;
         copy_rows(bytemuck::cast_slice(&view), tile, result, placed);
         drop(view);
         self.readback.unmap();
         Ok(())
     }
+}
+
+fn no_result(error: &dyn std::fmt::Display) -> Error {
+    Error::Device(format!("no result came back: {error}"))
 }
 
 fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &Placed) {

@@ -157,7 +157,7 @@ fn a_whole_network_from_its_weights_file() -> Result<()> {
     let weights = Weights::from_bytes(&Fixture::open("unet_tiny").bytes)?;
     let f = Fixture::open("unet_tiny_io");
     let params = |layer: &str| weights.params(layer);
-    let found = reference::run(&weights.network, params, &f.tensor("input"));
+    let found = reference::run(weights.network(), params, &f.tensor("input"));
     f.expect("expected", &found, WHOLE_NETWORK);
     Ok(())
 }

@@ -89,7 +89,7 @@ fn refused(bytes: &[u8], expected: &str) {
 fn a_valid_file_is_read_in_either_type() {
     let mut file = File::valid();
     let weights = Weights::from_bytes(&file.bytes()).unwrap();
-    assert_eq!(weights.metadata.widths, [2, 3]);
+    assert_eq!(weights.metadata().widths, [2, 3]);
     assert_eq!(weights.params("dec_up0").weight, [0.25; 3 * 2 * 2 * 2]);
     let halves = half::f16::from_f32(0.25).to_le_bytes().repeat(6);
     file.tensors.insert("out_conv.weight".into(), (Dtype::F16, vec![3, 2, 1, 1], halves));
@@ -101,8 +101,8 @@ fn a_valid_file_is_read_in_either_type() {
 fn the_built_in_weights_are_valid() {
     for quality in [Quality::Fast, Quality::Balanced, Quality::High] {
         let weights = Weights::builtin(quality).unwrap();
-        assert_eq!(weights.metadata.inputs, Inputs::ALL, "{quality:?}");
-        assert!(!weights.metadata.provenance.is_empty(), "{quality:?}");
+        assert_eq!(weights.metadata().inputs, Inputs::ALL, "{quality:?}");
+        assert!(!weights.metadata().provenance.is_empty(), "{quality:?}");
     }
 }
 

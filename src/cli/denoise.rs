@@ -47,7 +47,7 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
 impl DenoiseArgs {
     fn denoise(&self, denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Image, Failure> {
         let (width, height) = frame.color.size();
-        let inputs = frame.inputs().intersection(denoiser.weights().metadata.inputs);
+        let inputs = frame.inputs().intersection(denoiser.weights().metadata().inputs);
         let plan = denoiser.tile_plan(width, height, inputs)?;
         let memory = denoiser.memory_bytes(width, height, inputs)?;
         self.details(|| {
@@ -91,7 +91,7 @@ fn unusable_pixels(color: &Image) -> Vec<String> {
 
 /// Says which images the weights cannot use.
 fn unread_inputs(denoiser: &Denoiser, frame: &Frame<'_>) -> Vec<String> {
-    let metadata = &denoiser.weights().metadata;
+    let metadata = denoiser.weights().metadata();
     let given = frame.inputs();
     if given.intersection(metadata.inputs) == given {
         return Vec::new();

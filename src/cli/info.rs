@@ -25,8 +25,8 @@ fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
     let given = Inputs { albedo: file.albedo.is_some(), normal: file.normal.is_some() };
     let cost = |&(name, quality): &(&'static str, Quality)| {
         let weights = Weights::builtin(quality)?;
-        let sliced = weights.for_inputs(given.intersection(weights.metadata.inputs))?;
-        Ok((name, 2.0 * macs_per_pixel(&sliced.network) * pixels / 1e9))
+        let sliced = weights.for_inputs(given.intersection(weights.metadata().inputs))?;
+        Ok((name, 2.0 * macs_per_pixel(sliced.network()) * pixels / 1e9))
     };
     QUALITIES.iter().map(cost).collect()
 }

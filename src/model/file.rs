@@ -36,7 +36,8 @@ impl<'a> WeightsFile<'a> {
         let shape = match op {
             Op::Conv3x3 { .. } => [output, input, 3, 3],
             Op::ConvTranspose => [input, output, 2, 2],
-            _ => [output, input, 1, 1],
+            Op::Conv1x1 => [output, input, 1, 1],
+            Op::MaxPool | Op::Concat | Op::Sigmoid => unreachable!("{name} has no weights"),
         };
         let mut weight = self.take(&format!("{name}.weight"), &shape)?;
         let normed = matches!(op, Op::Conv3x3 { .. })

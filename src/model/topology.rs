@@ -119,7 +119,7 @@ impl Network {
         let level = match op {
             Op::MaxPool => level + 1,
             Op::ConvTranspose => level - 1,
-            _ => level,
+            Op::Conv3x3 { .. } | Op::Concat | Op::Conv1x1 | Op::Sigmoid => level,
         };
         self.layers.push(Layer { name, op, inputs });
         self.shapes.push(Shape { channels, level });

@@ -19,10 +19,8 @@ pub struct Params {
 /// A network with all its weights.
 #[derive(Clone, Debug)]
 pub struct Weights {
-    /// What the file says of itself.
-    pub metadata: Metadata,
-    /// The layers.
-    pub network: Network,
+    metadata: Metadata,
+    network: Network,
     params: BTreeMap<String, Params>,
 }
 
@@ -67,6 +65,18 @@ impl Weights {
                 include_bytes!("../../weights/balanced.safetensors")
             }
         })
+    }
+
+    /// What the file says of itself.
+    #[must_use]
+    pub fn metadata(&self) -> &Metadata {
+        &self.metadata
+    }
+
+    /// The layers.
+    #[must_use]
+    pub fn network(&self) -> &Network {
+        &self.network
     }
 
     /// The weights of a layer; empty for a layer without.
@@ -117,7 +127,9 @@ fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
                 let second = kept[layer.inputs[1]].iter().map(|c| c + offset);
                 first.iter().copied().chain(second).collect()
             }
-            _ => (0..network.shapes[i + 1].channels).collect(),
+            Op::Conv3x3 { .. } | Op::ConvTranspose | Op::Conv1x1 => {
+                (0..network.shapes[i + 1].channels).collect()
+            }
         });
     }
     kept

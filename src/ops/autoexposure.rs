@@ -5,17 +5,13 @@ use super::tile::Layout;
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 
 /// Makes the bins of a band of rows.
-pub const BINS: KernelSpec = spec("bins", [8, 8, 1]);
+pub const BINS: KernelSpec = spec("autoexposure_bins", "bins", [8, 8, 1]);
 /// Turns all bins into the scale.
-pub const REDUCE: KernelSpec = spec("reduce", [256, 1, 1]);
+pub const REDUCE: KernelSpec = spec("autoexposure_reduce", "reduce", [256, 1, 1]);
 
-const fn spec(entry: &'static str, workgroup: [u32; 3]) -> KernelSpec {
+const fn spec(name: &'static str, entry: &'static str, workgroup: [u32; 3]) -> KernelSpec {
     KernelSpec {
-        name: std::borrow::Cow::Borrowed(if workgroup[1] == 1 {
-            "autoexposure_reduce"
-        } else {
-            "autoexposure_bins"
-        }),
+        name: std::borrow::Cow::Borrowed(name),
         source: std::borrow::Cow::Borrowed(include_str!("../../shaders/autoexposure.wgsl")),
         entry,
         bindings: &[

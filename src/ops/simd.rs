@@ -28,8 +28,9 @@ pub enum Shape {
 
 /// Pixels of a row that one invocation makes.
 pub const PIXELS: u32 = 4;
-/// Lanes that share a set of weights: the smallest subgroup of llvmpipe.
-const LANES: usize = 8;
+/// Invocations that share a set of weights: the subgroup of llvmpipe with 256-bit vectors, its
+/// default on today's CPUs. Smaller ones must run another variant.
+pub const LANES: u32 = 8;
 
 impl Shape {
     /// All shapes.
@@ -71,7 +72,7 @@ pub fn spec(shape: Shape, out_quads: usize) -> KernelSpec {
         entry: "main",
         bindings: &[Binding::TensorIn, Binding::TensorOut, Binding::WeightTexture, Binding::Buffer],
         overrides,
-        workgroup: [LANES as u32, 1, 1],
+        workgroup: [LANES, 1, 1],
     }
 }
 
@@ -87,7 +88,7 @@ pub fn blocks(shape: Shape, outputs: usize) -> usize {
 pub fn pack(context: &Context, shape: Shape, taps: &Taps<'_>) -> wgpu::TextureView {
     let quads = quads_per_invocation(taps.outputs);
     let (side, in_quads) = (shape.side(), taps.in_quads());
-    let width = (side * 4 * quads).next_multiple_of(LANES);
+    let width = (side * 4 * quads).next_multiple_of(LANES as usize);
     let (steps, blocks) = (side * in_quads, blocks(shape, taps.outputs));
     let mut texels = vec![0.0; blocks * steps * width * 4];
     for (i, texel) in texels.chunks_exact_mut(4).enumerate() {
@@ -161,8 +162,8 @@ fn step(side: usize, quads: usize) -> String {
         let at = format!("vec2(x + {i} - {border}, y + row - {border})");
         let _ = writeln!(text, "        let in{i} = textureLoad(input, {at}, quad);");
     }
-    for r in 0..(side * 4 * quads).div_ceil(LANES) {
-        let at = format!("vec2({} + lane, step)", r * LANES);
+    for r in 0..(side * 4 * quads).div_ceil(LANES as usize) {
+        let at = format!("vec2({} + lane, step)", r * LANES as usize);
         let _ = writeln!(text, "        let w{r} = textureLoad(weights, {at}, block);");
     }
     for k in 0..quads {
@@ -178,7 +179,7 @@ fn step(side: usize, quads: usize) -> String {
 
 fn broadcast(k: usize, tap: usize, quads: usize) -> String {
     let texel = tap * quads + k;
-    let (register, lane) = (texel / LANES, texel % LANES);
+    let (register, lane) = (texel / LANES as usize, texel % LANES as usize);
     format!("        let b{k}_{tap} = subgroupBroadcast(w{register}, {lane}u);\n")
 }
 

@@ -14,7 +14,8 @@ use crate::image::Image;
 #[must_use]
 pub fn output_process(tensor: &Tensor, input_scale: f32, width: u32, height: u32) -> Image {
     assert_eq!(tensor.channels, 3, "channels of the network's output");
-    let radiance = |v: f32| (pu_inverse(f64::from(v)) / f64::from(input_scale)) as f32;
+    let radiance =
+        |v: f32| (pu_inverse(f64::from(v.clamp(0.0, 1.0))) / f64::from(input_scale)) as f32;
     let mut pixels = Vec::new();
     for y in 0..height as usize {
         for x in 0..width as usize {

@@ -2,7 +2,7 @@ use wgdenoise::model::Params;
 use wgdenoise::ops::{channel_map, concat, conv3x3::conv3x3};
 use wgdenoise::{KernelSet, Precision, reference};
 
-use crate::common::gpu::{VARIANTS, context, run, stored, sum_tolerance};
+use crate::common::gpu::{context, kernel_sets, run, stored, sum_tolerance, variants};
 use crate::common::{Random, compare, run_cases};
 
 /// Channels in and out, rows, columns, ReLU.
@@ -27,7 +27,8 @@ const CASES: [Case; 12] = [
 
 #[test]
 fn conv3x3_equals_the_reference_in_every_variant() {
-    let cases = CASES.iter().flat_map(|case| VARIANTS.map(|variant| (*case, variant)));
+    let cases =
+        CASES.iter().flat_map(|case| variants().into_iter().map(|variant| (*case, variant)));
     run_cases(cases, |&(case, variant)| check(case, variant));
 }
 
@@ -48,7 +49,7 @@ fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(),
 #[test]
 fn conv3x3_reads_a_concatenation_of_widths_that_are_no_multiples_of_four() {
     let map = concat::channel_map(&channel_map(5), &channel_map(6));
-    run_cases(VARIANTS, |&(kernels, precision)| {
+    run_cases(variants(), |&(kernels, precision)| {
         let mut random = Random::new(7);
         let params = Params { weight: random.values(10 * 11 * 9), bias: random.values(10) };
         let input = stored(&random.tensor(11, 9, 13), precision);
@@ -62,7 +63,7 @@ fn conv3x3_reads_a_concatenation_of_widths_that_are_no_multiples_of_four() {
 
 #[test]
 fn sums_beyond_half_precision_saturate_instead_of_becoming_infinite() {
-    for kernels in [KernelSet::Plain, KernelSet::Tiled, KernelSet::Simd] {
+    for kernels in kernel_sets() {
         let context = context(Precision::F16);
         let params = Params { weight: vec![1.0; 2 * 9], bias: vec![0.0] };
         let input = reference::Tensor::from_fn(2, 3, 3, |_, _, _| 6e4);

@@ -2,7 +2,7 @@ use wgdenoise::model::Params;
 use wgdenoise::ops::{channel_map, conv_transpose::conv_transpose};
 use wgdenoise::reference;
 
-use crate::common::gpu::{VARIANTS, context, run, stored, sum_tolerance};
+use crate::common::gpu::{context, run, stored, sum_tolerance, variants};
 use crate::common::{Random, compare, run_cases};
 
 /// Channels in and out, rows and columns of the input.
@@ -20,7 +20,8 @@ const CASES: [(usize, usize, usize, usize); 9] = [
 
 #[test]
 fn conv_transpose_equals_the_reference_in_every_variant() {
-    let cases = CASES.iter().flat_map(|case| VARIANTS.map(|variant| (*case, variant)));
+    let cases =
+        CASES.iter().flat_map(|case| variants().into_iter().map(|variant| (*case, variant)));
     run_cases(cases, |&((inputs, outputs, height, width), (kernels, precision))| {
         let mut random = Random::new(inputs as u64 * 1000 + outputs as u64);
         let weight = random.values(inputs * outputs * 4);

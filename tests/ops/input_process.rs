@@ -2,7 +2,7 @@ use wgdenoise::kernel::Context;
 use wgdenoise::ops::GpuTensor;
 use wgdenoise::ops::input_process::{Sources, channel_map, input_process};
 use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::{Image, Inputs, Precision, reference, wgpu};
+use wgdenoise::{Image, Precision, reference};
 
 use crate::common::gpu::{buffer, context, download, submit};
 use crate::common::{Random, Tolerance, compare, run_cases};
@@ -29,7 +29,7 @@ fn input_process_equals_the_reference_for_every_input_set() {
     let precisions = [(Precision::F32, F32), (Precision::F16, F16)];
     let cases = CASES.iter().flat_map(|case| precisions.map(|p| (*case, p)));
     run_cases(cases, |&((width, height, albedo, normal), (precision, tolerance))| {
-        let images = images(width, height, 0.37);
+        let images = images(width, height);
         let aux = [albedo.then_some(&images[1]), normal.then_some(&images[2])];
         let found = run(context(precision), &images[0], aux, 0.37);
         let expected = reference::input_process(&images[0], aux[0], aux[1], 0.37, 16);
@@ -38,7 +38,7 @@ fn input_process_equals_the_reference_for_every_input_set() {
 }
 
 /// Values over the whole range, with everything in them that is no colour.
-fn images(width: u32, height: u32, seed: f32) -> [Image; 3] {
+fn images(width: u32, height: u32) -> [Image; 3] {
     let mut random = Random::new(u64::from(width * 100 + height));
     let mut image = |scale: fn(f32) -> f32| {
         let mut pixel = || [0; 3].map(|_| scale(random.value()));
@@ -50,7 +50,7 @@ fn images(width: u32, height: u32, seed: f32) -> [Image; 3] {
         let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -3.0, 1e30, 1e-42, -f32::NAN];
         for (k, value) in bad.into_iter().enumerate() {
             let count = image.pixels().len();
-            image.pixels_mut()[(k * 5 + i) % count][k % 3] = value * seed.signum();
+            image.pixels_mut()[(k * 5 + i) % count][k % 3] = value;
         }
     }
     images
@@ -91,19 +91,4 @@ fn run(
 fn target(context: &Context, size: [u32; 2], quads: u32) -> GpuTensor {
     let [width, height] = size.map(|side| side.next_multiple_of(16));
     GpuTensor::of(&GpuTensor::texture(context, [width, height], quads), 0, quads)
-}
-
-#[test]
-fn the_kernel_is_compiled_for_the_inputs_that_are_bound() {
-    let context = context(Precision::F32);
-    let some = buffer(context, &[0; 16]);
-    let sources = Sources {
-        tiles: &some,
-        color: &some,
-        albedo: None,
-        normal: Some(&some),
-        input_scale: &some,
-    };
-    assert_eq!(sources.inputs(), Inputs { albedo: false, normal: true });
-    let _: &wgpu::Buffer = sources.color;
 }

@@ -1,0 +1,11 @@
+//! The whole network on the adapter: against the reference, tiled against whole, with fewer
+//! inputs against zeros, in a caller's encoder against the blocking call.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod device;
+mod pass;
+mod support;
+mod tiles;
+mod whole;

@@ -1,0 +1,104 @@
+//! Tiled against whole, and the memory that it takes.
+
+use wgdenoise::{
+    Denoiser, Gpu, Inputs, Layout, Options, PassDescriptor, PassImage, Precision, Quality, Weights,
+    wgpu,
+};
+
+use crate::common::gpu::{gpu, kernel_sets};
+use crate::common::run_cases;
+use crate::support::{denoiser, frame, images, run, same_bits, tiny};
+
+#[test]
+fn tiles_make_the_same_bits_as_the_whole_image() {
+    let sizes = [(131, 67), (16, 301), (97, 97), (255, 1)];
+    let cases = kernel_sets().into_iter().flat_map(|k| sizes.map(|size| (k, size)));
+    run_cases(cases, |&(kernels, (width, height))| {
+        let images = images(width, height);
+        let frame = frame(&images, Inputs::ALL);
+        let whole = run(&Options { kernels, ..Options::default() }, &frame);
+        let options = Options { kernels, tile: Some(60), ..Options::default() };
+        let tiles = denoiser(&options).tile_plan(width, height, Inputs::ALL).unwrap().tiles.len();
+        if tiles < 2 {
+            return Err(format!("{tiles} tile tests nothing"));
+        }
+        same_bits(&run(&options, &frame), &whole)
+    });
+}
+
+#[test]
+fn the_built_in_weights_make_the_same_bits_in_tiles() {
+    let images = images(400, 230);
+    for precision in [Precision::F32, Precision::F16] {
+        let weights = Weights::builtin(Quality::Fast).unwrap();
+        let run = |tile| {
+            let options = Options { precision, tile, ..Options::default() };
+            let (device, queue) = (&gpu().device, &gpu().queue);
+            let denoiser = Denoiser::new(device, queue, &weights, &options).unwrap();
+            let mut tiles = 0;
+            let frame = frame(&images, Inputs::ALL);
+            let image = denoiser.denoise(&frame, &mut |_, of| tiles = of).unwrap();
+            (image, tiles)
+        };
+        let ((whole, one), (tiled, many)) = (run(None), run(Some(224)));
+        assert!(one == 1 && many > 4, "{one} and {many} tiles");
+        same_bits(&tiled, &whole).unwrap();
+    }
+}
+
+#[test]
+fn the_memory_budget_does_not_change_the_result() {
+    let images = images(200, 150);
+    let frame = frame(&images, Inputs::ALL);
+    let denoiser = denoiser(&Options { memory_bytes: 1 << 20, ..Options::default() });
+    let planned = denoiser.memory_bytes(200, 150, Inputs::ALL).unwrap();
+    assert!(planned <= 1 << 20, "{planned} bytes");
+    assert!(denoiser.tile_plan(200, 150, Inputs::ALL).unwrap().tiles.len() > 1);
+    let found = denoiser.denoise(&frame, &mut |_, _| {}).unwrap();
+    same_bits(&found, &run(&Options::default(), &frame)).unwrap();
+}
+
+/// On a device of its own, so that no other test allocates meanwhile.
+#[test]
+fn what_a_pass_allocates_is_what_was_planned() {
+    let gpu = Gpu::open(None).unwrap();
+    let allocated = || {
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
+        gpu.device.generate_allocator_report().expect("this backend reports").total_allocated_bytes
+    };
+    let budget = 4 << 20;
+    let options = Options { memory_bytes: budget, ..Options::default() };
+    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &tiny(), &options).unwrap();
+    let [noisy, clean] = [(); 2].map(|()| pass_buffer(&gpu.device));
+    let before = allocated();
+    let image = |buffer| PassImage::Buffer { buffer, layout: Layout::packed(300) };
+    let descriptor = PassDescriptor {
+        width: 300,
+        height: 300,
+        color: image(&noisy),
+        albedo: None,
+        normal: None,
+        output: image(&clean),
+        input_scale: None,
+    };
+    let _pass = denoiser.pass(&descriptor).unwrap();
+    let used = allocated() - before;
+    // Uniforms, exposure bins and alignment are not in the plan: some kilobytes.
+    assert!(used > budget / 2 && used < budget + (budget >> 4), "{used} of {budget} bytes");
+}
+
+fn pass_buffer(device: &wgpu::Device) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: 300 * 300 * 12,
+        usage: wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    })
+}
+
+#[test]
+fn a_budget_below_the_smallest_tile_is_refused_with_what_it_needs() {
+    let denoiser = denoiser(&Options { memory_bytes: 10_000, ..Options::default() });
+    let error = denoiser.tile_plan(500, 500, Inputs::ALL).unwrap_err().to_string();
+    assert!(error.contains("memory") && error.contains("MiB"), "{error}");
+}

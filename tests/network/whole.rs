@@ -1,0 +1,91 @@
+//! The blocking call against the reference.
+
+use wgdenoise::model::INPUT;
+use wgdenoise::reference::Tensor;
+use wgdenoise::{Frame, Inputs, KernelSet, Options, Precision, Weights, reference};
+
+use crate::common::gpu::{context, kernel_sets, variants};
+use crate::common::{Random, compare, run_cases};
+use crate::support::{
+    F16, F32, SETS, denoiser, encoded, expected, frame, images, run, same_bits, tiny,
+};
+
+#[test]
+fn every_variant_equals_the_reference_for_every_input_set() {
+    let images = images(37, 22);
+    let cases = SETS.iter().flat_map(|&inputs| variants().into_iter().map(move |v| (inputs, v)));
+    run_cases(cases, |&(inputs, (kernels, precision))| {
+        let frame = frame(&images, inputs);
+        let found = run(&Options { kernels, precision, ..Options::default() }, &frame);
+        let tolerance = if precision == Precision::F32 { F32 } else { F16 };
+        let expected = expected(&tiny(), &frame);
+        let scale = reference::autoexposure(frame.color);
+        compare(&encoded(&found, scale), &encoded(&expected, scale), tolerance)
+    });
+}
+
+#[test]
+fn absent_inputs_make_the_same_bits_as_zeros() {
+    run_cases(SETS, |&inputs| {
+        let (all, sliced) = (tiny(), tiny().for_inputs(inputs).expect("a subset"));
+        let mut random = Random::new(4);
+        let cut = random.tensor(inputs.channels(), 24, 40);
+        let kept = inputs.channels_of(Inputs::ALL);
+        let zeros = Tensor::from_fn(9, 24, 40, |c, y, x| {
+            kept.iter().position(|&k| k == c).map_or(0.0, |i| cut.at(i, y, x))
+        });
+        for kernels in kernel_sets() {
+            let few = first_layer(&sliced, kernels, &cut);
+            let many = first_layer(&all, kernels, &zeros);
+            let differ =
+                few.data.iter().zip(&many.data).filter(|(a, b)| a.to_bits() != b.to_bits());
+            if differ.count() > 0 {
+                return Err(format!("{kernels:?}: the first layer differs"));
+            }
+        }
+        Ok(())
+    });
+}
+
+/// The only layer that reads the network's input.
+fn first_layer(weights: &Weights, kernels: KernelSet, input: &Tensor) -> Tensor {
+    use wgdenoise::ops::{conv3x3::conv3x3, input_process::channel_map};
+    let readers = weights.network().layers.iter().filter(|l| l.inputs.contains(&INPUT));
+    assert_eq!(readers.map(|l| l.name.as_str()).collect::<Vec<_>>(), ["enc_conv0a"]);
+    let params = weights.params("enc_conv0a");
+    let (context, map) = (context(Precision::F32), channel_map(input.channels));
+    let operator = conv3x3(context, kernels, &params, &map, true);
+    let shape = [params.bias.len(), input.height, input.width];
+    crate::common::gpu::run(context, &operator, input, &map, shape)
+}
+
+#[test]
+fn the_same_input_makes_the_same_bits_every_time() {
+    let images = images(50, 41);
+    let frame = frame(&images, Inputs::ALL);
+    let first = run(&Options::default(), &frame);
+    for _ in 0..3 {
+        same_bits(&run(&Options::default(), &frame), &first).unwrap();
+    }
+}
+
+#[test]
+fn an_input_scale_replaces_the_measured_exposure() {
+    let images = images(37, 22);
+    let frame = Frame { input_scale: Some(0.05), ..frame(&images, Inputs::ALL) };
+    let found = run(&Options::default(), &frame);
+    let expected = expected(&tiny(), &frame);
+    compare(&encoded(&found, 0.05), &encoded(&expected, 0.05), F32).unwrap();
+}
+
+#[test]
+fn frames_that_do_not_fit_together_are_refused() {
+    let denoiser = denoiser(&Options::default());
+    let (color, small) = (images(8, 8), images(8, 7));
+    let frame = Frame { albedo: Some(&small[1]), ..frame(&color, Inputs::default()) };
+    let error = denoiser.denoise(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    assert!(error.contains("albedo is 8×7, but the colour is 8×8"), "{error}");
+    let frame = Frame { albedo: None, input_scale: Some(f32::NAN), ..frame };
+    let error = denoiser.denoise(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    assert!(error.contains("input scale is NaN"), "{error}");
+}
