@@ -62,7 +62,8 @@ fn verify(denoiser: &Denoiser, weights: &Weights, precision: Precision) -> Resul
     let encode = |v: &f32| reference::pu(f64::from(*v) * f64::from(scale));
     let values = found.pixels().iter().flatten().zip(expected.pixels().iter().flatten());
     let error = values.map(|(a, b)| (encode(a) - encode(b)).abs()).fold(0.0, f64::max);
-    let allowed = if precision == Precision::F32 { 2e-5 } else { 1e-2 };
+    // As for the whole network in the tests. Measured: 1e-7 and 3e-4.
+    let allowed = if precision == Precision::F32 { 4e-6 } else { 6e-3 };
     let finite = found.pixels().iter().flatten().all(|v| v.is_finite());
     assert!(finite && error <= allowed, "{error} from the reference, allowed {allowed}");
     Ok(error)

@@ -5,13 +5,20 @@ use wgdenoise::Precision;
 use wgdenoise::kernel::{Binding, KernelSpec};
 use wgdenoise::ops::{all_specs, autoexposure::Band, tile::Tile};
 
-fn parse(source: &str) -> Result<naga::Module, String> {
+type Checked = (naga::Module, naga::valid::ModuleInfo);
+
+/// Only what the host asks of an adapter is allowed.
+fn check(source: &str) -> Result<Checked, String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
     let flags = naga::valid::ValidationFlags::all();
-    naga::valid::Validator::new(flags, naga::valid::Capabilities::all())
+    let info = naga::valid::Validator::new(flags, naga::valid::Capabilities::SUBGROUP)
         .validate(&module)
         .map_err(|e| e.emit_to_string(source))?;
-    Ok(module)
+    Ok((module, info))
+}
+
+fn parse(source: &str) -> Result<naga::Module, String> {
+    check(source).map(|(module, _)| module)
 }
 
 /// Runs a check on every variant in both precisions.
@@ -43,6 +50,37 @@ fn bindings_are_what_the_host_declares() {
             assert_eq!(*found, expected, "{} binding {}", spec.name, at.binding);
         }
     });
+}
+
+/// All that can be known of Metal and DX12 without them: naga can write every variant for both.
+#[test]
+fn every_variant_can_be_written_for_metal_and_dx12() {
+    for spec in all_specs() {
+        for precision in [Precision::F32, Precision::F16] {
+            let (module, info) = check(&spec.source_for(precision)).expect("it is valid");
+            let constants = spec.overrides.iter().map(|name| (name.to_string(), 1.0)).collect();
+            let (module, info) =
+                naga::back::pipeline_constants::process_overrides(&module, &info, None, &constants)
+                    .unwrap_or_else(|e| panic!("{}: {e}", spec.name));
+            to_metal(&module, &info).unwrap_or_else(|e| panic!("{}: {e}", spec.name));
+            to_dx12(&module, &info).unwrap_or_else(|e| panic!("{}: {e}", spec.name));
+        }
+    }
+}
+
+fn to_metal(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<(), String> {
+    let options = naga::back::msl::Options { lang_version: (2, 4), ..Default::default() };
+    let written = naga::back::msl::write_string(module, info, &options, &Default::default());
+    written.map(|_| ()).map_err(|e| e.to_string())
+}
+
+fn to_dx12(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<(), String> {
+    let shader_model = naga::back::hlsl::ShaderModel::V6_0;
+    let options = naga::back::hlsl::Options { shader_model, ..Default::default() };
+    let mut text = String::new();
+    let pipeline = naga::back::hlsl::PipelineOptions::default();
+    let mut writer = naga::back::hlsl::Writer::new(&mut text, &options, &pipeline);
+    writer.write(module, info, None).map(|_| ()).map_err(|e| e.to_string())
 }
 
 #[test]

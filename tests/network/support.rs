@@ -57,8 +57,8 @@ pub(crate) fn encoded(image: &Image, scale: f32) -> Tensor {
     tensor
 }
 
-/// In the transfer domain, where the network works. Measured: 4e-7, most of it from the
-/// exposure, whose error of up to 5e-5 moves the logarithmic curve by 3e-6.
+/// In the transfer domain, where the network works. Measured: 5e-7; the exposure,
+/// whose error of up to 5e-5 moves the logarithmic curve by 3e-6.
 pub(crate) const F32: Tolerance = Tolerance { absolute: 4e-6, relative: 0.0 };
 /// Each of twelve stores rounds by 2⁻¹¹ of a value of about 1. Measured: 2e-3.
 pub(crate) const F16: Tolerance = Tolerance { absolute: 6e-3, relative: 0.0 };
