@@ -1,3 +1,4 @@
+use proptest::prelude::*;
 use wgdenoise::ops::{GpuTensor, channel_map, concat, conv1x1::conv1x1};
 use wgdenoise::{KernelSet, Precision, model::Params, reference};
 
@@ -11,21 +12,31 @@ const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
 /// the channel map, is the concatenation.
 #[test]
 fn writing_side_by_side_is_concatenation() {
-    run_cases([(4, 4), (5, 6), (1, 7), (8, 3)], |&(a, b)| {
-        let context = context(Precision::F32);
-        let mut random = Random::new(9);
-        let parts = [random.tensor(a, 5, 9), random.tensor(b, 5, 9)];
-        let map = concat::channel_map(&channel_map(a), &channel_map(b));
-        let both = GpuTensor::texture(context, [9, 5], map.len() as u32 / 4);
-        let mut first_quad = 0;
-        for part in &parts {
-            let quads = part.channels.div_ceil(4) as u32;
-            copy(context, part, &GpuTensor::of(&both, first_quad, quads));
-            first_quad += quads;
-        }
-        let found = download(context, &GpuTensor::of(&both, 0, first_quad), &map);
-        compare(&found, &reference::concat(&parts[0], &parts[1]), EXACT)
-    });
+    run_cases([(4, 4), (5, 6), (1, 7), (8, 3)], |&(first, second)| check(first, second));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(16))]
+    #[test]
+    fn any_two_tensors_can_be_written_side_by_side(first in 1_usize..30, second in 1_usize..30) {
+        check(first, second).map_err(TestCaseError::fail)?;
+    }
+}
+
+fn check(first: usize, second: usize) -> Result<(), String> {
+    let context = context(Precision::F32);
+    let mut random = Random::new(9);
+    let parts = [random.tensor(first, 5, 9), random.tensor(second, 5, 9)];
+    let map = concat::channel_map(&channel_map(first), &channel_map(second));
+    let both = GpuTensor::texture(context, [9, 5], map.len() as u32 / 4);
+    let mut first_quad = 0;
+    for part in &parts {
+        let quads = part.channels.div_ceil(4) as u32;
+        copy(context, part, &GpuTensor::of(&both, first_quad, quads));
+        first_quad += quads;
+    }
+    let found = download(context, &GpuTensor::of(&both, 0, first_quad), &map);
+    compare(&found, &reference::concat(&parts[0], &parts[1]), EXACT)
 }
 
 /// Writes a tensor through a kernel, as the network does.

@@ -1,3 +1,5 @@
+use proptest::prelude::*;
+use proptest::sample;
 use wgdenoise::model::Params;
 use wgdenoise::ops::{channel_map, concat, conv3x3::conv3x3};
 use wgdenoise::{KernelSet, Precision, reference};
@@ -30,6 +32,17 @@ fn conv3x3_equals_the_reference_in_every_variant() {
     let cases =
         CASES.iter().flat_map(|case| variants().into_iter().map(|variant| (*case, variant)));
     run_cases(cases, |&(case, variant)| check(case, variant));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn conv3x3_equals_the_reference_at_any_shape(
+        case in (1_usize..40, 1_usize..40, 1_usize..36, 1_usize..70, any::<bool>()),
+        variant in sample::select(variants()),
+    ) {
+        check(case, variant).map_err(TestCaseError::fail)?;
+    }
 }
 
 fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(), String> {

@@ -1,3 +1,4 @@
+use proptest::prelude::*;
 use wgdenoise::ops::{channel_map, sigmoid::sigmoid};
 use wgdenoise::{Precision, reference};
 
@@ -15,13 +16,33 @@ fn sigmoid_equals_the_reference_from_saturation_to_saturation() {
     let precisions = [(Precision::F32, F32), (Precision::F16, F16)];
     let cases = [0.5_f32, 5.0, 25.0].iter().flat_map(|&range| precisions.map(|p| (range, p)));
     run_cases(cases, |&(range, (precision, tolerance))| {
-        let mut input = Random::new(5).tensor(5, 11, 13);
-        input.data.iter_mut().for_each(|v| *v *= range);
-        let input = stored(&input, precision);
-        let (context, map) = (context(precision), channel_map(5));
-        let found = run(context, &sigmoid(context), &input, &map, [5, 11, 13]);
-        compare(&found, &reference::sigmoid(&input), tolerance)
+        check([5, 11, 13], range, precision, tolerance)
     });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn sigmoid_equals_the_reference_at_any_shape(
+        shape in [1_usize..10, 1_usize..40, 1_usize..40], range in 0.1_f32..25.0,
+    ) {
+        check(shape, range, Precision::F32, F32).map_err(TestCaseError::fail)?;
+    }
+}
+
+fn check(
+    shape: [usize; 3],
+    range: f32,
+    precision: Precision,
+    tolerance: Tolerance,
+) -> Result<(), String> {
+    let [channels, height, width] = shape;
+    let mut input = Random::new(5).tensor(channels, height, width);
+    input.data.iter_mut().for_each(|v| *v *= range);
+    let input = stored(&input, precision);
+    let (context, map) = (context(precision), channel_map(channels));
+    let found = run(context, &sigmoid(context), &input, &map, shape);
+    compare(&found, &reference::sigmoid(&input), tolerance)
 }
 
 #[test]
