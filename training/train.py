@@ -102,6 +102,8 @@ class Run:
         self.ema = Ema(self.model, 0.998)
         self.step, self.elapsed, self.best, self.stale = 0, 0.0, math.inf, 0
         if o.resume:
+            if not self.last.exists():
+                raise SystemExit(f"{self.last}: no checkpoint to resume; leave out --resume to start a new run")
             self._restore(torch.load(self.last))
 
     def _restore(self, state):
@@ -142,7 +144,10 @@ def main():
     torch.manual_seed(o.seed)
     o.out.mkdir(parents=True, exist_ok=True)
     views = load_views(o.data, o.cache)
-    run, held_out = Run(o), part(views, "val")
+    held_out = part(views, "val")
+    if not any(4 <= spp <= 32 for v in held_out for spp, _ in v["noisy"]):
+        raise SystemExit("no validation render of 4 to 32 samples: give views of more scenes (20 at least)")
+    run = Run(o)
     crops = Crops(part(views, "train"), o.crop, o.seed + run.step)
     writer = None
     if o.tensorboard:
