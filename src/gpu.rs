@@ -85,8 +85,8 @@ fn choose(names: &[String], selector: Option<&str>) -> Result<usize> {
         let listed: Vec<_> = names.iter().enumerate().map(|(i, n)| format!("{i}: {n}")).collect();
         Error::Adapter(format!(
             "`{wanted}` names none of the adapters here ({}); give an index or a part of a \
-             name. If the one you want is missing, install its driver (for the CPU driver \
-             lavapipe on Debian and Ubuntu: `apt install mesa-vulkan-drivers`)",
+             name, or install the driver of the one you want (for the CPU driver lavapipe on \
+             Debian and Ubuntu: `apt install mesa-vulkan-drivers`)",
             listed.join(", ")
         ))
     })

@@ -24,7 +24,7 @@ fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) ->
     format!(
         "{} ({:?}), kernels {:?}, tensors in {:?}\n\
          weights `{}`, {:.1} kMAC per pixel, color, albedo and normal\n\
-         {}×{} in {} tiles, {} MiB: median {:.4} s ({fastest:.4} to {slowest:.4} in {} runs), \
+         {}×{}, tiles: {}, planned memory: {} MiB: median {:.4} s ({fastest:.4} to {slowest:.4} in {} runs), \
          {:.1} GFLOP/s, {:.3} megapixels/s",
         gpu.info.name,
         gpu.info.backend,

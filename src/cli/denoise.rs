@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use super::args::DenoiseArgs;
 use super::failure::Failure;
 use super::progress::Progress;
+use super::say;
 use crate::files::{self, LayerChoice, Picture};
 use crate::{Denoiser, Frame, Gpu, Image};
 
@@ -14,12 +15,13 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     let usage = || Failure::Usage("give IN and OUT, or a command; see --help".into());
     let (input, output) = args.files().ok_or_else(usage)?;
     files::check_output(output, args.force)?;
+    let (gpu, denoiser) = args.engine.denoiser()?;
+    args.details(|| adapter_and_kernels(&gpu, args));
+    let prepared = watch.lap();
+
     let picture = Picture::open(input, &LayerChoice::from(&args.layers))?;
     args.notices(picture.notices());
     args.notices(&unusable_pixels(picture.color()));
-    let read = watch.lap();
-
-    let (gpu, denoiser) = args.engine.denoiser()?;
     let frame = Frame {
         color: picture.color(),
         albedo: picture.albedo(),
@@ -27,8 +29,7 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
         input_scale: args.input_scale,
     };
     args.notices(&unread_inputs(&denoiser, &frame));
-    args.details(|| adapter_and_kernels(&gpu, args));
-    let prepared = watch.lap();
+    let read = watch.lap();
 
     let result = args.denoise(&denoiser, &frame)?;
     let worked = watch.lap();
@@ -37,7 +38,7 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     let written = watch.lap();
     args.details(|| {
         format!(
-            "read in {read:.1?}, prepared in {prepared:.1?}, denoised in {worked:.1?}, \
+            "prepared in {prepared:.1?}, read in {read:.1?}, denoised in {worked:.1?}, \
              written in {written:.1?}"
         )
     });
@@ -66,7 +67,7 @@ impl DenoiseArgs {
     fn notices(&self, notices: &[String]) {
         if !self.quiet {
             for notice in notices {
-                eprintln!("wgdenoise: {notice}");
+                say(notice);
             }
         }
     }
@@ -74,7 +75,7 @@ impl DenoiseArgs {
     /// What only `--verbose` tells.
     fn details(&self, text: impl FnOnce() -> String) {
         if self.verbose {
-            eprintln!("wgdenoise: {}", text());
+            say(&text());
         }
     }
 }

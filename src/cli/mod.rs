@@ -28,7 +28,7 @@ pub fn main() -> ExitCode {
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("wgdenoise: error: {failure}");
+            say(&format!("error: {failure}"));
             failure.exit_code()
         }
     }
@@ -42,6 +42,11 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
     }
+}
+
+/// Tells the user something on stderr; that nobody can read it is no reason to lose the work.
+fn say(text: &str) {
+    let _ = writeln!(std::io::stderr(), "wgdenoise: {text}");
 }
 
 /// Writes a result to stdout; a reader that has gone away is no failure.

@@ -73,3 +73,26 @@ fn images_of_two_sizes_cannot_be_compared() {
     let (a, b) = (data("karma_like.exr"), data("plain_rgb.exr"));
     folder.run(&["compare", a.to_str().unwrap(), b.to_str().unwrap()]).assert_failed(1, &["37×23"]);
 }
+
+/// A device on which every write fails, as when a disk or a pipe is gone.
+#[cfg(target_os = "linux")]
+#[test]
+fn messages_that_cannot_be_written_do_not_lose_the_result() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let full = std::fs::File::options().write(true).open("/dev/full").unwrap();
+    let arguments = ["plain_rgb.exr", "out.exr", "-v", "--quality", "fast"];
+    let status = folder.command(&arguments).stderr(full).status().unwrap();
+    assert!(status.success() && folder.path("out.exr").exists(), "{status}");
+}
+
+#[test]
+fn bench_reports_what_it_measured() {
+    let bench = ["bench", "--width", "64", "--height", "48", "--runs", "3", "--quality", "fast"];
+    let json = Folder::new().run(&[&bench[..], &["--json"]].concat()).json();
+    assert_eq!(json["seconds"].as_array().unwrap().len(), 3, "{json}");
+    assert!(json["median_seconds"].as_f64() > Some(0.0), "{json}");
+    assert_eq!((&json["width"], &json["tiles"]), (&64.into(), &1.into()), "{json}");
+    let text = Folder::new().run(&bench);
+    assert!(text.code == 0 && text.stdout.contains("64×48, tiles: 1"), "{text:?}");
+}

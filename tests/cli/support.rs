@@ -39,10 +39,10 @@ impl Folder {
         names
     }
 
-    /// The command, in this folder, with a runtime folder without which drivers complain.
+    /// The command, in this folder and without a desktop session, of which drivers complain.
     pub(crate) fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wgdenoise"));
-        command.current_dir(self.0.path()).env("XDG_RUNTIME_DIR", self.0.path()).args(args);
+        command.current_dir(self.0.path()).env_remove("XDG_RUNTIME_DIR").args(args);
         command
     }
 
