@@ -48,7 +48,7 @@ def main():
     p.add_argument("checkpoint", type=Path)
     p.add_argument("weights", type=Path)
     p.add_argument("--data", default=DATA, help="what the net was trained on, for the provenance entry")
-    p.add_argument("--license", default="same license as the program", help="license of the weights")
+    p.add_argument("--license", default="MIT OR Apache-2.0", help="license of the weights")
     o = p.parse_args()
     c = torch.load(o.checkpoint)
     provenance = f"data: {o.data}; loss: {LOSS}; steps: {c['step']}; license: {o.license}"
