@@ -42,6 +42,33 @@ const CASES: &[Case] = &[
         expected: ["Far.Combined", "Far.Combined", "Far.Denoising_Albedo", ""],
     },
     Case {
+        renderer: "Blender 4, one part, with the compositor's picture",
+        parts: &[(
+            "",
+            "Composite.Combined.B Composite.Combined.G Composite.Combined.R \
+             ViewLayer.Combined.B ViewLayer.Combined.G ViewLayer.Combined.R \
+             ViewLayer.Denoising_Albedo.B ViewLayer.Denoising_Albedo.G ViewLayer.Denoising_Albedo.R \
+             ViewLayer.Denoising_Normal.X ViewLayer.Denoising_Normal.Y ViewLayer.Denoising_Normal.Z",
+        )],
+        expected: [
+            "ViewLayer.Combined",
+            "ViewLayer.Combined",
+            "ViewLayer.Denoising_Albedo",
+            "ViewLayer.Denoising_Normal",
+        ],
+    },
+    Case {
+        renderer: "Blender 4, one part, with a view layer of fog alone",
+        parts: &[(
+            "",
+            "Composite.Combined.B Composite.Combined.G Composite.Combined.R \
+             Fog.Combined.B Fog.Combined.G Fog.Combined.R \
+             ViewLayer.Combined.B ViewLayer.Combined.G ViewLayer.Combined.R \
+             ViewLayer.Denoising_Albedo.B ViewLayer.Denoising_Albedo.G ViewLayer.Denoising_Albedo.R",
+        )],
+        expected: ["ViewLayer.Combined", "ViewLayer.Combined", "ViewLayer.Denoising_Albedo", ""],
+    },
+    Case {
         renderer: "Karma",
         parts: &[("C", "A B G R"), ("albedo", "B G R"), ("N", "B G R"), ("Z", "Z")],
         expected: ["C", "C", "albedo", "N"],
@@ -169,6 +196,45 @@ fn colour_that_cannot_be_told_is_an_error_that_says_what_to_do() {
     assert!(error(&[("", "x.R x.G x.B y.R y.G y.B")]).contains("--color"));
     assert!(error(&[("", "Y A")]).contains("luminance (Y)"));
     assert!(error(&[("", "depth.Z")]).contains("no layer with R, G and B"));
+}
+
+#[test]
+fn a_view_layer_goes_before_the_compositors_picture_and_the_others_are_named() {
+    let parts = parts(&[(
+        "",
+        "Composite.Combined.B Composite.Combined.G Composite.Combined.R \
+         Fog.Combined.B Fog.Combined.G Fog.Combined.R",
+    )]);
+    let said = automatic(&parts).unwrap().explain(None, None);
+    assert!(said.starts_with("colour from `Fog.Combined`"), "{said}");
+    assert!(
+        said.ends_with("`Composite.Combined` is left as it is; name it with --color"),
+        "{said}"
+    );
+    let named = choose(&parts, Some("Fog.Combined"), &Wish::Auto, &Wish::Auto).unwrap();
+    assert!(named.remarks.is_empty(), "{named:?}");
+}
+
+#[test]
+fn a_found_albedo_that_cannot_be_used_is_left_out_and_one_asked_for_stays() {
+    let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
+    let named = Wish::Named("N".into());
+    let mut choice = choose(&parts, None, &Wish::Auto, &named).unwrap();
+    choice.leave_out_unusable(|_| Err(Problem::Unsupported("it holds integers".into())));
+    assert_eq!((choice.albedo.is_some(), choice.normal.is_some()), (false, true));
+    let said = choice.explain(None, None);
+    assert!(said.ends_with("`albedo` is left out: it holds integers"), "{said}");
+}
+
+#[test]
+fn a_file_of_its_own_with_two_candidates_is_told_what_it_should_hold() {
+    let error = |kind| {
+        choose_single(&parts(&[("", "x.R x.G x.B y.R y.G y.B")]), kind).unwrap_err().to_string()
+    };
+    assert!(
+        error(Kind::Albedo).contains("2 layers that could be the albedo; give a file with one")
+    );
+    assert!(!error(Kind::Normal).contains("--color"), "{}", error(Kind::Normal));
 }
 
 #[test]

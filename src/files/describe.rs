@@ -77,7 +77,11 @@ impl Description {
         let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted)?;
         let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted)?;
         let choice = choice::choose(&parts, wanted.color.as_deref(), &albedo, &normal)
-            .and_then(|choice| file.check(&choice.target).map(|()| choice));
+            .and_then(|choice| file.check(&choice.target).map(|()| choice))
+            .map(|mut choice| {
+                choice.leave_out_unusable(|pick| file.check(pick));
+                choice
+            });
         let explained = match &choice {
             Ok(choice) => choice.explain(albedo_file.as_deref(), normal_file.as_deref()),
             Err(problem) => format!("cannot be denoised: it {problem}"),

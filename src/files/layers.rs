@@ -4,6 +4,8 @@
 //! a dot belongs to the layer named like its part, or in a file with a single part to the
 //! plain layer.
 
+use std::collections::HashMap;
+
 use super::Problem;
 use super::conventions::{self, Convention};
 
@@ -33,13 +35,14 @@ pub fn layers(parts: &[Part]) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     for (part, names) in parts.iter().enumerate() {
         let plain = if parts.len() > 1 { names.name.as_deref().unwrap_or("") } else { "" };
+        let mut known = HashMap::new();
         for (channel, full) in names.channels.iter().enumerate() {
             let (name, letter) = split(full, plain);
-            let entry = (letter.to_string(), channel);
-            match layers.iter_mut().find(|l| l.part == part && l.name == name) {
-                Some(layer) => layer.channels.push(entry),
-                None => layers.push(Layer { name: name.into(), part, channels: vec![entry] }),
+            let index = *known.entry(name).or_insert(layers.len());
+            if index == layers.len() {
+                layers.push(Layer { name: name.into(), part, channels: Vec::new() });
             }
+            layers[index].channels.push((letter.to_string(), channel));
         }
     }
     layers
@@ -134,8 +137,31 @@ pub(super) fn not_three(layer: &Layer) -> Problem {
     ))
 }
 
-/// The names of all layers, for a message.
-pub(super) fn list(layers: &[Layer]) -> String {
-    let names: Vec<_> = layers.iter().map(|l| format!("`{}`", l.shown())).collect();
-    names.join(", ")
+/// Most names in one message.
+const MOST_LISTED: usize = 20;
+
+/// The names of layers, for a message.
+pub(super) fn list<'a>(layers: impl IntoIterator<Item = &'a Layer>) -> String {
+    let mut rest = layers.into_iter();
+    let names: Vec<_> =
+        rest.by_ref().take(MOST_LISTED).map(|l| format!("`{}`", l.shown())).collect();
+    let more = rest.count();
+    let end = if more > 0 { format!(" and {more} more") } else { String::new() };
+    names.join(", ") + &end
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Grouping by comparing every two layers would make this test run for minutes.
+    #[test]
+    fn a_great_many_layers_are_told_apart_and_few_are_listed() {
+        let channel = |i: usize| format!("light{}.{}", i % 50_000, ["R", "G", "B"][i / 50_000]);
+        let part = Part { name: None, channels: (0..150_000).map(channel).collect() };
+        let layers = layers(&[part]);
+        assert_eq!((layers.len(), layers[7].rgb()), (50_000, Some([7, 50_007, 100_007])));
+        let error = named(&layers, "beauty").unwrap_err().to_string();
+        assert!(error.ends_with("`light18`, `light19` and 49980 more"), "{error}");
+    }
 }

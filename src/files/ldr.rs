@@ -5,10 +5,14 @@ use std::path::Path;
 
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
-use image::{ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageReader, Limits};
+use image::{
+    ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader,
+    Limits,
+};
 
 use super::format::Format;
-use super::{Problem, guard, normals};
+use super::srgb::{encoded, linear};
+use super::{Problem, guard, jpeg, normals};
 use crate::image::Image;
 
 /// Of 100; the loss cannot be seen.
@@ -36,6 +40,12 @@ impl LdrFile {
         Ok((Self { pixels, icc, exif }, color))
     }
 
+    /// The alpha from 0 to 1, row by row, if there is one.
+    pub(super) fn alpha(&self) -> Option<Vec<f32>> {
+        let values = self.pixels.color().has_alpha().then(|| self.pixels.to_rgba32f());
+        values.map(|values| values.pixels().map(|p| p.0[3]).collect())
+    }
+
     /// Writes `color` in this file's depth and with its alpha; returns what was lost.
     pub(super) fn write(
         &self,
@@ -52,9 +62,19 @@ impl LdrFile {
             kind = if kind.has_color() { ColorType::Rgb8 } else { ColorType::L8 };
         }
         let encoded = convert(&with_color(&self.pixels, color), kind);
-        write(out, format, &encoded, self.icc.clone(), self.exif.clone())?;
+        let icc = self.icc.clone().filter(|icc| is_profile_of(icc, kind));
+        if icc.is_none() && self.icc.is_some() {
+            notices.push("the colour profile is not for the channels written: left out".into());
+        }
+        write(out, format, &encoded, icc, self.exif.clone())?;
         Ok(notices)
     }
+}
+
+/// Whether an ICC profile's colour space (ICC.1, 7.2.6) is that of the pixels; CMYK is read as RGB.
+fn is_profile_of(icc: &[u8], kind: ColorType) -> bool {
+    let space = if kind.has_color() { b"RGB " } else { b"GRAY" };
+    icc.get(16..20) == Some(space)
 }
 
 /// Writes linear colour as a new 8-bit file.
@@ -86,6 +106,10 @@ pub(super) fn read_normals(path: &Path) -> Result<Image, Problem> {
 fn decoder(path: &Path) -> Result<impl ImageDecoder, Problem> {
     let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
     let mut reader = reader.map_err(Problem::Read)?;
+    // The decoder fills in grey where a JPEG ends early.
+    if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(path)? {
+        return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));
+    }
     let mut limits = Limits::default();
     limits.max_alloc = Some(guard::MAX_PIXELS * 8 + (64 << 20));
     reader.limits(limits);
@@ -166,19 +190,10 @@ fn reading(error: ImageError) -> Problem {
     }
 }
 
-/// The inverse of [`encoded`] (IEC 61966-2-1).
-fn linear(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-/// The sRGB curve; what is not a number becomes 0.
-fn encoded(v: f32) -> f32 {
-    let v = if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
-    if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
-}
-
 #[cfg(test)]
 mod tests {
+    use std::io::Cursor;
+
     use super::*;
 
     #[test]
@@ -206,8 +221,20 @@ mod tests {
     }
 
     #[test]
-    fn what_no_display_can_show_is_clipped() {
-        let shown = [f32::NAN, -1.0, 0.0, 1.0, 9e9].map(|v| (encoded(v) * 255.0).round());
-        assert_eq!(shown, [0.0, 0.0, 0.0, 255.0, 255.0]);
+    fn a_profile_stays_only_with_the_channels_it_is_for() {
+        let color = Image::filled(4, 4, [0.5; 3]).unwrap();
+        for (space, pixels, notices) in [
+            (b"RGB ", DynamicImage::new_rgb8(4, 4), 0),
+            (b"CMYK", DynamicImage::new_rgb8(4, 4), 1),
+            (b"GRAY", DynamicImage::new_luma16(4, 4), 0),
+            (b"RGB ", DynamicImage::new_luma8(4, 4), 1),
+        ] {
+            let icc = [&[0; 16][..], space, &[0; 108]].concat();
+            let file = LdrFile { pixels, icc: Some(icc.clone()), exif: None };
+            let mut png = Vec::new();
+            assert_eq!(file.write(&mut png, Format::Png, &color).unwrap().len(), notices);
+            let mut decoder = image::codecs::png::PngDecoder::new(Cursor::new(png)).unwrap();
+            assert_eq!(decoder.icc_profile().unwrap(), (notices == 0).then_some(icc));
+        }
     }
 }

@@ -16,9 +16,11 @@ mod conventions;
 mod describe;
 mod error;
 mod format;
+mod jpeg;
 mod ldr;
 mod normals;
 mod output;
+mod srgb;
 mod wanted;
 mod window;
 
@@ -45,7 +47,7 @@ pub struct Picture {
 
 #[derive(Debug)]
 enum Source {
-    Exr { file: Box<ExrFile>, choice: Choice },
+    Exr { file: Box<ExrFile>, choice: Box<Choice> },
     Ldr(LdrFile),
 }
 
@@ -75,6 +77,7 @@ impl Picture {
             choice.color = choice.target.clone();
         }
         file.check(&choice.target).map_err(at)?;
+        choice.leave_out_unusable(|pick| file.check(pick));
         let explained = choice.explain(albedo_file.as_deref(), normal_file.as_deref());
         let mut picture = Self::read_layers(file, choice, explained).map_err(at)?;
         picture.add_files(albedo_file, normal_file)?;
@@ -97,7 +100,7 @@ impl Picture {
         let albedo = choice.albedo.as_ref().and_then(|_| images.next()).transpose()?;
         let normal = choice.normal.as_ref().and_then(|_| images.next()).transpose()?;
         drop(images);
-        let file = Box::new(file);
+        let (file, choice) = (Box::new(file), Box::new(choice));
         Ok(Self { source: Source::Exr { file, choice }, color, albedo, normal, notices })
     }
 
@@ -183,9 +186,11 @@ impl Picture {
         }
         output::replace(path, force, |out| match (&self.source, format) {
             (Source::Exr { file, choice }, Format::Exr) => save_exr(file, choice, denoised, out),
-            (Source::Ldr(_), Format::Exr) => {
-                exr::write_rgb(out, denoised)?;
-                Ok(vec!["written as linear R, G, B in 32-bit float".into()])
+            (Source::Ldr(file), Format::Exr) => {
+                let alpha = file.alpha();
+                let with = if alpha.is_some() { ", and alpha as it is," } else { "" };
+                exr::write_rgb(out, denoised, alpha)?;
+                Ok(vec![format!("written as linear R, G, B{with} in 32-bit float")])
             }
             (Source::Exr { .. }, format) => ldr::write_new(out, format, denoised),
             (Source::Ldr(file), format) => file.write(out, format, denoised),
@@ -197,7 +202,7 @@ fn save_exr(
     file: &ExrFile,
     choice: &Choice,
     denoised: &Image,
-    out: &mut output::Out,
+    out: &mut output::Out<'_>,
 ) -> Result<Vec<String>, Problem> {
     let target = &choice.target;
     let clamped = file.write(out, target, file.window(choice.color.part), denoised)?;

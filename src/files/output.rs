@@ -8,13 +8,13 @@ use super::format::{self, Format};
 use super::{FileError, Problem};
 
 /// Where a picture is written to.
-pub(super) type Out = BufWriter<File>;
+pub(super) type Out<'a> = BufWriter<&'a File>;
 
 /// Checks, before any work is done, that `path` can be an output; returns its format.
 ///
 /// # Errors
-/// If its extension says no format, its folder is not there, it is not a plain file, or it
-/// exists and `force` is not given.
+/// If its extension says no format, its folder is not there or takes no file, it is not a plain
+/// file, or it exists and `force` is not given.
 pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     let format = format::of_extension(path).map_err(|p| p.at(path))?;
     if !folder(path).is_dir() {
@@ -26,6 +26,8 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     if !force && fs::symlink_metadata(path).is_ok() {
         return Err(Problem::Exists.at(path));
     }
+    // The file that is made here goes away again at once.
+    create_beside(&resolved(path)).map_err(|p| p.at(path))?;
     Ok(format)
 }
 
@@ -33,7 +35,7 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
 pub(super) fn replace<T>(
     path: &Path,
     force: bool,
-    write: impl FnOnce(&mut Out) -> Result<T, Problem>,
+    write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
 ) -> Result<T, FileError> {
     replace_resolved(&resolved(path), force, write).map_err(|problem| problem.at(path))
 }
@@ -41,14 +43,14 @@ pub(super) fn replace<T>(
 fn replace_resolved<T>(
     path: &Path,
     force: bool,
-    write: impl FnOnce(&mut Out) -> Result<T, Problem>,
+    write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
 ) -> Result<T, Problem> {
-    let temporary = create_beside(path).map_err(Problem::Write)?;
-    let file = temporary.reopen().map_err(Problem::Write)?;
-    let mut out = BufWriter::with_capacity(1 << 20, file);
+    let temporary = create_beside(path)?;
+    let mut out = BufWriter::with_capacity(1 << 20, temporary.as_file());
     let result = write(&mut out)?;
     out.flush().map_err(Problem::Write)?;
     drop(out);
+    finish(temporary.as_file(), path).map_err(Problem::Write)?;
     let kept = if force { temporary.persist(path) } else { temporary.persist_noclobber(path) };
     kept.map_err(|e| match e.error.kind() {
         std::io::ErrorKind::AlreadyExists => Problem::Exists,
@@ -57,8 +59,17 @@ fn replace_resolved<T>(
     Ok(result)
 }
 
-/// A temporary file with the permissions that the output has or would get.
-fn create_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+/// Gives a file the permissions of what it is about to replace, and has it reach the disk before
+/// the new name does.
+fn finish(file: &File, path: &Path) -> std::io::Result<()> {
+    if let Ok(existing) = fs::metadata(path) {
+        file.set_permissions(existing.permissions())?;
+    }
+    file.sync_all()
+}
+
+/// A temporary file with the permissions that a new output would get.
+fn create_beside(path: &Path) -> Result<tempfile::NamedTempFile, Problem> {
     let mut builder = tempfile::Builder::new();
     builder.prefix(".wgdenoise-").suffix(".part");
     #[cfg(unix)]
@@ -66,11 +77,12 @@ fn create_beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         use std::os::unix::fs::PermissionsExt;
         builder.permissions(fs::Permissions::from_mode(0o666));
     }
-    let temporary = builder.tempfile_in(folder(path))?;
-    if let Ok(existing) = fs::metadata(path) {
-        fs::set_permissions(temporary.path(), existing.permissions())?;
-    }
-    Ok(temporary)
+    // The error's text ends with the path of a file that nobody knows.
+    builder.tempfile_in(folder(path)).map_err(|error| {
+        let text = error.to_string();
+        let known = text.split(" at path ").next().unwrap_or_default();
+        Problem::Write(std::io::Error::new(error.kind(), known))
+    })
 }
 
 /// What a link points to, so that the link stays one.
@@ -111,11 +123,36 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("out.png");
         fs::write(&path, "old").unwrap();
-        let write = |out: &mut Out| out.write_all(b"new").map_err(Problem::Write);
+        let write = |out: &mut Out<'_>| out.write_all(b"new").map_err(Problem::Write);
         assert!(matches!(check(&path, false).unwrap_err().problem, Problem::Exists));
         assert!(matches!(replace(&path, false, write).unwrap_err().problem, Problem::Exists));
         replace(&path, true, write).unwrap();
         assert_eq!((fs::read(&path).unwrap(), entries(folder.path())), (b"new".to_vec(), 1));
+    }
+
+    /// Even root cannot make a file in this folder.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_folder_that_takes_no_file_is_found_before_the_work() {
+        let error = check(Path::new("/proc/x.exr"), false).unwrap_err();
+        assert!(matches!(error.problem, Problem::Write(_)), "{error}");
+        let text = error.to_string();
+        assert!(text.starts_with("/proc/x.exr: cannot be written: ") && !text.contains(".part"));
+        assert!(text.contains("(os error"), "{text}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_replaced_file_keeps_its_permissions_even_if_it_is_read_only() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.exr");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o440)).unwrap();
+        assert_eq!((check(&path, true).unwrap(), entries(folder.path())), (Format::Exr, 1));
+        replace(&path, true, |out| out.write_all(b"new").map_err(Problem::Write)).unwrap();
+        let mode = fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!((fs::read(&path).unwrap(), mode & 0o777), (b"new".to_vec(), 0o440));
     }
 
     #[test]

@@ -11,6 +11,10 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
     fs::write(folder.path("garbage.exr"), "this is no picture").unwrap();
     fs::write(folder.path("empty.exr"), "").unwrap();
     fs::write(folder.path("cut.png"), b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR").unwrap();
+    let jpeg = folder.path("cut.jpg");
+    image::RgbImage::from_fn(64, 64, |x, y| image::Rgb([(x * y) as u8; 3])).save(&jpeg).unwrap();
+    let whole = fs::read(&jpeg).unwrap();
+    fs::write(&jpeg, &whole[..whole.len() * 2 / 3]).unwrap();
     fs::create_dir(folder.path("folder.exr")).unwrap();
     let before = folder.names();
     for (input, words) in [
@@ -20,11 +24,32 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
         ("garbage.exr", "is not an EXR, PNG or JPEG file"),
         ("empty.exr", "is empty"),
         ("cut.png", "is cut off or damaged"),
+        ("cut.jpg", "cut.jpg: is cut off"),
         ("folder.exr", "is a folder"),
     ] {
         folder.denoise(&[input, "out.exr"]).assert_failed(1, &[words]);
         assert_eq!(folder.names(), before, "{input}");
     }
+}
+
+/// Only checked arithmetic makes the decoder panic, of which nothing must be seen.
+#[cfg(debug_assertions)]
+#[test]
+fn a_block_that_the_decoder_panics_at_is_one_sentence() {
+    use exr::prelude::*;
+    let folder = Folder::new();
+    let path = folder.path("b44.exr");
+    let value = |at: Vec2<usize>| f16::from_f32((at.x() * 7 % 16 + at.y() * 5 % 16) as f32);
+    let channels = SpecificChannels::rgb(|at| (value(at), value(at), value(at)));
+    let compression = Compression::B44;
+    let encoding = Encoding { compression, ..Encoding::UNCOMPRESSED };
+    let layer = Layer::new((64, 32), LayerAttributes::default(), encoding, channels);
+    Image::from_layer(layer).write().to_file(&path).unwrap();
+    let mut bytes = fs::read(&path).unwrap();
+    let end = bytes.len();
+    bytes[end - 140..].fill(0);
+    fs::write(&path, bytes).unwrap();
+    folder.denoise(&["b44.exr", "out.exr"]).assert_failed(1, &["b44.exr: is damaged: a block"]);
 }
 
 #[test]

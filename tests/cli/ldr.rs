@@ -1,6 +1,6 @@
 use image::{DynamicImage, Rgb, Rgba};
 
-use crate::support::{Folder, read_exr};
+use crate::support::{Folder, read_exr, take};
 
 fn noise(x: u32, y: u32, c: u32) -> u32 {
     (x * 7919 + y * 104_729 + c * 1_299_709).wrapping_mul(2_654_435_761) >> 16
@@ -60,6 +60,18 @@ fn an_exr_can_be_written_as_png_to_look_at_and_a_png_as_exr() {
     let names: Vec<_> =
         back.layer_data[0].channel_data.list.iter().map(|c| c.name.to_string()).collect();
     assert_eq!((names, back.layer_data[0].size.0), (vec!["B".into(), "G".into(), "R".into()], 37));
+}
+
+#[test]
+fn an_exr_made_of_a_png_has_its_alpha_as_float() {
+    let folder = Folder::new();
+    rgba16().save(folder.path("in.png")).unwrap();
+    let run = folder.denoise(&["in.png", "out.exr"]);
+    run.assert_done();
+    assert!(run.stderr.contains("linear R, G, B, and alpha as it is"), "{run:?}");
+    let alpha = take(&mut read_exr(&folder.path("out.exr")), 0, "A");
+    let expected: Vec<f32> = rgba16().to_rgba32f().pixels().map(|p| p.0[3]).collect();
+    assert_eq!(alpha.values_as_f32().collect::<Vec<_>>(), expected);
 }
 
 #[test]

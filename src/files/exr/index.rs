@@ -27,12 +27,20 @@ pub(super) struct Block {
     pub(super) tile: TileCoordinates,
 }
 
+impl Block {
+    /// Where in the file its packed pixels end.
+    fn end(&self) -> u64 {
+        self.offset + (self.head + self.stored) as u64
+    }
+}
+
 /// Finds every block, in the order in which they lie in the file.
 ///
 /// The table's length must have been checked against the file's.
 ///
 /// # Errors
-/// If a block is missing or its head contradicts the header.
+/// If a block is missing, its head contradicts the header, or two blocks share bytes: a small
+/// file could otherwise become one of any size.
 pub(super) fn read(
     file: &File,
     meta: &MetaData,
@@ -50,6 +58,11 @@ pub(super) fn read(
     for &(offset, slot, part) in &places {
         if offset < table_end || offset >= file_len {
             continue;
+        }
+        if blocks.last().is_some_and(|b: &Block| offset < b.end()) {
+            return Err(Problem::Damaged(format!(
+                "is damaged: two blocks overlap at byte {offset}"
+            )));
         }
         // No file is longer than i64::MAX, so both positions fit.
         reader.seek_relative(offset as i64 - position as i64).map_err(Problem::Read)?;

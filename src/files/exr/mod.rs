@@ -22,6 +22,7 @@ use crate::image::Image;
 mod index;
 mod parallel;
 mod pixels;
+mod quiet;
 mod write;
 
 pub(super) use write::write_rgb;

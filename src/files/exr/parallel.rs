@@ -15,6 +15,15 @@ pub(super) fn batch(header: &Header) -> usize {
     (fitting as usize).clamp(1, 16 * workers())
 }
 
+/// How many of the leading sizes to have in memory at a time, at least one and at most `most`.
+pub(super) fn leading(sizes: impl Iterator<Item = usize>, most: usize) -> usize {
+    let sums = sizes.scan(0, |sum, size| {
+        *sum += size as u128;
+        Some(*sum)
+    });
+    sums.take(most).take_while(|&sum| sum <= BATCH_BYTES).count().max(1)
+}
+
 /// Applies `work` to every item; the results are in the items' order.
 pub(super) fn map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let per_worker = items.len().div_ceil(workers()).max(1);
@@ -38,6 +47,14 @@ fn workers() -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_are_taken_until_they_fill_the_memory_or_are_enough() {
+        let half = BATCH_BYTES as usize / 2;
+        for (sizes, count) in [(vec![half; 3], 2), (vec![3 * half, 1], 1), (vec![1; 9], 4)] {
+            assert_eq!(leading(sizes.into_iter(), 4), count);
+        }
+    }
 
     #[test]
     fn results_keep_the_order_of_the_items() {

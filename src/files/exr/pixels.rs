@@ -1,12 +1,11 @@
 //! The samples within an unpacked block: per row, all of the first channel, then all of the next.
 
-use std::panic;
-
 use ::exr::meta::attribute::{IntegerBounds, SampleType};
 use ::exr::meta::header::Header;
 use half::f16;
 
 use super::index::Block;
+use super::quiet;
 use crate::files::{Problem, guard};
 use crate::image::Image;
 
@@ -31,9 +30,9 @@ pub(super) fn unpack(
     // B44 has arithmetic that overflows on damaged blocks, which checked builds turn into panics.
     let decode =
         || header.compression.decompress_image_section_from_le(header, packed, bounds, false);
-    match panic::catch_unwind(panic::AssertUnwindSafe(decode)) {
-        Ok(unpacked) => Ok((bounds, unpacked.map_err(damaged)?)),
-        Err(_) => Err(Problem::Damaged("is damaged: a block cannot be unpacked".into())),
+    match quiet::caught(decode) {
+        Some(unpacked) => Ok((bounds, unpacked.map_err(damaged)?)),
+        None => Err(Problem::Damaged("is damaged: a block cannot be unpacked".into())),
     }
 }
 

@@ -3,7 +3,9 @@
 use std::io::{Seek, SeekFrom, Write};
 
 use ::exr::meta::attribute::{Compression, IntegerBounds, LineOrder};
-use ::exr::prelude::{Blocks, Encoding, Layer, LayerAttributes, SpecificChannels, WritableImage};
+use ::exr::prelude::{
+    AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage,
+};
 
 use super::index::Block;
 use super::{ExrFile, parallel, pixels};
@@ -31,7 +33,13 @@ impl ExrFile {
         out.write_all(&table).map_err(Problem::Write)?;
         let mut position = (self.head.len() + table.len()) as u64;
         let mut clamped = 0;
-        for batch in self.blocks.chunks(self.batch(target.part)) {
+        let most = parallel::batch(&self.meta.headers[target.part]);
+        let mut rest = self.blocks.as_slice();
+        while !rest.is_empty() {
+            // The blocks of other parts may be larger than those of the target's.
+            let count = parallel::leading(rest.iter().map(|b| b.stored), most);
+            let (batch, later) = rest.split_at(count);
+            rest = later;
             let changed = self.change(batch, target, window, color)?;
             for (block, (bytes, count)) in batch.iter().zip(changed) {
                 table[8 * block.slot..][..8].copy_from_slice(&position.to_le_bytes());
@@ -63,10 +71,6 @@ impl ExrFile {
         self.blocks
             .iter()
             .any(|b| b.part == part && (b.tile.level_index.0 > 0 || b.tile.level_index.1 > 0))
-    }
-
-    fn batch(&self, part: usize) -> usize {
-        parallel::batch(&self.meta.headers[part])
     }
 
     /// Each block as it is to be written, head and all, and how many values were clamped.
@@ -118,24 +122,26 @@ impl ExrFile {
     }
 }
 
-/// Writes a new file: R, G, B as float, losslessly compressed.
+/// Writes a new file: R, G, B and, if it is given, A as float, losslessly compressed.
 ///
 /// # Errors
 /// If writing fails.
 pub(in crate::files) fn write_rgb(
     out: &mut (impl Write + Seek),
     image: &Image,
+    alpha: Option<Vec<f32>>,
 ) -> Result<(), Problem> {
-    let channels = SpecificChannels::rgb(|at: ::exr::math::Vec2<usize>| {
-        let [r, g, b] = image.row(at.y() as u32)[at.x()];
-        (r, g, b)
-    });
+    let plane = |c: usize| image.pixels().iter().map(|p| p[c]).collect();
+    let colour = ["R", "G", "B"].into_iter().zip((0..3).map(plane));
+    let channels = colour.chain(alpha.map(|alpha| ("A", alpha)));
+    let channels = channels.map(|(name, plane)| AnyChannel::new(name, FlatSamples::F32(plane)));
     let encoding = Encoding {
         compression: Compression::ZIP16,
         blocks: Blocks::ScanLines,
         line_order: LineOrder::Increasing,
     };
     let size = (image.width() as usize, image.height() as usize);
+    let channels = AnyChannels::sort(channels.collect());
     let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
     let written = ::exr::image::Image::from_layer(layer).write().to_buffered(out);
     written.map_err(|error| match error {

@@ -1,0 +1,43 @@
+//! Whether a JPEG file goes on to its end.
+
+use std::fs;
+use std::path::Path;
+
+use super::Problem;
+
+/// Whether the picture has its end marker; a thumbnail within and data behind do not count.
+pub(super) fn is_whole(path: &Path) -> Result<bool, Problem> {
+    fs::read(path).map(|bytes| has_end(&bytes)).map_err(Problem::Read)
+}
+
+/// Goes from marker to marker (ITU T.81, B.1.1), past the pixels between them.
+fn has_end(bytes: &[u8]) -> bool {
+    let mut rest = bytes.get(2..).unwrap_or_default();
+    while let Some(at) = rest.windows(2).position(is_marker) {
+        if rest[at + 1] == 0xd9 {
+            return true;
+        }
+        let segment = &rest[at + 2..];
+        let len = segment.first_chunk().map_or(usize::MAX, |&len| u16::from_be_bytes(len).into());
+        rest = segment.get(len..).unwrap_or_default();
+    }
+    false
+}
+
+/// Not a stuffed 0xff, filling, or a restart marker, all of which stand among pixels.
+fn is_marker(pair: &[u8]) -> bool {
+    pair[0] == 0xff && !matches!(pair[1], 0 | 0xd0..=0xd7 | 0xff)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_the_pictures_own_end_counts() {
+        let start = [0xff, 0xd8, 0xff, 0xe1, 0, 4, 0xff, 0xd9, 0xff, 0xda, 0, 2, 7, 0xff, 0, 0xff];
+        assert!(!has_end(&start) && !has_end(&[0xff, 0xd8]) && !has_end(&[]));
+        assert!(!has_end(&[&start[..], &[0xd0, 9]].concat()));
+        assert!(has_end(&[&start[..], &[0xd0, 9, 0xff, 0xd9, 0, 0]].concat()));
+    }
+}
