@@ -12,7 +12,7 @@ pub(super) enum QualityArg {
     Fast,
     /// Between the two
     Balanced,
-    /// The best picture
+    /// The best picture there is; at present the same as balanced
     High,
 }
 
