@@ -38,7 +38,7 @@ def _write(path, arrays):
 
 
 def _color(color, keep):
-    half = np.clip(np.nan_to_num(color, nan=0, posinf=65504, neginf=0), 0, 65504).astype(np.float16)
+    half = np.clip(np.nan_to_num(color, nan=0, posinf=0, neginf=0), 0, 65504).astype(np.float16)
     shift = 10 - keep
     rounded = (half.view(np.uint16).astype(np.int32) + (1 << shift >> 1)) >> shift
     r, g, b = np.minimum(rounded, 0x7BFF >> shift)  # rounding up must not reach infinity

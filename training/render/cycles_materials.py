@@ -1,0 +1,90 @@
+"""Materials and images of a Scene as Blender's shader nodes, for cycles.py."""
+
+import bpy
+import numpy as np
+
+
+class Node:
+    """A shader node; an input is set to a number, a colour or the first output of another node."""
+
+    def __init__(self, owner, kind):
+        self.tree = owner.node_tree
+        self.node = self.tree.nodes.new("ShaderNode" + kind)
+
+    def set(self, **inputs):
+        for name, value in inputs.items():
+            socket = self.node.inputs[name.replace("_", " ")]
+            if isinstance(value, Node):
+                self.tree.links.new(value.node.outputs[0], socket)
+            else:
+                socket.default_value = (*value, 1) if np.ndim(value) else value
+        return self
+
+
+def make_material(source):
+    """One shader, by the kind of the material."""
+    material = bpy.data.materials.new(source.kind)
+    material.node_tree.nodes.clear()
+    shaders = dict(diffuse=_diffuse, plastic=_plastic, metal=_metal, glass=_glass, thin_leaf=_thin_leaf)
+    shader = _emitter if source.emission is not None else shaders[source.kind]
+    Node(material, "OutputMaterial").set(Surface=shader(material, source))
+    return material
+
+
+def make_fog(extinction):
+    """A grey medium of albedo 0.9."""
+    material = bpy.data.materials.new("fog")
+    material.node_tree.nodes.clear()
+    medium = Node(material, "VolumePrincipled")
+    medium.set(Color=(0.9,) * 3, Absorption_Color=(0,) * 3, Density=extinction, Emission_Strength=0)
+    Node(material, "OutputMaterial").set(Volume=medium)
+    return material
+
+
+def make_image(rows):
+    """A float image of linear values in memory; Blender's rows go from the bottom to the top."""
+    height, width = rows.shape[:2]
+    image = bpy.data.images.new("image", width, height, alpha=False, float_buffer=True, is_data=True)
+    pixels = np.ones((height, width, 4), np.float32)
+    pixels[..., :3] = rows[::-1]
+    image.pixels.foreach_set(pixels.ravel())
+    return image
+
+
+def _color(material, source):
+    if source.texture is None:
+        return [float(c) for c in source.color]
+    texture = Node(material, "TexImage")
+    texture.node.image = make_image(source.texture)
+    return texture
+
+
+def _diffuse(material, source):
+    return Node(material, "BsdfDiffuse").set(Color=_color(material, source))
+
+
+def _plastic(material, source):
+    shader = Node(material, "BsdfPrincipled")
+    return shader.set(Base_Color=_color(material, source), Roughness=source.roughness, IOR=source.ior)
+
+
+def _metal(material, source):
+    shader = Node(material, "BsdfPrincipled")
+    return shader.set(Base_Color=_color(material, source), Roughness=source.roughness, Metallic=1)
+
+
+def _glass(material, source):
+    tint = np.sqrt(source.color).tolist()  # light passes two surfaces of a thing, and each takes its part
+    return Node(material, "BsdfGlass").set(Color=tint, Roughness=source.roughness, IOR=source.ior)
+
+
+def _thin_leaf(material, source):
+    mix = Node(material, "MixShader").set(Fac=0.4)  # the share that is let through
+    for socket, kind in zip(mix.node.inputs[1:], ("BsdfDiffuse", "BsdfTranslucent")):
+        side = Node(material, kind).set(Color=_color(material, source))
+        mix.tree.links.new(side.node.outputs[0], socket)
+    return mix
+
+
+def _emitter(material, source):
+    return Node(material, "Emission").set(Color=source.emission)

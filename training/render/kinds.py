@@ -1,0 +1,55 @@
+"""Random scenes for training: `random_scene(seed)` is the same scene for every renderer.
+
+The kinds (see kinds_indoor.py, kinds_outdoor.py, kinds_studio.py) differ in what makes noise and what makes detail.
+"""
+
+import dataclasses
+
+import numpy as np
+
+from . import kinds_indoor, kinds_outdoor, kinds_studio
+
+KINDS = {kind.__name__: kind for kind in kinds_indoor.KINDS + kinds_outdoor.KINDS + kinds_studio.KINDS}
+
+
+def random_scene(seed, kind=None):
+    """A scene of a random kind (or the given one), drawn from nothing but the seed."""
+    rng = np.random.default_rng(seed)
+    name = list(KINDS)[rng.integers(len(KINDS))]
+    scene = KINDS[kind or name](rng)
+    scene.cameras = scene.cameras[:rng.integers(2, 4)]
+    if rng.random() < 0.25:
+        _lens(rng, scene)
+    if rng.random() < 0.15:
+        _motion(rng, scene)
+    _exposure(scene, 10 ** rng.uniform(-1, 2))  # more does not fit into the half floats of stored views
+    return scene
+
+
+def _lens(rng, scene):
+    """Depth of field: a lens of up to a few percent of the distance in focus."""
+    for camera in scene.cameras:
+        camera.focus *= rng.uniform(0.6, 1.3)
+        camera.aperture = camera.focus * 10 ** rng.uniform(-2.8, -1.8)
+
+
+def _motion(rng, scene):
+    """Some of the smaller objects move while the shutter is open."""
+    for instance in scene.instances:
+        extent = np.ptp(instance.mesh.vertices @ instance.matrix[:3, :3].T, axis=0).max()
+        if extent < 1.5 and instance.material.emission is None and rng.random() < 0.4:
+            instance.motion = (rng.normal(0, 0.15, 3) * extent).astype(np.float32)
+
+
+def _exposure(scene, factor):
+    """All light of the scene times `factor`."""
+    scaled = {}
+    for instance in scene.instances:
+        m = instance.material
+        if m.emission is not None:
+            bright = dataclasses.replace(m, emission=tuple(np.array(m.emission) * factor))
+            instance.material = scaled.setdefault(id(m), bright)
+    for light in scene.lights:
+        light.power = tuple(np.array(light.power) * factor)
+    if scene.environment is not None:
+        scene.environment = (scene.environment * factor).astype(np.float32)
