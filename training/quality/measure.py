@@ -1,0 +1,49 @@
+"""Errors of every denoiser on every test render, and what the test sets are."""
+
+import sys
+from pathlib import Path
+
+import torch
+
+from metrics import figures
+from quality.store import INPUTS
+from views import read_view
+
+COUNTS = (2, 8, 32, 128)
+
+
+def paths_of(folder):
+    paths = sorted(Path(folder).glob("*_v*.npz"))
+    if not paths:
+        raise SystemExit(f"no views (*_v*.npz) in {folder}: give a folder of rendered test views")
+    return paths
+
+
+def describe(name, folder):
+    """One row per view of a test set: its size, kind and the estimated relative error of its reference."""
+    views = map(read_view, paths_of(folder))
+    return [dict(set=name, view=v["name"], kind=v["kind"], width=v["ref"].shape[2], height=v["ref"].shape[1],
+                 relerr=v["relerr"]) for v in views]
+
+
+@torch.no_grad()
+def measure(name, folder, denoisers):
+    """Rows of a test set: noisy, and each denoiser with colour alone and with all inputs."""
+    rows, paths = [], paths_of(folder)
+    for i, path in enumerate(paths, 1):
+        print(f"{name}: view {i} of {len(paths)}", file=sys.stderr, flush=True)
+        view = read_view(path)
+        for spp, image in view["noisy"]:
+            if spp in COUNTS:
+                about = dict(set=name, view=view["name"], spp=spp)
+                rows += [about | row for row in _render(image, view["ref"][:3].float(), denoisers)]
+    if not rows:
+        raise SystemExit(f"{folder}: no render of {', '.join(map(str, COUNTS))} samples")
+    return rows
+
+
+def _render(image, ref, denoisers):
+    yield dict(method="noisy", inputs="") | figures(image[:3].float(), ref)
+    for denoiser in denoisers:
+        for inputs, asked in INPUTS.items():
+            yield dict(method=denoiser.name, inputs=inputs) | figures(denoiser(image, asked), ref)

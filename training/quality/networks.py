@@ -1,0 +1,67 @@
+"""The shipped networks: weights files read back into PyTorch, so that what is measured is what the program loads."""
+
+import hashlib
+import re
+from pathlib import Path
+
+import torch
+from safetensors import SafetensorError, safe_open
+
+from inference import denoise
+from model import UNet, parameter_count
+
+
+class Network:
+    """A weights file; called with a render [9,H,W] and the inputs to use, gives linear colour [3,H,W]."""
+
+    def __init__(self, path):
+        self.path = Path(path)
+        metadata, state = _read(self.path)
+        self.name = metadata["name"]
+        self.model = UNet([int(w) for w in metadata["widths"].split(",")]).eval()
+        _fill(self.model, state, self.path)
+        self.parameters, self.macs = parameter_count(self.model), macs_per_pixel(self.model)
+        self.digest = hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
+
+    def __call__(self, image, inputs):
+        return denoise(self.model, image, inputs)
+
+    def row(self):
+        """What tells this network from others."""
+        return dict(method=self.name, file=self.path.name, digest=self.digest, parameters=self.parameters,
+                    macs=self.macs)
+
+
+def load_all(paths):
+    """The networks of weights files, the cheapest first."""
+    return sorted(map(Network, paths), key=lambda n: n.macs)
+
+
+def _read(path):
+    """Metadata and tensors, in float32, of a weights file."""
+    try:
+        with safe_open(path, "pt") as f:
+            metadata, state = f.metadata() or {}, {k: f.get_tensor(k).float() for k in f.keys()}
+    except (OSError, SafetensorError) as e:
+        raise SystemExit(f"{path}: cannot be read as a weights file: {e}") from None
+    if metadata.get("format") != "wgdenoise":
+        raise SystemExit(f"{path}: not a weights file of wgdenoise; export.py writes them")
+    return metadata, state
+
+
+def _fill(model, state, path):
+    missing = {k for k in model.state_dict() if not k.endswith("num_batches_tracked")} ^ state.keys()
+    if missing:
+        raise SystemExit(f"{path}: {min(missing)} is only in the file or only in the network; export it again")
+    model.load_state_dict(state, strict=False)
+
+
+def macs_per_pixel(model):
+    """Multiply-adds per pixel of the whole image, all inputs given. `wgdenoise info` and `bench` count the same."""
+    total = 0
+    for name, layer in model.named_modules():
+        if isinstance(layer, (torch.nn.Conv2d, torch.nn.ConvTranspose2d)):
+            level = model.levels if name.startswith("mid") else int((re.findall(r"\d+", name) or "0")[0])
+            uses = 4 if isinstance(layer, torch.nn.ConvTranspose2d) else 1  # each weight meets one output pixel in four
+            total += layer.weight.numel() / uses / 4**level
+    return total

@@ -1,0 +1,44 @@
+"""Intel Open Image Denoise 2.5.1, the comparison: the library inside the package pyoidn, on the CPU."""
+
+from pathlib import Path
+
+import numpy as np
+import pyoidn
+import torch
+
+QUALITIES = dict(fast=pyoidn.OIDN_QUALITY_FAST, balanced=pyoidn.OIDN_QUALITY_BALANCED, high=pyoidn.OIDN_QUALITY_HIGH)
+HOME = Path(pyoidn.__file__).parent / "oidn"
+
+# Multiply-adds per pixel with colour, albedo and normal, counted from the shapes of the weights inside the library:
+# `fast` runs a small U-Net of 320 thousand weights, `balanced` and `high` one of 920 thousand; there is no larger one
+# for noisy features.
+MACS = dict(fast=62136, balanced=125406, high=125406)
+
+
+class Oidn:
+    """One quality mode; called like a Network. The features count as noisy (`cleanAux` off), as they are."""
+
+    def __init__(self, quality, threads=1):
+        self.name, self.quality = f"OIDN {quality}", QUALITIES[quality]
+        self.device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
+        self.device.set_int("numThreads", threads)
+        self.device.commit()
+
+    def __call__(self, image, inputs):
+        names = [n for n in ("color", "albedo", "normal") if n in inputs]
+        parts = dict(zip(("color", "albedo", "normal"), image.float().split(3)))
+        planes = {n: np.ascontiguousarray(parts[n].permute(1, 2, 0).numpy()) for n in names}
+        planes["output"] = np.zeros_like(planes["color"])
+        self._run(planes)
+        return torch.from_numpy(planes["output"]).permute(2, 0, 1)
+
+    def _run(self, planes):
+        with pyoidn.Filter(self.device, pyoidn.OIDN_FILTER_TYPE_RT) as f:
+            for name, plane in planes.items():
+                f.set_image(name, plane, pyoidn.OIDN_FORMAT_FLOAT3)
+            f.set_bool("hdr", True)
+            f.set_quality(self.quality)
+            f.commit()
+            f.execute()
+        if error := self.device.get_error():
+            raise SystemExit(f"Open Image Denoise: {error}")

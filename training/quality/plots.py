@@ -1,0 +1,107 @@
+"""The plots of the page, as small PNG files."""
+
+from collections import defaultdict
+
+import matplotlib
+
+matplotlib.use("Agg")
+from matplotlib import pyplot as plt
+from matplotlib.ticker import LogLocator, NullLocator
+
+from quality.store import ALL, COLOUR, OIDN, distinct, mean, select
+
+COLOURS = {"noisy": "0.6", "fast": "tab:orange", "balanced": "tab:red", "high": "tab:purple",
+           "OIDN fast": "lightsteelblue", "OIDN balanced": "cornflowerblue", OIDN: "tab:blue"}
+COLOURS = defaultdict(lambda: "black", COLOURS)  # other nets
+MARKERS = "osD^v"
+
+
+def error_by_samples(errors, path):
+    """One panel per test set: mean L1 over samples, all inputs drawn through, colour alone dashed."""
+    names = distinct(errors, "set")
+    figure, panels = plt.subplots(1, len(names), figsize=(4 * len(names), 3.6), sharey=True, squeeze=False,
+                                  layout="constrained")
+    for panel, name in zip(panels[0], names):
+        here = select(errors, set=name)
+        for method in distinct(here, "method"):
+            _lines(panel, select(here, method=method), method)
+        counts = sorted(distinct(here, "spp"))
+        panel.set(title=name, xscale="log", yscale="log", xlabel="samples per pixel")
+        _plain(panel.yaxis)
+        panel.set_xticks(counts, counts, minor=False)
+        panel.xaxis.set_minor_locator(NullLocator())
+        panel.grid(alpha=0.3)
+    panels[0, 0].set_ylabel("mean display L1")
+    figure.legend(*panels[0, 0].get_legend_handles_labels(), fontsize=8, loc="outside lower center", ncols=7)
+    _save(figure, path)
+
+
+def _lines(panel, rows, method):
+    for inputs, style in (("", ":"), (ALL, "-"), (COLOUR, "--")):
+        chosen = select(rows, inputs=inputs)
+        counts = sorted(distinct(chosen, "spp"))
+        label = None if inputs == COLOUR else method
+        if chosen:
+            panel.plot(counts, [mean(select(chosen, spp=c), "l1") for c in counts], style, marker=".", lw=1.2,
+                       color=COLOURS[method], label=label)
+
+
+def error_by_cost(errors, speed, precision, count, path):
+    """Two panels, multiply-adds and milliseconds, against the mean L1 of the first test set at `count` samples.
+
+    A point in half precision has the error in full precision times what the program's own runs say of the two.
+    """
+    rows = select(errors, set=errors[0]["set"], spp=count, inputs=ALL)
+    figure, panels = plt.subplots(1, 2, figsize=(9.6, 3.8), sharey=True, layout="constrained")
+    for point in speed["rows"]:
+        error = mean(select(rows, method=point["method"]), "l1") * half_ratio(precision, point)
+        look = dict(marker="o" if point["precision"] == "f16" else "s", color=COLOURS[point["method"]], ls="")
+        label = f"{point['method']} {point['precision']}"
+        panels[0].plot(point["macs"] / 1000, error, **look)
+        panels[1].plot(point["ms"], error, label=label, **look)
+    panels[0].set(xlabel="1000 multiply-adds per pixel", ylabel=f"mean display L1 at {count} samples")
+    panels[1].set(xlabel=f"milliseconds, {speed['size']} pixels")
+    for panel in panels:
+        panel.set_xscale("log")
+        _plain(panel.xaxis)
+        panel.grid(alpha=0.3)
+    figure.legend(fontsize=8, loc="outside right center")
+    _save(figure, path)
+
+
+def half_ratio(precision, point):
+    """The error of the point's precision over that in full precision."""
+    if not point["precision"]:
+        return 1.0
+    of = [mean(select(precision, method=point["method"], precision=p), "l1")
+          for p in (point["precision"], "f32")]
+    return of[0] / of[1]
+
+
+def every_render(errors, method, path):
+    """Each test render with all inputs as one point: L1 of OIDN high across, of `method` up."""
+    figure, panel = plt.subplots(figsize=(5.2, 4.8), layout="constrained")
+    for name, marker in zip(distinct(errors, "set"), MARKERS * 3):
+        here = select(errors, set=name, inputs=ALL)
+        mine, other = select(here, method=method), select(here, method=OIDN)
+        panel.plot([r["l1"] for r in other], [r["l1"] for r in mine], marker, ms=3, alpha=0.6, label=name)
+    low, high = panel.get_xlim()
+    panel.plot([low, high], [low, high], "k-", lw=0.8)
+    panel.set(xscale="log", yscale="log", xlabel=f"display L1, {OIDN}", ylabel=f"display L1, {method}")
+    _plain(panel.xaxis)
+    _plain(panel.yaxis)
+    panel.grid(alpha=0.3)
+    panel.legend(fontsize=7)
+    _save(figure, path)
+
+
+def _plain(axis):
+    """Ticks of a logarithmic axis at 1, 2, 5, 10, ..., written as plain numbers."""
+    axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
+    axis.set_major_formatter(lambda value, _: f"{value:g}")
+    axis.set_minor_locator(NullLocator())
+
+
+def _save(figure, path):
+    figure.savefig(path, dpi=90, metadata=dict(Software=None))
+    plt.close(figure)

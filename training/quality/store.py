@@ -1,0 +1,70 @@
+"""Rows of figures: CSV files that the page is made from, and the few questions that the page asks of them."""
+
+import csv
+
+import numpy as np
+
+FIGURES = ("l1", "psnr", "ssim", "relmse", "smape")
+COLOUR, ALL = "colour", "all"
+INPUTS = {COLOUR: "color", ALL: "color,albedo,normal"}  # name on the page to what a denoiser is asked for
+TEXT = "set", "view", "kind", "method", "inputs", "precision", "file", "digest"  # columns that are not numbers
+OIDN = "OIDN high"  # what ratios are against
+
+
+def save(path, rows, digits=4):
+    """Figures are rounded, by default to more digits than they mean."""
+    with open(path, "w", newline="") as f:
+        writer = csv.DictWriter(f, rows[0], lineterminator="\n")
+        writer.writeheader()
+        writer.writerows({k: f"{v:.{digits}g}" if isinstance(v, float) else v for k, v in r.items()} for r in rows)
+
+
+def load(path):
+    if not path.exists():
+        raise SystemExit(f"{path}: not measured yet; run without --stored")
+    with open(path, newline="") as f:
+        return [{k: v if k in TEXT else _number(v) for k, v in r.items()} for r in csv.DictReader(f)]
+
+
+def same_weights(path, networks):
+    """Ends the program unless the stored figures are those of these networks."""
+    if {r["digest"] for r in load(path)} != {n.digest for n in networks}:
+        raise SystemExit(f"{path}: the stored figures are of other weights files; run without --stored")
+
+
+def _number(text):
+    return int(text) if text.isdigit() else float(text)
+
+
+def select(rows, **wanted):
+    return [r for r in rows if all(r[k] == v for k, v in wanted.items())]
+
+
+def distinct(rows, name):
+    """The values of a column, in the order in which they come first."""
+    return list(dict.fromkeys(r[name] for r in rows))
+
+
+def column(rows, name):
+    return np.array([r[name] for r in rows], float)
+
+
+def mean(rows, name):
+    return float(column(rows, name).mean())
+
+
+def ranked(rows, name, worst=True):
+    """Renders with all inputs as pairs: L1 of denoiser `name` over that of OIDN high, row of `name`.
+
+    The largest ratio comes first, or the smallest; each view comes once, with the sample count that suits the order.
+    """
+    others = {_render(r): r["l1"] for r in select(rows, method=OIDN, inputs=ALL)}
+    pairs = [(r["l1"] / others[_render(r)], r) for r in select(rows, method=name, inputs=ALL)]
+    of_view = {}
+    for ratio, row in sorted(pairs, key=lambda p: p[0], reverse=worst):
+        of_view.setdefault((row["set"], row["view"]), (ratio, row))
+    return list(of_view.values())
+
+
+def _render(row):
+    return row["set"], row["view"], row["spp"]
