@@ -1,10 +1,20 @@
 """Random training crops: which samples, which features, how exposed, turned and coloured."""
 
 import torch
+from torch.nn import functional as F
 
 from transfer import autoexposure, network_input, transfer
 
 FEATURES = (("all", 0.60), ("albedo", 0.75), ("color", 1.0))  # cumulative odds of the inputs a crop keeps
+
+
+def splat(image, sigma):
+    """[C,H,W] filtered with a Gaussian of `sigma` pixels, cut at 2 pixels; edges repeat."""
+    k = torch.exp(-(torch.arange(-2.0, 3.0) ** 2) / (2 * sigma**2))
+    k = (k / k.sum()).view(1, 1, 5)
+    along_x = F.conv1d(F.pad(image, (2, 2), mode="replicate").flatten(0, 1)[:, None], k).view_as(image)
+    columns = F.pad(along_x.transpose(1, 2), (2, 2), mode="replicate").flatten(0, 1)[:, None]
+    return F.conv1d(columns, k).view_as(image.transpose(1, 2)).transpose(1, 2)
 
 
 class Crops:
@@ -34,11 +44,13 @@ class Crops:
     def _crop(self, view, scales):
         window = self._window(view["ref"])
         noisy, scale = self._noisy(view["noisy"], scales, window)
-        ref = window(view["ref"])
+        target = window(view["target"])
         scale *= float(2 ** (0.5 * self._gauss()))
         if self._uniform() < 0.15:  # renderers also hand over features of a clean first hit
-            noisy = torch.cat([noisy[:3], ref[3:]])
-        color, albedo, normal, target = *noisy.split(3), ref[:3]
+            noisy = torch.cat([noisy[:3], window(view["ref"])[3:]])
+        if self._uniform() < 0.15:
+            noisy, target = self._splat(noisy, target)
+        color, albedo, normal = noisy.split(3)
         if self._uniform() < 0.5:
             hue = torch.randperm(3, generator=self.random)
             color, albedo, target = color[hue], albedo[hue], target[hue]
@@ -57,6 +69,11 @@ class Crops:
             return sum(window(image) * (spp / total) for spp, image in renders), sum(scales) / len(scales)
         i = self._index(len(renders))
         return window(renders[i][1]), scales[i]
+
+    def _splat(self, *images):
+        """Blurred by one Gaussian of random width, as by a pixel filter that splats: it correlates the noise."""
+        sigma = 0.3 + 0.5 * self._uniform()
+        return [splat(image, sigma) for image in images]
 
     def _window(self, image):
         """A function that cuts one random square out of images of this size and turns and mirrors it."""

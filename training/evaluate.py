@@ -1,30 +1,31 @@
 """Errors of a trained net on the held-out test scenes, which neither training nor early stopping saw.
 
-    python evaluate.py RUN/best.pt --data VIEWS [VIEWS ...] --csv errors.csv
+    python evaluate.py RUN/best.pt --data VIEWS [VIEWS ...] --csv errors.csv --images pictures
 
 Every render of every test view is denoised with colour alone, with albedo, and with albedo and normal. The table
 gives means over renders by sample count, noisy -> denoised; `ratio` is denoised L1 over noisy L1 of the group.
+A picture shows each render noisy, denoised, by Open Image Denoise and as the reference, with all inputs.
 """
 
 import argparse
-import csv
 from pathlib import Path
 
 import torch
 
+from inference import denoise
 from metrics import figures
 from model import UNet
-from train import denoise
+from quality.store import FIGURES, mean, save
+from run import load_checkpoint
 from views import load_views, part
 
 INPUTS = ("color", "color,albedo", "color,albedo,normal")
-GROUPS = (("1-2", 1, 2), ("4-32", 4, 32), ("4", 4, 4), ("8", 8, 8), ("16-32", 16, 32), ("64", 64, 64))
-NAMES = ("l1", "psnr", "ssim", "relmse", "smape")
+GROUPS = ((1, 3), (4, 7), (8, 15), (16, 31), (32, 63), (64, 127), (128, 9999))  # samples per pixel, from and to
 
 
 def load_model(path):
     """The EMA network of a checkpoint, in evaluation mode, and the checkpoint itself."""
-    checkpoint = torch.load(path)
+    checkpoint = load_checkpoint(path)
     model = UNet(checkpoint["widths"])
     model.load_state_dict(checkpoint["ema"])
     return model.eval(), checkpoint
@@ -40,7 +41,7 @@ def measure(model, views):
             for inputs in INPUTS:
                 after = figures(denoise(model, image, inputs), ref)
                 row = dict(view=v["name"], kind=v["kind"], relerr=round(v["relerr"], 3), spp=spp, inputs=inputs)
-                for name in NAMES:
+                for name in FIGURES:
                     row |= {f"noisy_{name}": before[name], f"denoised_{name}": after[name]}
                 rows.append(row)
     return rows
@@ -49,29 +50,41 @@ def measure(model, views):
 def table(rows):
     """Markdown table of the group means."""
     lines = ["| samples | renders | inputs | L1 | ratio | PSNR | SSIM | relMSE | SMAPE |", "|---|---|---|---|---|---|---|---|---|"]
-    for group, low, high in GROUPS:
+    for low, high in GROUPS:
         for inputs in INPUTS:
             chosen = [r for r in rows if low <= r["spp"] <= high and r["inputs"] == inputs]
             if chosen:
-                lines.append(_line(group, inputs, chosen))
+                lines.append(_line(f"{low}–{high}", inputs, chosen))
     return "\n".join(lines)
 
 
 def _line(group, inputs, rows):
-    mean = {k: sum(r[k] for r in rows) / len(rows) for k in rows[0] if k.startswith(("noisy_", "denoised_"))}
     digits = dict(l1=4, psnr=2, ssim=3, relmse=3, smape=3)
-    cells = {n: f"{mean['noisy_' + n]:.{d}f} → {mean['denoised_' + n]:.{d}f}" for n, d in digits.items()}
-    ratio = mean["denoised_l1"] / mean["noisy_l1"]
-    others = " | ".join(cells[n] for n in NAMES[1:])
-    return f"| {group} | {len(rows)} | {inputs} | {cells['l1']} | {ratio:.3f} | {others} |"
+    cells = [f"{mean(rows, 'noisy_' + n):.{d}f} → {mean(rows, 'denoised_' + n):.{d}f}" for n, d in digits.items()]
+    ratio = mean(rows, "denoised_l1") / mean(rows, "noisy_l1")
+    return f"| {group} | {len(rows)} | {inputs} | {cells[0]} | {ratio:.3f} | {' | '.join(cells[1:])} |"
+
+
+def save_images(model, views, folder):
+    """A PNG per render. Only here are the packages of the comparison needed."""
+    from quality.crops import save_png, strip
+    from quality.oidn import Oidn
+    oidn = Oidn("high", torch.get_num_threads())
+    folder.mkdir(parents=True, exist_ok=True)
+    for v in views:
+        ref = v["ref"][:3].float()
+        for spp, image in v["noisy"]:
+            images = [image[:3].float(), denoise(model, image), oidn(image, INPUTS[-1]), ref]
+            save_png(folder / f"{v['name']}_{spp}spp.png", strip(images, ref))
 
 
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("checkpoint", type=Path)
     p.add_argument("--data", nargs="+", required=True, help="folders of views")
-    p.add_argument("--cache", help="file that keeps the decoded views")
+    p.add_argument("--cache", help="folder that keeps the decoded views")
     p.add_argument("--csv", type=Path, help="errors of every render")
+    p.add_argument("--images", type=Path, help="folder for pictures of every render")
     p.add_argument("--part", default="test", choices=("val", "test"))
     p.add_argument("--max-relerr", type=float, default=float("inf"), help="leave out views with a noisier reference")
     p.add_argument("--threads", type=int, default=1)
@@ -79,14 +92,15 @@ def main():
     torch.set_num_threads(o.threads)
     model, checkpoint = load_model(o.checkpoint)
     views = [v for v in part(load_views(o.data, o.cache), o.part) if v["relerr"] <= o.max_relerr]
+    if not views:
+        raise SystemExit(f"no view of the {o.part} scenes in these folders: give more scenes, or --part val")
     with torch.no_grad():
         rows = measure(model, views)
+        if o.images:
+            save_images(model, views, o.images)
     if o.csv:
-        with open(o.csv, "w", newline="") as f:
-            writer = csv.DictWriter(f, rows[0])
-            writer.writeheader()
-            writer.writerows(rows)
-    print(f"{checkpoint['tier']}, step {checkpoint['step']}: {len(views)} views of the {o.part} scenes\n\n{table(rows)}")
+        save(o.csv, rows)
+    print(f"{checkpoint['tier']}: {len(views)} views of the {o.part} scenes\n\n{table(rows)}")
 
 
 if __name__ == "__main__":

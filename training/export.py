@@ -12,8 +12,9 @@ from pathlib import Path
 import torch
 from safetensors.torch import save
 
-DATA = "Cycles and Mitsuba 3 path-traced renders of procedural scenes, 192x192, 1 to 64 samples per pixel"
-LOSS = "0.9 L1 + 0.1 (1 - SSIM) in the transfer domain"
+from run import load_checkpoint
+
+DATA = "path-traced renders of random procedural scenes by Cycles and Mitsuba 3"
 FORMAT = dict(format="wgdenoise", format_version="1", topology="unet", inputs="color,albedo,normal",
               transfer_function="pu", norm_eps="1e-5")
 
@@ -50,8 +51,8 @@ def main():
     p.add_argument("--data", default=DATA, help="what the net was trained on, for the provenance entry")
     p.add_argument("--license", default="MIT OR Apache-2.0", help="license of the weights")
     o = p.parse_args()
-    c = torch.load(o.checkpoint)
-    provenance = f"data: {o.data}; loss: {LOSS}; steps: {c['step']}; license: {o.license}"
+    c = load_checkpoint(o.checkpoint)
+    provenance = f"data: {o.data}; training: {'; then '.join(c['history'])}; license: {o.license}"
     o.weights.parent.mkdir(parents=True, exist_ok=True)
     save_weights(o.weights, c["ema"], c["widths"], c["tier"], provenance)
     print(f"{o.weights}: {o.weights.stat().st_size / 1e6:.2f} MB, {provenance}")

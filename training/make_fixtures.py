@@ -1,6 +1,6 @@
 """Inputs and PyTorch results for the tests of the operators and of the whole network, small and reproducible.
 
-    python make_fixtures.py ../tests/fixtures
+    python make_fixtures.py ../tests/fixtures ../weights/*.safetensors
 
 Results are computed in float64 from the stored inputs and rounded to float32. Images are [C,H,W]. Tensors per file:
 
@@ -14,6 +14,8 @@ Results are computed in float64 from the stored inputs and rounded to float32. I
 * transfer.safetensors: input (exposed linear colour), expected (0..1); inverse_input (0..1), inverse_expected
 * autoexposure.safetensors: input, expected [1,1,1]; and black_input, black_expected. `input` has NaN, infinite and
   negative values, which count as 0, and bins without light
+* shipped.safetensors: color (linear), albedo, normal; expected.fast, ...: linear colour by each of the shipped weights,
+  in float32
 * unet_tiny.safetensors: a weights file of widths 4, 6, 10; unet_tiny_io.safetensors: input (network domain), expected
 """
 
@@ -26,6 +28,7 @@ from torch.nn import functional as F
 
 from export import save_weights
 from model import UNet
+from quality.networks import load_all
 from transfer import X0, X1, Y0, Y1, PU_MAX, autoexposure, inverse, transfer
 
 TINY = (4, 6, 10)
@@ -96,9 +99,17 @@ def tiny_net(g):
     return model
 
 
+def shipped(g, paths):
+    """A noisy picture, and what the exported networks make of it. The program has to give the same."""
+    color, albedo, normal = random(g, 3, 40, 56, scale=1.5).exp(), random(g, 3, 40, 56).sigmoid(), random(g, 3, 40, 56).tanh()
+    image = torch.cat([color, albedo, normal]).float()
+    results = {f"expected.{n.name}": n(image, "color,albedo,normal") for n in load_all(paths)}
+    return dict(color=image[:3], albedo=image[3:6], normal=image[6:]) | results
+
+
 def main():
-    if len(sys.argv) != 2:
-        raise SystemExit("usage: python make_fixtures.py FOLDER")
+    if len(sys.argv) < 3:
+        raise SystemExit("usage: python make_fixtures.py FOLDER WEIGHTS [WEIGHTS ...]")
     folder, g = Path(sys.argv[1]), torch.Generator().manual_seed(20240607)
     folder.mkdir(parents=True, exist_ok=True)
     model = tiny_net(g)
@@ -106,6 +117,7 @@ def main():
     with torch.no_grad():
         files = operators(g) | dict(transfer=transfer_function(), autoexposure=exposure(g))
         files["unet_tiny_io"] = dict(input=x[0], expected=model(x)[0])
+        files["shipped"] = shipped(g, sys.argv[2:])
     save_weights(folder / "unet_tiny.safetensors", model.state_dict(), TINY, "tiny", "random weights, for tests")
     for name, tensors in files.items():
         save_file({k: v.float().contiguous() for k, v in tensors.items()}, folder / f"{name}.safetensors")

@@ -1,4 +1,4 @@
-"""Error figures of a denoised image against its reference, and the differentiable training loss.
+"""Error figures of a denoised image against its reference; SSIM is differentiable.
 
 Figures are on linear colour [3,H,W]. Display images are scaled so that the reference's log-average luminance
 is 0.18, clipped to 0..1 and sRGB encoded.
@@ -53,8 +53,3 @@ def _blur(x):
     rows = torch.stack([F.pad(k, (i, h - 11 - i)) for i in range(h - 10)])
     cols = torch.stack([F.pad(k, (i, w - 11 - i)) for i in range(w - 10)])
     return rows @ (x @ cols.T)
-
-
-def loss(output, target):
-    """0.9 L1 + 0.1 (1 - SSIM) in the network domain; SSIM's peak is the range most pixels occupy there."""
-    return 0.9 * (output - target).abs().mean() + 0.1 * (1 - ssim(output, target, 0.5))

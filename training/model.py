@@ -12,7 +12,7 @@ INPUT_CHANNELS = 9  # colour rgb, albedo rgb, normal xyz
 TIERS = {
     "fast": (8, 16, 32, 64, 128),
     "balanced": (16, 32, 64, 128, 256),
-    "high": (32, 48, 64, 96, 128),
+    "high": (32, 64, 96, 128, 256),
 }
 
 

@@ -1,6 +1,6 @@
 """Reader of rendered views (.npz), the decode cache, and the split into training, validation and test scenes.
 
-A file `sSSSSSS_vV.npz` is view V of scene S, planar [3,H,W] arrays in three packings:
+A file `SCENE_vV.npz` is view V of a scene, planar [3,H,W] arrays in three packings:
 
 * colour (`ref`, `n0`, `n1`, ...): float16 bit patterns with the low 10-keep mantissa bits shifted out,
   as int16 planes (G, R-G, B-G), stored as two byte planes [2,3,H,W] (low bytes, high bytes). `ref` is also
@@ -14,12 +14,18 @@ A file `sSSSSSS_vV.npz` is view V of scene S, planar [3,H,W] arrays in three pac
 
 import hashlib
 import json
+import os
 from pathlib import Path
 
 import numpy as np
 import torch
 
 SPLIT = {"train": (0.0, 0.76), "val": (0.76, 0.90), "test": (0.90, 1.0)}  # shares of the scenes
+
+
+def target_path(path):
+    """Where prefilter.py keeps the denoised reference of the view `path`."""
+    return Path(path).with_suffix(".target.npy")
 
 
 def read_view(path):
@@ -61,21 +67,43 @@ def _stack(color, albedo, normal):
     return torch.from_numpy(np.concatenate([p.astype(np.float16) for p in parts]))
 
 
-def load_views(folders, cache=None):
-    """All views of the folders. Decoding takes a while, so the result is kept in the file `cache` where given."""
-    if cache and Path(cache).exists():
-        return torch.load(cache, mmap=True)
+def load_views(folders, cache=None, prefiltered=False):
+    """All views of the folders, each with `target` [3,H,W]: its reference's colour, or that denoised by prefilter.py.
+
+    Decoding takes a while: where a folder `cache` is given, decoded views are kept there.
+    """
     paths = sorted(p for f in folders for p in Path(f).glob("*_v*.npz"))
     if not paths:
         raise SystemExit(f"no views (*_v*.npz) in {', '.join(map(str, folders))}: give folders of rendered views")
-    views = [read_view(p) for p in paths]
-    if cache:
-        torch.save(views, cache)
-    return views
+    views = [_cached(p, Path(cache)) if cache else read_view(p) for p in paths]
+    return [v | dict(target=_target(p) if prefiltered else v["ref"][:3]) for p, v in zip(paths, views)]
+
+
+def _target(path):
+    if not target_path(path).exists():
+        raise SystemExit(f"{target_path(path)} is missing: run prefilter.py on the folder first")
+    return torch.from_numpy(np.load(target_path(path)))
+
+
+def _cached(path, cache):
+    """The view of `path`, from the cache if it was decoded there before. Memory-mapped, so that it is shared."""
+    state = path.stat()
+    key = hashlib.sha256(f"{path.resolve()} {state.st_size} {state.st_mtime_ns}".encode()).hexdigest()[:16]
+    kept = cache / f"{path.stem}-{key}.pt"
+    if not kept.exists():
+        cache.mkdir(parents=True, exist_ok=True)
+        unfinished = kept.with_suffix(f".{os.getpid()}")
+        torch.save(read_view(path), unfinished)
+        unfinished.replace(kept)
+    return torch.load(kept, mmap=True)
 
 
 def part(views, name):
-    """The views of one part: "train", "val" or "test". Whole scenes, in the order of a hash of their names."""
-    scenes = sorted({v["scene"] for v in views}, key=lambda s: hashlib.sha256(s.encode()).digest())
-    first, last = (round(share * len(scenes)) for share in SPLIT[name])
-    return [v for v in views if v["scene"] in scenes[first:last]]
+    """The views of one part: "train", "val" or "test". Whole scenes, by a hash of their names: a scene stays where it
+    is when others are added."""
+    low, high = SPLIT[name]
+    return [v for v in views if low <= _place(v["scene"]) < high]
+
+
+def _place(scene):
+    return int.from_bytes(hashlib.sha256(scene.encode()).digest()[:6], "big") / 2**48

@@ -1,0 +1,81 @@
+"""The optimisers that `train.py --optimizer` chooses from, as functions of the model, its peak rate and weight decay."""
+
+import torch
+
+
+def adamw(model, lr, weight_decay):
+    """AdamW; biases and norms are not decayed."""
+    matrices = [p for p in model.parameters() if p.ndim > 1]
+    vectors = [p for p in model.parameters() if p.ndim == 1]
+    groups = [dict(params=matrices, weight_decay=weight_decay), dict(params=vectors, weight_decay=0.0)]
+    return torch.optim.AdamW(groups, lr=lr, fused=True)
+
+
+def muon(model, lr, weight_decay):
+    """Muon for the kernels of all layers but the last, AdamW for the rest."""
+    last = set(model.out_conv.parameters())
+    kernels = [p for p in model.parameters() if p.ndim > 1 and p not in last]
+    others = [p for p in model.parameters() if p.ndim == 1 or p in last]
+    return Both(Muon(kernels, lr, weight_decay), torch.optim.AdamW(others, lr=lr, weight_decay=0.0, fused=True))
+
+
+class Muon(torch.optim.Optimizer):
+    """Steps along the orthogonalised momentum (Jordan et al. 2024), a kernel being the matrix [first, rest].
+
+    Steps are scaled to the RMS of AdamW's, so that both take the same learning rate (Liu et al. 2025).
+    """
+
+    def __init__(self, kernels, lr, weight_decay, momentum=0.95):
+        super().__init__(kernels, dict(lr=lr, weight_decay=weight_decay, momentum=momentum))
+
+    @torch.no_grad()
+    def step(self):
+        for group in self.param_groups:
+            for p in group["params"]:
+                mean = self.state[p].setdefault("momentum", torch.zeros_like(p))
+                mean.lerp_(p.grad, 1 - group["momentum"])
+                ahead = p.grad.lerp(mean, group["momentum"])  # Nesterov
+                direction = orthogonal(ahead.flatten(1)).view_as(p)
+                p.mul_(1 - group["lr"] * group["weight_decay"])
+                p.add_(direction, alpha=-group["lr"] * 0.2 * max(p.shape[0], p[0].numel()) ** 0.5)
+
+
+def orthogonal(matrix):
+    """The nearest matrix with singular values of about 1, by five Newton-Schulz steps in bfloat16."""
+    x = matrix.bfloat16()
+    if x.shape[0] > x.shape[1]:
+        return orthogonal(matrix.T).T
+    x = x / (x.norm() + 1e-7)
+    for _ in range(5):
+        gram = x @ x.T
+        x = 3.4445 * x + (-4.7750 * gram + 2.0315 * gram @ gram) @ x
+    return x.to(matrix.dtype)
+
+
+class Both:
+    """Two optimisers behind the interface of one."""
+
+    def __init__(self, *parts):
+        self.parts = parts
+
+    @property
+    def param_groups(self):
+        return [group for part in self.parts for group in part.param_groups]
+
+    def zero_grad(self):
+        for part in self.parts:
+            part.zero_grad()
+
+    def step(self):
+        for part in self.parts:
+            part.step()
+
+    def state_dict(self):
+        return [part.state_dict() for part in self.parts]
+
+    def load_state_dict(self, states):
+        for part, state in zip(self.parts, states):
+            part.load_state_dict(state)
+
+
+OPTIMIZERS = dict(adamw=adamw, muon=muon)
