@@ -20,7 +20,7 @@ from quality.oidn import HOME, MACS, QUALITIES
 from quality.precision import PRECISIONS, call
 
 SIZE = "1024"
-OWN = "wgdenoise bench --weights FILE --precision PRECISION --runs 3 --json"
+OWN = "wgdenoise bench --weights FILE --precision PRECISION --runs 1 --json"
 OTHER = 'oidnBenchmark -d cpu -r "RT.hdr_alb_nrm.*" -s 1024 1024 -q QUALITY'
 
 
@@ -28,7 +28,7 @@ def bench(program, weights, precision, adapter):
     """What `wgdenoise bench` reports."""
     chosen = ["--adapter", adapter] if adapter else []
     return json.loads(call([program, "bench", "--width", SIZE, "--height", SIZE, "--weights", weights,
-                            "--precision", precision, "--runs", "3", "--json", *chosen]))
+                            "--precision", precision, "--runs", "1", "--json", *chosen]))
 
 
 def oidn_milliseconds(quality):

@@ -23,7 +23,6 @@ import OpenImageIO  # noqa: E402  it comes with bpy, in a folder that only Blend
 PASSES = (("Combined", "RGB"), ("Denoising Albedo", "RGB"), ("Denoising Normal", "XYZ"))
 CHANNELS = [f"{name}.{axis}" for name, axes in PASSES for axis in axes]
 GPU_KINDS = "OPTIX", "CUDA", "HIP", "ONEAPI", "METAL"  # Cycles' names, the fastest first where two fit
-device = "CPU"  # or "GPU", once use_gpu was called
 
 
 class Cycles:
@@ -45,11 +44,24 @@ class Cycles:
                 part.replace(keep)
         return image
 
+    def use_gpu(self):
+        """Renders from now on by the graphics cards of this machine."""
+        preferences = bpy.context.preferences.addons["cycles"].preferences
+        preferences.refresh_devices()
+        for kind in GPU_KINDS:
+            entries = preferences.get_devices_for_type(kind)
+            if any(entry.type == kind for entry in entries):
+                preferences.compute_device_type, bpy.context.scene.cycles.device = kind, "GPU"
+                for entry in entries:
+                    entry.use = entry.type == kind
+                return
+        raise SystemExit("Cycles finds no graphics card that it can use: leave out --gpu")
+
     def set_up(self, threads):
         """The plain Monte Carlo estimate, nothing clamped or denoised, and all passes in one part of an EXR file."""
         scene, layer = bpy.context.scene, bpy.context.view_layer
         render, cycles, image = scene.render, scene.cycles, scene.render.image_settings
-        render.engine, cycles.device = "CYCLES", device
+        render.engine, cycles.device = "CYCLES", "CPU"
         render.threads_mode, render.threads = "FIXED", threads
         render.use_persistent_data = True  # only the seed and the camera change from render to render
         render.use_compositing = render.use_sequencer = render.use_multiview = render.use_border = False
@@ -63,21 +75,6 @@ class Cycles:
         render.use_file_extension = False
         image.media_type, image.file_format = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"
         image.color_depth, image.exr_codec, image.use_exr_interleave = "32", "ZIP", True
-
-
-def use_gpu():
-    """Renders from now on by the graphics cards of this machine."""
-    global device
-    preferences = bpy.context.preferences.addons["cycles"].preferences
-    preferences.refresh_devices()
-    for kind in GPU_KINDS:
-        cards = preferences.get_devices_for_type(kind)
-        if any(card.type == kind for card in cards):
-            preferences.compute_device_type, device = kind, "GPU"
-            for entry in cards:
-                entry.use = entry.type == kind
-            return
-    raise SystemExit("Cycles finds no graphics card that it can use: leave out --gpu")
 
 
 def read_passes(path):

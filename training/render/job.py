@@ -93,8 +93,6 @@ def progressive(renderer, o, scene, view):
 def open_scene(o):
     """The renderer, the scene's name and kind and the number of its views."""
     module = importlib.import_module(f"render.{o.renderer}")
-    if o.gpu:
-        module.use_gpu()
     if o.blend:
         renderer = module.BlendRenderer(o.blend, o.size, o.threads)
         return renderer, blend_name(o.blend), "blend", len(renderer.views)
@@ -145,6 +143,8 @@ def main():
     o = arguments()
     (o.out / "exr" if o.exr else o.out).mkdir(parents=True, exist_ok=True)
     renderer, scene, kind, views = open_scene(o)
+    if o.gpu:
+        renderer.use_gpu()
     for view in reversed(range(min(views, o.views))):
         render_view(renderer, o, scene, view, kind)
 
