@@ -5,12 +5,12 @@
 
 mod common;
 
-use common::{Tolerance, assert_close};
-use safetensors::SafeTensors;
+use common::Tolerance;
+use common::fixture::Fixture;
+use wgdenoise::Result;
 use wgdenoise::model::Weights;
 use wgdenoise::model::fold::{BatchNorm, fold};
 use wgdenoise::reference::{self, LARGEST, Tensor};
-use wgdenoise::{Image, Result};
 
 /// For what only moves values.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
@@ -23,53 +23,6 @@ const FOLDED: Tolerance = Tolerance { absolute: 1e-6, relative: 0.0 };
 /// Some ten layers, each of which rounds its folded weights and its results to 32 bits; the
 /// sigmoid then makes the error at most a quarter as large. It is below 1e-7 for this file.
 const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
-
-/// The tensors of one file.
-struct Fixture {
-    name: &'static str,
-    bytes: Vec<u8>,
-}
-
-impl Fixture {
-    fn open(name: &'static str) -> Self {
-        let path = format!("{}/tests/fixtures/{name}.safetensors", env!("CARGO_MANIFEST_DIR"));
-        let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));
-        Self { name, bytes }
-    }
-
-    fn read(&self, tensor: &str) -> (Vec<usize>, Vec<f32>) {
-        let file = SafeTensors::deserialize(&self.bytes).expect("a fixture is safetensors");
-        let view = file.tensor(tensor).unwrap_or_else(|e| panic!("{}: {e}", self.name));
-        assert_eq!(view.dtype(), safetensors::Dtype::F32, "type of {tensor} in {}", self.name);
-        let (values, _) = view.data().as_chunks();
-        (view.shape().to_vec(), values.iter().map(|&v| f32::from_le_bytes(v)).collect())
-    }
-
-    /// All values of a tensor of any shape.
-    fn values(&self, tensor: &str) -> Vec<f32> {
-        self.read(tensor).1
-    }
-
-    /// A tensor `[c, h, w]`.
-    fn tensor(&self, tensor: &str) -> Tensor {
-        let (shape, values) = self.read(tensor);
-        let [c, h, w] = shape[..] else { panic!("{tensor} in {} is {shape:?}", self.name) };
-        Tensor::new(c, h, w, values)
-    }
-
-    /// A tensor `[3, h, w]` as an image.
-    fn image(&self, tensor: &str) -> Result<Image> {
-        let tensor = self.tensor(tensor);
-        let (width, height) = (tensor.width, tensor.height);
-        let pixel = |i| [0, 1, 2].map(|c| tensor.at(c, i / width, i % width));
-        Image::new(width as u32, height as u32, (0..width * height).map(pixel).collect())
-    }
-
-    fn expect(&self, expected: &str, found: &Tensor, tolerance: Tolerance) {
-        let name = format!("{expected} of {}", self.name);
-        assert_close(&name, found, &self.tensor(expected), tolerance);
-    }
-}
 
 #[test]
 fn conv3x3() {

@@ -12,7 +12,7 @@ pub(super) enum QualityArg {
     Fast,
     /// Between the two
     Balanced,
-    /// The best picture there is; at present the same as balanced
+    /// The best picture
     High,
 }
 

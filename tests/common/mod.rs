@@ -3,6 +3,7 @@
 
 #![allow(dead_code, reason = "every test file compiles this module and uses only some of it")]
 
+pub(crate) mod fixture;
 pub(crate) mod gpu;
 
 use std::fmt::Debug;

@@ -6,6 +6,7 @@ mod common;
 
 mod device;
 mod pass;
+mod shipped;
 mod support;
 mod tiles;
 mod whole;
