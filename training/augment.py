@@ -45,6 +45,8 @@ class Crops:
         window = self._window(view["ref"])
         noisy, scale = self._noisy(view["noisy"], scales, window)
         target = window(view["target"])
+        if self._uniform() < 0.3:
+            noisy = self._converged(noisy, target)
         scale *= float(2 ** (0.5 * self._gauss()))
         if self._uniform() < 0.15:  # renderers also hand over features of a clean first hit
             noisy = torch.cat([noisy[:3], window(view["ref"])[3:]])
@@ -69,6 +71,12 @@ class Crops:
             return sum(window(image) * (spp / total) for spp, image in renders), sum(scales) / len(scales)
         i = self._index(len(renders))
         return window(renders[i][1]), scales[i]
+
+    def _converged(self, noisy, target):
+        """With at least half of the colour's noise taken away, as by four times the samples or more: few renders have
+        that many, and a network that never sees nearly clean pictures blurs them."""
+        share = 0.5 + 0.5 * self._uniform()
+        return torch.cat([noisy[:3].lerp(target, share), noisy[3:]])
 
     def _splat(self, *images):
         """Blurred by one Gaussian of random width, as by a pixel filter that splats: it correlates the noise."""
