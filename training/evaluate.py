@@ -85,6 +85,7 @@ def main():
     p.add_argument("--cache", help="folder that keeps the decoded views")
     p.add_argument("--csv", type=Path, help="errors of every render")
     p.add_argument("--images", type=Path, help="folder for pictures of every render")
+    p.add_argument("--plot", type=Path, help="picture of all renders' errors before and after")
     p.add_argument("--part", default="test", choices=("val", "test"))
     p.add_argument("--max-relerr", type=float, default=float("inf"), help="leave out views with a noisier reference")
     p.add_argument("--threads", type=int, default=1)
@@ -100,6 +101,9 @@ def main():
             save_images(model, views, o.images)
     if o.csv:
         save(o.csv, rows)
+    if o.plot:
+        from quality.plots import before_after
+        before_after(rows, INPUTS[-1], o.plot)
     print(f"{checkpoint['tier']}: {len(views)} views of the {o.part} scenes\n\n{table(rows)}")
 
 

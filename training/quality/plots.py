@@ -95,6 +95,20 @@ def every_render(errors, method, path):
     _save(figure, path)
 
 
+def before_after(rows, inputs, path):
+    """Rows of evaluate.py with these inputs, each as one point: L1 of the noisy render across, of the denoised up."""
+    chosen = select(rows, inputs=inputs)
+    figure, panel = plt.subplots(figsize=(5.2, 4.8), layout="constrained")
+    for spp in sorted(distinct(chosen, "spp")):
+        here = select(chosen, spp=spp)
+        panel.plot([r["noisy_l1"] for r in here], [r["denoised_l1"] for r in here], ".", label=f"{spp} samples")
+    panel.axline((0.01, 0.01), (0.1, 0.1), color="k", lw=0.8)
+    panel.set(xscale="log", yscale="log", xlabel="display L1, noisy", ylabel="display L1, denoised")
+    panel.grid(alpha=0.3)
+    panel.legend(fontsize=7)
+    _save(figure, path)
+
+
 def _plain(axis):
     """Ticks of a logarithmic axis at 1, 2, 5, 10, ..., written as plain numbers."""
     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
