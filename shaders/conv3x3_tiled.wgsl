@@ -1,6 +1,10 @@
 // The 3×3 convolution for GPUs. A workgroup makes 16×16 pixels of 16 output channels: for each
 // four input channels it stages the pixels with their border and the weights in workgroup
-// memory, then every invocation makes 2×2 pixels. Same values as conv3x3.wgsl up to rounding.
+// memory, then every invocation makes 2×2 pixels. Same values as conv3x3.wgsl up to rounding,
+// where they are needed.
+//
+// With the max-pool that follows, the 2×2 pixels of an invocation are also one pixel of the
+// pooled tensor. The variant without it is this text less the lines that name `pooled`.
 
 alias TensorIn = texture_storage_2d_array<rgba32float, read>;
 alias TensorOut = texture_storage_2d_array<rgba32float, write>;
@@ -10,6 +14,11 @@ alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 // [block of 4 output quads][input quad][tap][output quad]: one mat4x4 as in conv3x3.wgsl.
 @group(0) @binding(2) var<storage, read> weights: array<mat4x4<f32>>;
 @group(0) @binding(3) var<storage, read> bias: array<vec4<f32>>;
+@group(0) @binding(4) var activity: texture_2d_array<u32>;
+@group(0) @binding(5) var<uniform> need: Need;
+@group(0) @binding(6) var pooled: TensorOut;
+
+struct Need { layer: u32, shift: u32, reach: u32, padding: u32 }
 
 override relu: bool;
 override largest: f32;
@@ -34,12 +43,17 @@ fn stage(corner: vec2<i32>, size: vec2<i32>, quad: u32, block: u32, in_quads: u3
     }
 }
 
-fn finish(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
-    let inside = all(at < vec2<i32>(textureDimensions(output)));
-    if inside && quad < textureNumLayers(output) {
-        let floor = select(-largest, 0.0, relu);
-        textureStore(output, at, quad, clamp(sum + bias[quad], vec4(floor), vec4(largest)));
-    }
+fn activate(sum: vec4<f32>, quad: u32) -> vec4<f32> {
+    return clamp(sum + bias[quad], vec4(select(-largest, 0.0, relu)), vec4(largest));
+}
+
+fn finish(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
+    // Stores outside of the tensor do nothing.
+    textureStore(output, at, quad, activate(a, quad));
+    textureStore(output, at + vec2(1, 0), quad, activate(b, quad));
+    textureStore(output, at + vec2(0, 1), quad, activate(c, quad));
+    textureStore(output, at + vec2(1, 1), quad, activate(d, quad));
+    textureStore(pooled, at / 2, quad, activate(max(max(a, b), max(c, d)), quad));
 }
 
 // Accumulators are separate variables, pixel a to d by quad 0 to 3: an array indexed in a loop
@@ -54,6 +68,11 @@ fn main(
     let in_quads = textureNumLayers(input);
     let corner = vec2<i32>(group.xy * TILE);
     let first = local.xy * 2u;
+    // The same for the whole workgroup.
+    let distance = textureLoad(activity, corner >> vec2(need.shift), need.layer, 0).x;
+    if distance > need.reach {
+        return;
+    }
 
     var a0 = vec4<f32>(); var a1 = vec4<f32>(); var a2 = vec4<f32>(); var a3 = vec4<f32>();
     var b0 = vec4<f32>(); var b1 = vec4<f32>(); var b2 = vec4<f32>(); var b3 = vec4<f32>();
@@ -81,15 +100,8 @@ fn main(
     }
     let at = corner + vec2<i32>(first);
     let quad = group.z * QUADS;
-    finish(a0, at, quad); finish(a1, at, quad + 1u);
-    finish(a2, at, quad + 2u); finish(a3, at, quad + 3u);
-    let right = at + vec2(1, 0);
-    finish(b0, right, quad); finish(b1, right, quad + 1u);
-    finish(b2, right, quad + 2u); finish(b3, right, quad + 3u);
-    let below = at + vec2(0, 1);
-    finish(c0, below, quad); finish(c1, below, quad + 1u);
-    finish(c2, below, quad + 2u); finish(c3, below, quad + 3u);
-    let across = at + vec2(1, 1);
-    finish(d0, across, quad); finish(d1, across, quad + 1u);
-    finish(d2, across, quad + 2u); finish(d3, across, quad + 3u);
+    finish(a0, b0, c0, d0, at, quad);
+    finish(a1, b1, c1, d1, at, quad + 1u);
+    finish(a2, b2, c2, d2, at, quad + 2u);
+    finish(a3, b3, c3, d3, at, quad + 3u);
 }

@@ -3,12 +3,11 @@
 use crate::denoiser::Denoiser;
 use crate::error::Result;
 use crate::frame::Frame;
-use crate::graph::TileGraph;
 use crate::image::Image;
 use crate::ops::autoexposure::{Band, autoexposure};
 use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::{Placed, Rect};
-use crate::window::Window;
+use crate::window::{Window, wait};
 
 impl Denoiser {
     /// Denoises a frame and waits for the result, which is linear and in the colour's exposure.
@@ -22,6 +21,19 @@ impl Denoiser {
         frame: &Frame<'_>,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Image> {
+        self.denoise_by(frame, progress, &mut |window| {
+            window.run();
+            Ok(())
+        })
+    }
+
+    /// The same, with the network run on each tile's window by `run`.
+    pub(crate) fn denoise_by(
+        &self,
+        frame: &Frame<'_>,
+        progress: &mut dyn FnMut(usize, usize),
+        run: &mut dyn FnMut(&Window<'_>) -> Result<()>,
+    ) -> Result<Image> {
         frame.check()?;
         let inputs = frame.inputs().intersection(self.weights().metadata().inputs);
         let frame = Frame {
@@ -33,13 +45,16 @@ impl Denoiser {
         let plan = self.tile_plan(width, height, inputs)?;
         let model = self.model(inputs)?;
         let window = self.context.catch(|| {
-            let graph = TileGraph::new(&self.context, &model, plan.tile);
-            Ok(Window::new(&self.context, graph, &plan, width, inputs))
+            Ok(Window::new(&self.context, &model, &plan, width, inputs, self.options.skip_clean))
         })?;
         self.context.catch(|| self.expose(&frame, &window))?;
         let mut result = Image::filled(width, height, [0.0; 3])?;
         for (done, placed) in (1..).zip(&plan.tiles) {
-            let tile = || self.denoise_tile(&frame, placed, plan.tile, &window, &mut result);
+            let tile = || {
+                let tile = self.upload(&frame, placed, plan.tile, &window);
+                run(&window)?;
+                window.download(&tile, &mut result, placed)
+            };
             self.context.catch(tile)?;
             progress(done, plan.tiles.len());
         }
@@ -62,28 +77,28 @@ impl Denoiser {
             window.upload(&window.color, frame.color, &rect);
             self.context.queue.write_buffer(&window.band, 0, bytemuck::bytes_of(band));
             window.submit(|pass| calls.bins.record(pass));
-            window.wait()?;
+            wait(&self.context)?;
         }
         window.submit(|pass| calls.reduce.record(pass));
         Ok(())
     }
 
-    fn denoise_tile(
+    /// Fills the window with a tile of the frame.
+    fn upload(
         &self,
         frame: &Frame<'_>,
         placed: &Placed,
         tile: [u32; 2],
         window: &Window<'_>,
-        result: &mut Image,
-    ) -> Result<()> {
-        let rect = read_rect(placed, tile, [result.width(), result.height()]);
+    ) -> Tile {
+        let (width, height) = frame.color.size();
+        let rect = read_rect(placed, tile, [width, height]);
         for (buffer, image) in window.images(frame) {
             window.upload(buffer, image, &rect);
         }
         let tile = tile_in_window(placed, &rect);
         self.context.queue.write_buffer(&window.tile, 0, bytemuck::bytes_of(&tile));
-        window.run();
-        window.download(&tile, result, placed)
+        tile
     }
 }
 

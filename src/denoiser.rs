@@ -90,7 +90,7 @@ impl Denoiser {
         let [w, h] = self.tile_plan(width, height, inputs)?.tile;
         let images = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
         let texel = self.options.precision.texel_bytes();
-        let tensors = self.model(inputs)?.storage.bytes(w, h, texel);
+        let tensors = self.model(inputs)?.bytes([w, h], texel);
         Ok(tensors + u64::from(w) * u64::from(h) * images * IMAGE_BYTES)
     }
 
@@ -101,7 +101,7 @@ impl Denoiser {
             return Ok(model.clone());
         }
         let weights = self.weights.for_inputs(inputs)?;
-        let build = || Model::new(&self.context, self.options.kernels, &weights);
+        let build = || Model::new(&self.context, &self.options, &weights);
         let model = Arc::new(self.context.catch(build)?);
         models.insert(inputs, model.clone());
         Ok(model)
@@ -116,9 +116,9 @@ impl Denoiser {
             )));
         }
         let limits = self.context.device.limits();
-        let alignment = model.network.alignment();
+        let alignment = model.alignment;
         let texel = self.options.precision.texel_bytes();
-        let block = model.storage.bytes(alignment, alignment, texel);
+        let block = model.bytes([alignment; 2], texel);
         let per_pixel = block.div_ceil(u64::from(alignment).pow(2)) + image_bytes;
         let constraints = Constraints {
             alignment,

@@ -17,6 +17,10 @@ pub enum Binding {
     TensorOut,
     /// Weights as a read-only storage texture array of 32-bit floats.
     WeightTexture,
+    /// Map of activity to read: a texture array of one `u32` per block.
+    ActivityIn,
+    /// The same to write, as a storage texture.
+    ActivityOut,
     /// Read-only storage buffer.
     Buffer,
     /// Storage buffer to write.
@@ -234,6 +238,12 @@ fn binding_type(binding: Binding, tensor: wgpu::TextureFormat) -> wgpu::BindingT
         Binding::TensorIn => texture(tensor, ReadOnly),
         Binding::TensorOut => texture(tensor, WriteOnly),
         Binding::WeightTexture => texture(wgpu::TextureFormat::Rgba32Float, ReadOnly),
+        Binding::ActivityIn => wgpu::BindingType::Texture {
+            sample_type: wgpu::TextureSampleType::Uint,
+            view_dimension: wgpu::TextureViewDimension::D2Array,
+            multisampled: false,
+        },
+        Binding::ActivityOut => texture(wgpu::TextureFormat::R32Uint, WriteOnly),
         Binding::Buffer => buffer(wgpu::BufferBindingType::Storage { read_only: true }, false, 0),
         Binding::BufferMut => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false }, false, 0)

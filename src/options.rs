@@ -91,6 +91,10 @@ pub struct Options {
     pub tile: Option<u32>,
     /// Which variant of the convolutions runs.
     pub kernels: KernelSet,
+    /// Whether blocks of 16×16 pixels that have no noise, such as an empty background, keep
+    /// their colour and skip the network; see [`ops::activity`](crate::ops::activity). The
+    /// plain kernels never skip.
+    pub skip_clean: bool,
 }
 
 impl Default for Options {
@@ -100,6 +104,7 @@ impl Default for Options {
             memory_bytes: 2 << 30,
             tile: None,
             kernels: KernelSet::Auto,
+            skip_clean: true,
         }
     }
 }

@@ -5,12 +5,10 @@ use wgpu::util::DeviceExt as _;
 use crate::denoiser::{Denoiser, MAX_SIDE};
 use crate::error::{Error, Result};
 use crate::frame::check_input_scale;
-use crate::graph::TileGraph;
-use crate::kernel::Dispatch;
+use crate::graph::{Model, TileGraph};
 use crate::model::Inputs;
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
-use crate::ops::input_process::{Sources, input_process};
-use crate::ops::output_process::output_process;
+use crate::ops::input_process::Sources;
 use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::TilePlan;
 
@@ -50,9 +48,7 @@ pub struct PassDescriptor<'a> {
 #[derive(Debug)]
 pub struct Pass {
     exposure: Option<Autoexposure>,
-    input: Dispatch,
     graph: TileGraph,
-    output: Dispatch,
     /// Offset of each tile in the uniform buffer, in bytes.
     tiles: Vec<u32>,
 }
@@ -73,13 +69,10 @@ impl Denoiser {
         let model = self.model(inputs)?;
         let size = [descriptor.width, descriptor.height];
         let plan = self.plan(size, &model, 0)?;
-        self.context.catch(|| {
-            let graph = TileGraph::new(&self.context, &model, plan.tile);
-            Ok(self.bind_pass(descriptor, &plan, graph))
-        })
+        self.context.catch(|| Ok(self.bind_pass(descriptor, &model, &plan)))
     }
 
-    fn bind_pass(&self, d: &PassDescriptor<'_>, plan: &TilePlan, graph: TileGraph) -> Pass {
+    fn bind_pass(&self, d: &PassDescriptor<'_>, model: &Model, plan: &TilePlan) -> Pass {
         let (context, device) = (&self.context, &self.context.device);
         let scale = scale_buffer(device, d.input_scale.unwrap_or(1.0));
         let tiles = uniform(device, &tile_bytes(d, plan));
@@ -90,15 +83,16 @@ impl Denoiser {
             normal: d.normal.map(|image| image.buffer()),
             input_scale: &scale,
         };
-        let input = input_process(context, &sources, &graph.input);
-        let output = output_process(context, &tiles, &graph.output, &scale, d.output.buffer());
+        let skip = self.options.skip_clean;
+        let output = d.output.buffer();
+        let graph = TileGraph::new(context, model, plan.tile, skip, &sources, output);
         let exposure = d.input_scale.is_none().then(|| {
             let band = Band::whole(d.width, d.height, d.color.layout());
             let uniform = uniform(device, bytemuck::bytes_of(&band));
             autoexposure(context, &band, &uniform, d.color.buffer(), &scale)
         });
         let tiles = (0..plan.tiles.len()).map(|i| (i * TILE_STRIDE) as u32).collect();
-        Pass { exposure, input, graph, output, tiles }
+        Pass { exposure, graph, tiles }
     }
 }
 
@@ -115,9 +109,7 @@ impl Pass {
             exposure.reduce.record(&mut pass);
         }
         for &offset in &self.tiles {
-            self.input.record_at(&mut pass, offset);
-            self.graph.record(&mut pass);
-            self.output.record_at(&mut pass, offset);
+            self.graph.record_at(&mut pass, offset);
         }
     }
 }

@@ -2,11 +2,12 @@
 
 use crate::error::{Error, Result};
 
-/// Features that make the kernels faster on this adapter. None is needed: without
-/// `SUBGROUP`, CPU drivers run a slower variant.
+/// Features that make the kernels faster on this adapter, and timestamps for
+/// [`Denoiser::profile`](crate::Denoiser::profile). None is needed: without `SUBGROUP`, CPU
+/// drivers run a slower variant.
 #[must_use]
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
-    adapter.features() & wgpu::Features::SUBGROUP
+    adapter.features() & (wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY)
 }
 
 /// WebGPU's default limits, with those raised to the adapter's that decide how large a tile

@@ -40,8 +40,7 @@ impl Timing {
 /// If the frame does not fit the memory budget or the device fails.
 pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Result<Timing> {
     let [color, albedo, normal] = test_card(width, height)?;
-    let frame =
-        Frame { color: &color, albedo: Some(&albedo), normal: Some(&normal), input_scale: None };
+    let frame = full_frame(&color, &albedo, &normal);
     let run = || -> Result<f64> {
         let begin = Instant::now();
         denoiser.denoise(&frame, &mut |_, _| {})?;
@@ -60,8 +59,13 @@ pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Resul
     })
 }
 
+/// A frame of all three images.
+pub(crate) fn full_frame<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Frame<'a> {
+    Frame { color, albedo: Some(albedo), normal: Some(normal), input_scale: None }
+}
+
 /// Gradients, so that no pixel is special; what a network costs does not depend on its input.
-fn test_card(width: u32, height: u32) -> Result<[Image; 3]> {
+pub(crate) fn test_card(width: u32, height: u32) -> Result<[Image; 3]> {
     let at = |i: u32| {
         let (x, y) = (i % width, i / width);
         [x as f32 / width as f32, y as f32 / height as f32, ((x ^ y) & 15) as f32 / 15.0]

@@ -2,13 +2,12 @@
 
 use crate::error::{Error, Result};
 use crate::frame::Frame;
-use crate::graph::TileGraph;
+use crate::graph::{Call, Model, TileGraph};
 use crate::image::Image;
-use crate::kernel::{Context, Dispatch};
+use crate::kernel::Context;
 use crate::model::Inputs;
 use crate::ops::autoexposure::Band;
-use crate::ops::input_process::{Sources, input_process};
-use crate::ops::output_process::output_process;
+use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::{Placed, Rect, TilePlan};
 
@@ -31,17 +30,17 @@ pub(crate) struct Window<'a> {
     pub(crate) tile: wgpu::Buffer,
     /// Uniform of one [`Band`].
     pub(crate) band: wgpu::Buffer,
-    calls: [Dispatch; 2],
 }
 
 impl<'a> Window<'a> {
     /// Buffers for the plan's tiles and for bands of an image that is `width` pixels wide.
     pub(crate) fn new(
         context: &'a Context,
-        graph: TileGraph,
+        model: &Model,
         plan: &TilePlan,
         width: u32,
         inputs: Inputs,
+        skip_clean: bool,
     ) -> Self {
         use wgpu::BufferUsages as Usage;
         let create = |label, size, usage| {
@@ -72,32 +71,15 @@ impl<'a> Window<'a> {
             normal: normal.as_ref(),
             input_scale: &input_scale,
         };
-        let calls = [
-            input_process(context, &sources, &graph.input),
-            output_process(context, &tile, &graph.output, &input_scale, &output),
-        ];
-        Self {
-            context,
-            graph,
-            color,
-            albedo,
-            normal,
-            output,
-            readback,
-            input_scale,
-            tile,
-            band,
-            calls,
-        }
+        let graph = TileGraph::new(context, model, plan.tile, skip_clean, &sources, &output);
+        Self { context, graph, color, albedo, normal, output, readback, input_scale, tile, band }
     }
 
     /// Submits the whole network on what was uploaded, in parts.
     pub(crate) fn run(&self) {
-        self.submit(|pass| self.calls[0].record_at(pass, 0));
         for batch in self.graph.batches() {
-            self.submit(|pass| batch.iter().for_each(|dispatch| dispatch.record(pass)));
+            self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)));
         }
-        self.submit(|pass| self.calls[1].record_at(pass, 0));
     }
 
     /// How many rows of an image of this width the colour buffer holds.
@@ -133,12 +115,6 @@ impl<'a> Window<'a> {
         self.context.queue.submit([encoder.finish()]);
     }
 
-    /// Waits until everything submitted is done, and its staging memory free.
-    pub(crate) fn wait(&self) -> Result<()> {
-        let poll = self.context.device.poll(wgpu::PollType::wait_indefinitely());
-        poll.map(|_| ()).map_err(|e| no_result(&e))
-    }
-
     /// Waits for the tile and copies what it stores into the result.
     pub(crate) fn download(&self, tile: &Tile, result: &mut Image, placed: &Placed) -> Result<()> {
         let [width, height] = tile.image_size.map(u64::from);
@@ -146,15 +122,37 @@ impl<'a> Window<'a> {
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(&self.output, 0, &self.readback, 0, bytes);
         self.context.queue.submit([encoder.finish()]);
-        let slice = self.readback.slice(..bytes);
-        slice.map_async(wgpu::MapMode::Read, |_| {});
-        self.wait()?;
-        let view = slice.get_mapped_range().map_err(|e| no_result(&e))?;
-        copy_rows(bytemuck::cast_slice(&view), tile, result, placed);
-        drop(view);
-        self.readback.unmap();
-        Ok(())
+        read(self.context, &self.readback, |window| {
+            copy_rows(bytemuck::cast_slice(window), tile, result, placed);
+        })
     }
+
+    /// Every kernel call of a tile, in order.
+    pub(crate) fn calls(&self) -> &[Call] {
+        self.graph.calls()
+    }
+}
+
+/// Waits for everything submitted and shows what a mappable buffer holds then.
+pub(crate) fn read<T>(
+    context: &Context,
+    buffer: &wgpu::Buffer,
+    look: impl FnOnce(&[u8]) -> T,
+) -> Result<T> {
+    let slice = buffer.slice(..);
+    slice.map_async(wgpu::MapMode::Read, |_| {});
+    wait(context)?;
+    let view = slice.get_mapped_range().map_err(|e| no_result(&e))?;
+    let seen = look(&view);
+    drop(view);
+    buffer.unmap();
+    Ok(seen)
+}
+
+/// Waits until everything submitted is done, and its staging memory free.
+pub(crate) fn wait(context: &Context) -> Result<()> {
+    let poll = context.device.poll(wgpu::PollType::wait_indefinitely());
+    poll.map(|_| ()).map_err(|e| no_result(&e))
 }
 
 fn no_result(error: &dyn std::fmt::Display) -> Error {

@@ -24,7 +24,7 @@ fn parse(source: &str) -> Result<naga::Module, String> {
 /// Runs a check on every variant in both precisions.
 fn for_every_module(check: impl Fn(&KernelSpec, Precision, &naga::Module)) {
     let specs = all_specs();
-    assert!(specs.len() >= 10 + 3 * 4, "only {} variants are listed", specs.len());
+    assert!(specs.len() >= 14 + 4 + 2 + 1, "only {} variants are listed", specs.len());
     for spec in specs {
         for precision in [Precision::F32, Precision::F16] {
             let module = parse(&spec.source_for(precision));
@@ -120,6 +120,8 @@ fn uniform_structs_have_the_offsets_of_the_host() {
     ];
     assert_eq!(members("input_process", "Tile"), zip(&tile, &tile_offsets));
     assert_eq!(members("output_process", "Tile"), zip(&tile, &tile_offsets));
+    assert_eq!(members("activity_classify", "Tile"), zip(&tile, &tile_offsets));
+    assert_eq!(members("head", "Tile"), zip(&tile, &tile_offsets));
     assert_eq!(members("autoexposure_bins", "Band"), zip(&band, &band_offsets));
 }
 
@@ -170,6 +172,9 @@ fn describe(module: &naga::Module, variable: &naga::GlobalVariable) -> String {
     let inner = &module.types[variable.ty].inner;
     match (variable.space, inner) {
         (AddressSpace::Handle, TypeInner::Image { class, arrayed, .. }) => {
+            if let ImageClass::Sampled { kind, .. } = class {
+                return format!("texture of {kind:?}, array: {arrayed}");
+            }
             let ImageClass::Storage { format, access } = class else { return format!("{class:?}") };
             texture(*format, access.contains(StorageAccess::STORE), *arrayed)
         }
@@ -190,6 +195,8 @@ fn declared(binding: Binding, precision: Precision) -> String {
         Binding::TensorIn => texture(tensor, false, true),
         Binding::TensorOut => texture(tensor, true, true),
         Binding::WeightTexture => texture(StorageFormat::Rgba32Float, false, true),
+        Binding::ActivityIn => "texture of Uint, array: true".into(),
+        Binding::ActivityOut => texture(StorageFormat::R32Uint, true, true),
         Binding::Buffer => "storage, written: false".into(),
         Binding::BufferMut => "storage, written: true".into(),
         Binding::Uniform { bytes, .. } => format!("uniform of {bytes} bytes"),

@@ -171,6 +171,9 @@ pub(super) struct BenchArgs {
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
+    /// Print how long each layer takes instead, by the adapter's timestamps
+    #[arg(long, conflicts_with = "json")]
+    pub(super) profile: bool,
     #[command(flatten)]
     pub(super) engine: EngineArgs,
 }

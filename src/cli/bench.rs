@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
-use super::print;
+use super::{print, profile};
 use crate::model::cost::macs_per_pixel;
 use crate::timing::{Timing, measure};
 use crate::{Denoiser, Gpu};
@@ -12,6 +12,9 @@ use crate::{Denoiser, Gpu};
 /// Measures whole frames, from images on the CPU to an image on the CPU.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let (gpu, denoiser) = args.engine.denoiser()?;
+    if args.profile {
+        return print(&profile::table(&denoiser, args)?);
+    }
     let timing = measure(&denoiser, args.width, args.height, args.runs)?;
     let report = if args.json { as_json } else { as_text };
     print(&report(args, &gpu, &denoiser, &timing))

@@ -14,6 +14,7 @@ mod engine;
 mod failure;
 mod info;
 mod loader;
+mod profile;
 mod progress;
 mod values;
 

@@ -10,6 +10,10 @@ pub fn layer_macs_per_pixel(network: &Network, index: usize) -> f64 {
     let output = network.shapes[index + 1];
     let products = (input.channels * output.channels) as f64;
     let per_output = match layer.op {
+        Op::UpConv { .. } => {
+            let low = network.shapes[layer.inputs[1]];
+            9.0 * products + 4.0 * (low.channels * output.channels) as f64
+        }
         Op::Conv3x3 { .. } => 9.0 * products,
         // Of the four taps each output pixel sees one.
         Op::ConvTranspose | Op::Conv1x1 => products,

@@ -37,7 +37,9 @@ impl<'a> WeightsFile<'a> {
             Op::Conv3x3 { .. } => [output, input, 3, 3],
             Op::ConvTranspose => [input, output, 2, 2],
             Op::Conv1x1 => [output, input, 1, 1],
-            Op::MaxPool | Op::Concat | Op::Sigmoid => unreachable!("{name} has no weights"),
+            Op::MaxPool | Op::Concat | Op::Sigmoid | Op::UpConv { .. } => {
+                unreachable!("a file has no weights of {name}")
+            }
         };
         let mut weight = self.take(&format!("{name}.weight"), &shape)?;
         let normed = matches!(op, Op::Conv3x3 { .. })

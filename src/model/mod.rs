@@ -3,6 +3,7 @@
 pub mod cost;
 mod file;
 pub mod fold;
+pub mod fuse;
 mod inputs;
 mod metadata;
 pub mod topology;

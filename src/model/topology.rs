@@ -15,6 +15,14 @@ pub enum Op {
     ConvTranspose,
     /// The channels of the first input, then those of the second.
     Concat,
+    /// `Conv3x3` over `Concat` of the first input and `ConvTranspose` of the second. Its weights
+    /// are those of the transposed convolution, then those of the 3×3 convolution.
+    UpConv {
+        /// Channels that the transposed convolution makes.
+        ups: usize,
+        /// Whether negative results become 0.
+        relu: bool,
+    },
     /// 1×1 convolution plus bias.
     Conv1x1,
     /// `1 / (1 + exp(−x))`.
@@ -25,7 +33,7 @@ impl Op {
     /// Whether the weights file holds a weight and a bias for the layer.
     #[must_use]
     pub fn has_weights(self) -> bool {
-        matches!(self, Self::Conv3x3 { .. } | Self::ConvTranspose | Self::Conv1x1)
+        !matches!(self, Self::MaxPool | Self::Concat | Self::Sigmoid)
     }
 }
 
@@ -118,7 +126,7 @@ impl Network {
         let level = self.shapes[*inputs.last().expect("every layer reads something")].level;
         let level = match op {
             Op::MaxPool => level + 1,
-            Op::ConvTranspose => level - 1,
+            Op::ConvTranspose | Op::UpConv { .. } => level - 1,
             Op::Conv3x3 { .. } | Op::Concat | Op::Conv1x1 | Op::Sigmoid => level,
         };
         self.layers.push(Layer { name, op, inputs });

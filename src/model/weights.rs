@@ -127,7 +127,7 @@ fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
                 let second = kept[layer.inputs[1]].iter().map(|c| c + offset);
                 first.iter().copied().chain(second).collect()
             }
-            Op::Conv3x3 { .. } | Op::ConvTranspose | Op::Conv1x1 => {
+            Op::Conv3x3 { .. } | Op::ConvTranspose | Op::UpConv { .. } | Op::Conv1x1 => {
                 (0..network.shapes[i + 1].channels).collect()
             }
         });

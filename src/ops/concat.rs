@@ -2,7 +2,7 @@
 //! layers of one texture (see [`crate::plan::storage`]), the second at a multiple of four
 //! channels, and the reader's weights follow the [`ChannelMap`] of the result.
 
-use super::{ChannelMap, GpuTensor, Operator};
+use super::{ChannelMap, Io, Operator};
 use crate::kernel::Dispatch;
 
 /// The operator.
@@ -18,7 +18,7 @@ pub fn channel_map(first: &ChannelMap, second: &ChannelMap) -> ChannelMap {
 }
 
 impl Operator for Concat {
-    fn dispatch(&self, _: &wgpu::Device, _: &GpuTensor, _: &GpuTensor) -> Option<Dispatch> {
+    fn dispatch(&self, _: &wgpu::Device, _: &Io<'_>) -> Option<Dispatch> {
         None
     }
 }

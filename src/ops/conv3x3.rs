@@ -1,26 +1,51 @@
 //! 3×3 convolution with zero padding of 1, bias (into which batch norm is folded), and ReLU.
 
-use super::convolution::{Convolution, Variant, Weights, spec};
-use super::packing::{Taps, storage_buffer};
-use super::{ChannelMap, simd};
-use crate::kernel::{Context, KernelSpec};
+use super::convolution::{Convolution, Variant, Weights, plain_spec};
+use super::packing::{Taps, bias_table, storage_buffer};
+use super::{ChannelMap, need, simd};
+use crate::kernel::{Binding, Context, KernelSpec};
 use crate::model::Params;
 use crate::options::KernelSet;
 
 /// The readable definition.
 pub const PLAIN: KernelSpec =
-    spec("conv3x3", include_str!("../../shaders/conv3x3.wgsl"), &["largest", "relu"]);
+    plain_spec("conv3x3", include_str!("../../shaders/conv3x3.wgsl"), &["largest", "relu"]);
 
-/// The variant for GPUs.
-pub const TILED: KernelSpec =
-    spec("conv3x3_tiled", include_str!("../../shaders/conv3x3_tiled.wgsl"), &["largest", "relu"]);
+/// The variant for GPUs; `pools` adds the max-pool that follows.
+#[must_use]
+pub fn tiled_spec(pools: bool) -> KernelSpec {
+    let source = include_str!("../../shaders/conv3x3_tiled.wgsl");
+    let without = || source.lines().filter(|line| !line.contains("pooled"));
+    KernelSpec {
+        name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
+        source: if pools { source.into() } else { without().collect::<Vec<_>>().join("\n").into() },
+        entry: "main",
+        bindings: if pools { &TILED_POOL } else { &TILED },
+        overrides: &["largest", "relu"],
+        workgroup: [8, 8, 1],
+    }
+}
+
+/// What the generated variant binds.
+pub const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
+
+const TILED: [Binding; 6] = bindings(Binding::Buffer);
+const TILED_POOL: [Binding; 7] = {
+    let [input, output, weights, bias, activity, need] = TILED;
+    [input, output, weights, bias, activity, need, Binding::TensorOut]
+};
+
+const fn bindings(weights: Binding) -> [Binding; 6] {
+    let (input, output) = (Binding::TensorIn, Binding::TensorOut);
+    [input, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
+}
 
 /// Output quads of one invocation of the tiled variant.
 const TILED_QUADS: usize = 4;
-/// Pixels per side that one invocation of the tiled variant makes.
-const TILED_PIXELS: u32 = 2;
 
-/// The operator; weights are `[output][input][ky][kx]`.
+/// The operator; weights are `[output][input][ky][kx]`. With `pools` it makes the max-pool of
+/// its output too, where the variant can, which [`Operator::pools`](super::Operator::pools)
+/// tells.
 #[must_use]
 pub fn conv3x3(
     context: &Context,
@@ -28,34 +53,36 @@ pub fn conv3x3(
     params: &Params,
     map: &ChannelMap,
     relu: bool,
+    pools: bool,
 ) -> Convolution {
     let outputs = params.bias.len();
     let inputs = params.weight.len() / (9 * outputs);
     let weight = |o: usize, i: usize, tap: usize| params.weight[(o * inputs + i) * 9 + tap];
     let taps = Taps { outputs, taps: 9, map, weight: &weight };
     let variant = match kernels.resolve(&context.device) {
-        KernelSet::Simd => Variant::simd(context, simd::Shape::Conv3x3, &taps),
+        KernelSet::Simd => generated(context, &taps),
         KernelSet::Plain => Variant::plain(context, PLAIN, &taps),
-        KernelSet::Tiled | KernelSet::Auto => tiled(context, &taps),
+        KernelSet::Tiled | KernelSet::Auto => tiled(context, &taps, pools),
     };
     let relu = f64::from(u8::from(relu));
     let constants = [("largest", context.precision.largest()), ("relu", relu)];
-    Convolution::new(context, variant, &params.bias, &constants)
+    let bias = bias_table(context, &params.bias, outputs);
+    Convolution::new(context, variant, bias, &constants)
+}
+
+/// A step is a kernel row of an input quad.
+fn generated(context: &Context, taps: &Taps<'_>) -> Variant {
+    let in_quads = taps.in_quads();
+    let weight = |step: usize, column: usize, channel: usize, output: usize| {
+        taps.at(output, step % in_quads * 4 + channel, step / in_quads * 3 + column)
+    };
+    Variant::simd(context, simd::Shape::Conv3x3, taps.outputs, 3 * in_quads, weight)
 }
 
 /// Weights as `[block of output quads][in_quad][tap][out_quad]` matrices.
-fn tiled(context: &Context, taps: &Taps<'_>) -> Variant {
+fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
     let blocks = taps.out_quads().div_ceil(TILED_QUADS);
-    let mut data = Vec::new();
-    for block in 0..blocks {
-        for in_quad in 0..taps.in_quads() {
-            for tap in 0..9 {
-                for quad in 0..TILED_QUADS {
-                    data.extend(taps.matrix(block * TILED_QUADS + quad, in_quad, tap));
-                }
-            }
-        }
-    }
+    let data = taps.tiled(blocks, TILED_QUADS);
     let weights = Weights::Buffer(storage_buffer(context, "weights", &data));
-    Variant { spec: TILED, weights, grid: [TILED_PIXELS, TILED_PIXELS, blocks as u32] }
+    Variant { pools, ..Variant::tiled(tiled_spec(pools), weights, blocks) }
 }

@@ -1,7 +1,8 @@
-//! What the three convolutions share: a kernel bound to input, output, weights and bias.
+//! What the convolutions share: a kernel bound to inputs, output, weights and bias, and, where
+//! it can leave out what nobody needs, to the activity map.
 
-use super::packing::{Taps, bias_buffer, plain_buffer};
-use super::{GpuTensor, Operator, simd};
+use super::packing::{Taps, plain_buffer};
+use super::{Io, Operator, simd};
 use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 
 /// A convolution with its weights, ready for tensors of any size.
@@ -11,6 +12,8 @@ pub struct Convolution {
     weights: Weights,
     bias: wgpu::Buffer,
     grid: [u32; 3],
+    footprint: Option<u32>,
+    pools: bool,
 }
 
 /// Weights as the chosen variant reads them.
@@ -22,15 +25,20 @@ pub enum Weights {
     Texture(wgpu::TextureView),
 }
 
-/// A variant: its kernel, its weights, and how many input pixels one invocation handles along
-/// x and y and how many invocations there are along z.
+/// A variant of a convolution.
 pub struct Variant {
     /// The kernel.
     pub spec: KernelSpec,
     /// Its weights.
     pub weights: Weights,
-    /// Input pixels per invocation along x and y, then invocations along z.
+    /// Pixels per invocation along x and y, of whichever of the first input and the output is
+    /// smaller, then invocations along z.
     pub grid: [u32; 3],
+    /// Columns for which the kernel decides at once whether they are needed; `None` if it
+    /// computes all there is.
+    pub footprint: Option<u32>,
+    /// Whether it makes the max-pool of its output too.
+    pub pools: bool,
 }
 
 impl Variant {
@@ -38,16 +46,30 @@ impl Variant {
     #[must_use]
     pub fn plain(context: &Context, spec: KernelSpec, taps: &Taps<'_>) -> Self {
         let weights = Weights::Buffer(plain_buffer(context, taps));
-        Self { spec, weights, grid: [1, 1, taps.out_quads() as u32] }
+        Self { spec, weights, grid: [1, 1, taps.out_quads() as u32], footprint: None, pools: false }
     }
 
-    /// The generated code for CPU drivers.
+    /// For GPUs: a workgroup makes 16×16 pixels, each invocation 2×2, of one of `blocks` blocks
+    /// of output quads.
     #[must_use]
-    pub fn simd(context: &Context, shape: simd::Shape, taps: &Taps<'_>) -> Self {
-        let spec = simd::spec(shape, simd::quads_per_invocation(taps.outputs));
-        let weights = Weights::Texture(simd::pack(context, shape, taps));
-        let blocks = simd::blocks(shape, taps.outputs) as u32;
-        Self { spec, weights, grid: [simd::PIXELS, 1, blocks] }
+    pub fn tiled(spec: KernelSpec, weights: Weights, blocks: usize) -> Self {
+        let grid = [2, 2, blocks as u32];
+        Self { spec, weights, grid, footprint: Some(16), pools: false }
+    }
+
+    /// The generated code for CPU drivers; `weight` as in [`simd::pack`].
+    #[must_use]
+    pub fn simd(
+        context: &Context,
+        shape: simd::Shape,
+        outputs: usize,
+        steps: usize,
+        weight: impl Fn(usize, usize, usize, usize) -> f32,
+    ) -> Self {
+        let spec = simd::spec(shape, shape.quads(outputs));
+        let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
+        let grid = [shape.pixels(), 1, simd::blocks(shape, outputs) as u32];
+        Self { spec, weights, grid, footprint: Some(shape.pixels()), pools: false }
     }
 }
 
@@ -57,18 +79,18 @@ impl Convolution {
     pub fn new(
         context: &Context,
         variant: Variant,
-        bias: &[f32],
+        bias: wgpu::Buffer,
         constants: &[(&str, f64)],
     ) -> Self {
         let kernel = context.kernel(&variant.spec, constants);
-        let bias = bias_buffer(context, bias);
-        Self { kernel, weights: variant.weights, bias, grid: variant.grid }
+        let Variant { weights, grid, footprint, pools, .. } = variant;
+        Self { kernel, weights, bias, grid, footprint, pools }
     }
 }
 
-/// A kernel for [`Convolution`]: all bind the same four things.
+/// A kernel that is the readable definition: all bind the same four things.
 #[must_use]
-pub const fn spec(
+pub const fn plain_spec(
     name: &'static str,
     source: &'static str,
     overrides: &'static [&'static str],
@@ -84,20 +106,30 @@ pub const fn spec(
 }
 
 impl Operator for Convolution {
-    fn dispatch(
-        &self,
-        device: &wgpu::Device,
-        input: &GpuTensor,
-        output: &GpuTensor,
-    ) -> Option<Dispatch> {
+    fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch> {
         let weights = match &self.weights {
             Weights::Buffer(buffer) => buffer.as_entire_binding(),
             Weights::Texture(view) => wgpu::BindingResource::TextureView(view),
         };
-        let bias = self.bias.as_entire_binding();
-        let resources = [input.resource(), output.resource(), weights, bias];
+        let need = self.footprint.map(|footprint| io.need.buffer(device, footprint));
+        let mut resources: Vec<_> = io.inputs.iter().map(|input| input.resource()).collect();
+        resources.extend([io.output.resource(), weights, self.bias.as_entire_binding()]);
+        if let Some(need) = &need {
+            resources.push(wgpu::BindingResource::TextureView(io.need.map));
+            resources.push(need.as_entire_binding());
+        }
+        if self.pools {
+            resources.push(io.pooled.expect("a pooling convolution has two outputs").resource());
+        }
+        // A transposed convolution has an invocation per input pixel, all others per output.
         let [x, y, z] = self.grid;
-        let invocations = [input.width.div_ceil(x), input.height.div_ceil(y), z];
+        let width = io.inputs[0].width.min(io.output.width);
+        let height = io.inputs[0].height.min(io.output.height);
+        let invocations = [width.div_ceil(x), height.div_ceil(y), z];
         Some(self.kernel.dispatch(self.kernel.bind(device, &resources), invocations))
+    }
+
+    fn pools(&self) -> bool {
+        self.pools
     }
 }

@@ -1,6 +1,6 @@
 //! What the operators without weights share: a kernel bound to input and output.
 
-use super::{GpuTensor, Operator};
+use super::{Io, Operator};
 use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 
 /// A kernel that makes one output texel per invocation.
@@ -31,12 +31,8 @@ pub const fn spec(name: &'static str, source: &'static str) -> KernelSpec {
 }
 
 impl Operator for Elementwise {
-    fn dispatch(
-        &self,
-        device: &wgpu::Device,
-        input: &GpuTensor,
-        output: &GpuTensor,
-    ) -> Option<Dispatch> {
+    fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch> {
+        let (input, output) = (io.inputs[0], io.output);
         let group = self.kernel.bind(device, &[input.resource(), output.resource()]);
         Some(self.kernel.dispatch(group, [output.width, output.height, output.quads]))
     }

@@ -1,6 +1,7 @@
 //! The operators, one by one: what the host must know of each kernel, for the planner, the
 //! tests and the benches. Each has a shader and a CPU function of the same name.
 
+pub mod activity;
 pub mod autoexposure;
 pub mod concat;
 pub mod conv1x1;
@@ -8,17 +9,21 @@ pub mod conv3x3;
 pub mod conv_transpose;
 pub mod convolution;
 pub mod elementwise;
+pub mod head;
 pub mod input_process;
 pub mod max_pool;
+pub mod need;
 pub mod output_process;
 pub mod packing;
 pub mod sigmoid;
 pub mod simd;
 pub mod tile;
+pub mod up_conv;
 
+use self::need::Need;
 use crate::kernel::{Context, Dispatch, KernelSpec};
 use crate::model::{Op, Params};
-use crate::options::KernelSet;
+use crate::options::{KernelSet, Precision};
 
 /// A tensor on the GPU: texel `(x, y)` of array layer `q` holds channels `4q … 4q + 3`.
 #[derive(Clone, Debug)]
@@ -64,6 +69,13 @@ impl GpuTensor {
         Self { view, width: texture.width(), height: texture.height(), quads }
     }
 
+    /// Size in bytes.
+    #[must_use]
+    pub fn bytes(&self, precision: Precision) -> f64 {
+        let texels = f64::from(self.width) * f64::from(self.height) * f64::from(self.quads);
+        texels * precision.texel_bytes() as f64
+    }
+
     /// The view as what a bind group takes.
     #[must_use]
     pub fn resource(&self) -> wgpu::BindingResource<'_> {
@@ -81,34 +93,56 @@ pub fn channel_map(channels: usize) -> ChannelMap {
     (0..channels.next_multiple_of(4)).map(|c| (c < channels).then_some(c)).collect()
 }
 
-/// One layer's kernel with its weights, ready to be bound to tensors of any size.
-pub trait Operator: Send + Sync + std::fmt::Debug {
-    /// The call that makes `output` from `input`, or `None` where the planner has already
-    /// put the data in place.
-    fn dispatch(
-        &self,
-        device: &wgpu::Device,
-        input: &GpuTensor,
-        output: &GpuTensor,
-    ) -> Option<Dispatch>;
+/// What an operator is bound to.
+#[derive(Clone, Copy, Debug)]
+pub struct Io<'a> {
+    /// What it reads, in order.
+    pub inputs: &'a [&'a GpuTensor],
+    /// What it makes.
+    pub output: &'a GpuTensor,
+    /// Where the max-pool of the output goes, if the operator [pools](Operator::pools).
+    pub pooled: Option<&'a GpuTensor>,
+    /// Which part of the output must be made.
+    pub need: Need<'a>,
 }
 
-/// The operator of a layer. `map` says how the layer's input is stored; `params` are its
-/// weights, which every layer with [`Op::has_weights`] needs.
+/// One layer's kernel with its weights, ready to be bound to tensors of any size.
+pub trait Operator: Send + Sync + std::fmt::Debug {
+    /// The call that makes the output, or `None` where the planner has already put the data in
+    /// place.
+    ///
+    /// # Panics
+    /// If the operator pools and `io` has no place for it.
+    fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch>;
+
+    /// Whether the call also makes the max-pool of its output.
+    fn pools(&self) -> bool {
+        false
+    }
+}
+
+/// The operator of a layer; `pools` if nothing but a max-pool and later layers follow, which it
+/// may then include. `maps` say how each of the layer's inputs is stored; `params` are
+/// its weights, which every layer with [`Op::has_weights`] needs.
 #[must_use]
 pub fn build(
     context: &Context,
     kernels: KernelSet,
     op: Op,
     params: &Params,
-    map: &ChannelMap,
+    maps: &[&ChannelMap],
+    pools: bool,
 ) -> Box<dyn Operator> {
     match op {
-        Op::Conv3x3 { relu } => Box::new(conv3x3::conv3x3(context, kernels, params, map, relu)),
-        Op::ConvTranspose => {
-            Box::new(conv_transpose::conv_transpose(context, kernels, params, map))
+        Op::Conv3x3 { relu } => {
+            Box::new(conv3x3::conv3x3(context, kernels, params, maps[0], relu, pools))
         }
-        Op::Conv1x1 => Box::new(conv1x1::conv1x1(context, kernels, params, map)),
+        Op::UpConv { ups, relu } => {
+            let maps = [maps[0], maps[1]];
+            Box::new(up_conv::up_conv(context, kernels, params, maps, ups, relu))
+        }
+        Op::ConvTranspose => Box::new(conv_transpose::conv_transpose(context, params, maps[0])),
+        Op::Conv1x1 => Box::new(conv1x1::conv1x1(context, params, maps[0])),
         Op::MaxPool => Box::new(max_pool::max_pool(context)),
         Op::Sigmoid => Box::new(sigmoid::sigmoid(context)),
         Op::Concat => Box::new(concat::Concat),
@@ -120,9 +154,12 @@ pub fn build(
 pub fn all_specs() -> Vec<KernelSpec> {
     let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, input_process::SPEC, output_process::SPEC];
     specs.extend([autoexposure::BINS, autoexposure::REDUCE]);
-    specs.extend([conv3x3::PLAIN, conv3x3::TILED, conv_transpose::PLAIN, conv1x1::PLAIN]);
-    for out_quads in [1, 2, 3, 4] {
-        specs.extend(simd::Shape::ALL.map(|shape| simd::spec(shape, out_quads)));
+    specs.extend([activity::CLASSIFY, activity::SPREAD]);
+    specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
+    specs.extend([false, true].map(conv3x3::tiled_spec));
+    specs.extend([up_conv::TILED, head::SPEC]);
+    for shape in simd::Shape::ALL {
+        specs.extend(shape.all_quads().map(|out_quads| simd::spec(shape, out_quads)));
     }
     specs
 }

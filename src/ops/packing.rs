@@ -9,7 +9,8 @@ use crate::kernel::Context;
 pub struct Taps<'a> {
     /// Number of output channels.
     pub outputs: usize,
-    /// Number of taps: 9 for 3×3, 4 for the corners of a transposed 2×2, 1 for 1×1.
+    /// Number of taps: 9 for 3×3, 4 for the corners of a transposed 2×2, 1 for 1×1, 16 for a
+    /// 2×2 kernel by the parity of row and column.
     pub taps: usize,
     /// How the input is stored.
     pub map: &'a ChannelMap,
@@ -44,6 +45,23 @@ impl Taps<'_> {
     pub fn matrix(&self, out_quad: usize, in_quad: usize, tap: usize) -> [f32; 16] {
         std::array::from_fn(|i| self.at(out_quad * 4 + i % 4, in_quad * 4 + i / 4, tap))
     }
+
+    /// `[block of `quads` output quads][in_quad][tap][out_quad]` matrices, as the tiled kernels
+    /// read them.
+    #[must_use]
+    pub fn tiled(&self, blocks: usize, quads: usize) -> Vec<f32> {
+        let mut data = Vec::new();
+        for block in 0..blocks {
+            for (in_quad, tap) in
+                (0..self.in_quads()).flat_map(|i| (0..self.taps).map(move |t| (i, t)))
+            {
+                for quad in 0..quads {
+                    data.extend(self.matrix(block * quads + quad, in_quad, tap));
+                }
+            }
+        }
+        data
+    }
 }
 
 /// A read-only storage buffer.
@@ -56,11 +74,12 @@ pub fn storage_buffer(context: &Context, label: &str, data: &[f32]) -> wgpu::Buf
     })
 }
 
-/// The bias of every output channel, padded with zeros to a multiple of four.
+/// Rows of one bias per output channel, each padded with zeros to a multiple of four.
 #[must_use]
-pub fn bias_buffer(context: &Context, bias: &[f32]) -> wgpu::Buffer {
-    let mut padded = bias.to_vec();
-    padded.resize(bias.len().next_multiple_of(4), 0.0);
+pub fn bias_table(context: &Context, bias: &[f32], outputs: usize) -> wgpu::Buffer {
+    let padding = vec![0.0; outputs.next_multiple_of(4) - outputs];
+    let rows = bias.chunks_exact(outputs);
+    let padded: Vec<f32> = rows.flat_map(|row| row.iter().chain(&padding)).copied().collect();
     storage_buffer(context, "bias", &padded)
 }
 

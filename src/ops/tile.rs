@@ -38,7 +38,7 @@ impl Layout {
     }
 }
 
-/// The uniform `Tile` of `input_process.wgsl` and `output_process.wgsl`.
+/// The uniform `Tile` of `input_process.wgsl`, `activity.wgsl` and `output_process.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Tile {

@@ -1,6 +1,9 @@
 //! How far an output pixel sees: the tile overlap that makes tiling exact.
 
-use crate::model::{Network, Op};
+use crate::model::{INPUT, Network, Op};
+
+/// Pixels per side of the blocks that [`reach`] and the operator `activity` count in.
+pub const BLOCK: u32 = 16;
 
 /// Pixels that a tile must reach beyond what it stores, on every side, so that what it stores
 /// equals the whole image's result bit for bit. A multiple of the network's alignment.
@@ -9,25 +12,61 @@ use crate::model::{Network, Op};
 /// towards the input.
 #[must_use]
 pub fn halo(network: &Network) -> u32 {
-    let align = i64::from(network.alignment());
+    let align = network.alignment();
+    let (begin, end) = needed(network, 0..i64::from(align))[INPUT];
+    let reach = (-begin).max(end - i64::from(align)).max(0);
+    (reach as u32).next_multiple_of(align)
+}
+
+/// How many blocks of 16×16 pixels around a block of output each tensor must be right in, by
+/// [`TensorId`](crate::model::TensorId), diagonal steps included: what the output block needs of
+/// the tensor lies in the blocks up to that far away. Blocks are counted from a multiple of the
+/// network's alignment.
+#[must_use]
+pub fn reach(network: &Network) -> Vec<u32> {
+    // Where the alignment is more than a block, blocks differ in what they need.
+    let blocks = (0..i64::from(network.alignment().max(BLOCK))).step_by(BLOCK as usize);
+    let reaches = blocks.map(|first| reach_of(network, first));
+    reaches.reduce(|a, b| zip_max(&a, &b)).expect("there is a block")
+}
+
+/// [`reach`] of the block whose first pixel is `first`.
+fn reach_of(network: &Network, first: i64) -> Vec<u32> {
+    let last = first + i64::from(BLOCK);
+    let blocks = |((begin, end), level): ((i64, i64), u32)| {
+        let pixels = (first - (begin << level)).max((end << level) - last).max(0);
+        (pixels as u32).div_ceil(BLOCK)
+    };
+    let levels = network.shapes.iter().map(|shape| shape.level);
+    needed(network, first..last).into_iter().zip(levels).map(blocks).collect()
+}
+
+fn zip_max(a: &[u32], b: &[u32]) -> Vec<u32> {
+    a.iter().zip(b).map(|(a, b)| *a.max(b)).collect()
+}
+
+/// The interval of pixels that each tensor must have for an interval of output, each at its own
+/// level: the same along both axes.
+fn needed(network: &Network, output: std::ops::Range<i64>) -> Vec<(i64, i64)> {
     let mut needed = vec![(i64::MAX, i64::MIN); network.shapes.len()];
-    needed[network.output()] = (0, align);
+    needed[network.output()] = (output.start, output.end);
     for (i, layer) in network.layers.iter().enumerate().rev() {
         let (begin, end) = needed[i + 1];
-        let (begin, end) = match layer.op {
-            Op::Conv3x3 { .. } => (begin - 1, end + 1),
-            Op::MaxPool => (begin * 2, end * 2),
-            Op::ConvTranspose => (begin.div_euclid(2), (end + 1).div_euclid(2)),
-            Op::Concat | Op::Conv1x1 | Op::Sigmoid => (begin, end),
+        let around = (begin - 1, end + 1);
+        let below = |(begin, end): (i64, i64)| (begin.div_euclid(2), (end + 1).div_euclid(2));
+        let of_inputs = match layer.op {
+            Op::Conv3x3 { .. } => [around; 2],
+            Op::UpConv { .. } => [around, below(around)],
+            Op::MaxPool => [(begin * 2, end * 2); 2],
+            Op::ConvTranspose => [below((begin, end)); 2],
+            Op::Concat | Op::Conv1x1 | Op::Sigmoid => [(begin, end); 2],
         };
-        for &input in &layer.inputs {
+        for (&input, (begin, end)) in layer.inputs.iter().zip(of_inputs) {
             let seen = &mut needed[input];
             *seen = (seen.0.min(begin), seen.1.max(end));
         }
     }
-    let (begin, end) = needed[crate::model::INPUT];
-    let reach = (-begin).max(end - align).max(0);
-    (reach as u32).next_multiple_of(network.alignment())
+    needed
 }
 
 #[cfg(test)]
@@ -46,5 +85,41 @@ mod tests {
         // Two convs at full size (2), the aligned half size: begin −2 → −1, two convs: −3,
         // pooled from −6, two convs: −8; already a multiple of 2.
         assert_eq!(halo(&Network::unet(3, &[4, 4])), 8);
+    }
+
+    #[test]
+    fn blocks_that_a_network_of_one_level_reaches_by_hand() {
+        // Two convs, each one pixel further, so one block: input, conv, conv, 1×1, sigmoid.
+        assert_eq!(reach(&Network::unet(3, &[4])), [1, 1, 0, 0, 0]);
+    }
+
+    #[test]
+    fn blocks_that_the_thesis_network_reaches_by_hand() {
+        let network = Network::unet(9, &[4, 4, 4, 4, 4]);
+        let reach = reach(&network);
+        let of = |name: &str| {
+            let layer = network.layers.iter().position(|layer| layer.name == name);
+            reach[layer.expect("the layer exists") + 1]
+        };
+        // In pixels at full size: 0 and 2 in the last decoder level, then 2 · 2 + 2 = 6,
+        // 2 · 4 + 8 = 16, 2 · 8 + 16 = 32, each with the level above rounded out to whole pixels;
+        // 48 and 64 in the bottom; 64 + 16, 80 + 8, 88 + 4, 92 + 2 in the encoder.
+        let names = ["dec_conv0b", "dec_up0", "dec_up1", "dec_up2", "dec_up3", "mid_convb"];
+        assert_eq!(names.map(of), [0, 1, 1, 1, 2, 2]);
+        assert_eq!(["mid_conva", "pool3", "pool2", "pool1", "pool0"].map(of), [3, 4, 5, 6, 6]);
+        assert_eq!((reach[INPUT], halo(&network)), (6, 96));
+    }
+
+    #[test]
+    fn no_layer_reaches_further_than_what_it_reads() {
+        for widths in [&[4][..], &[4; 2], &[4; 3], &[4; 5], &[4; 6], &[4; 7]] {
+            let network = Network::unet(3, widths);
+            let reach = reach(&network);
+            for (i, layer) in network.layers.iter().enumerate() {
+                let nearer = layer.inputs.iter().all(|&input| reach[input] >= reach[i + 1]);
+                assert!(nearer, "{} of {widths:?}: {reach:?}", layer.name);
+            }
+            assert_eq!(reach[network.output()], 0);
+        }
     }
 }

@@ -42,7 +42,8 @@ pub(super) fn sanitize_color(v: f32) -> f64 {
     finite_or_zero(v).max(0.0)
 }
 
-fn encode_color(v: f32, input_scale: f32) -> f64 {
+/// A colour component in the network's numbers.
+pub(super) fn encode_color(v: f32, input_scale: f32) -> f64 {
     pu((sanitize_color(v) * f64::from(input_scale)).min(LARGEST))
 }
 

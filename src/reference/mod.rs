@@ -4,11 +4,13 @@
 //! definitions. It is itself tested against `PyTorch`. It is never made faster: each result
 //! is one sum in 64-bit floats, rounded once to 32 bits.
 
+mod activity;
 mod autoexposure;
 mod concat;
 mod conv1x1;
 mod conv3x3;
 mod conv_transpose;
+mod head;
 mod input_process;
 mod max_pool;
 pub mod network;
@@ -16,12 +18,15 @@ mod output_process;
 mod sigmoid;
 mod tensor;
 mod transfer_function;
+mod up_conv;
 
+pub use activity::activity;
 pub use autoexposure::autoexposure;
 pub use concat::concat;
 pub use conv_transpose::conv_transpose;
 pub use conv1x1::conv1x1;
 pub use conv3x3::conv3x3;
+pub use head::head;
 pub use input_process::input_process;
 pub use max_pool::max_pool;
 pub use network::run;
@@ -29,3 +34,4 @@ pub use output_process::output_process;
 pub use sigmoid::sigmoid;
 pub use tensor::Tensor;
 pub use transfer_function::{LARGEST, pu, pu_inverse};
+pub use up_conv::up_conv;

@@ -1,6 +1,6 @@
 //! The whole network, layer by layer.
 
-use super::{Tensor, concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid};
+use super::{Tensor, concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv};
 use crate::model::{INPUT, Layer, Network, Op, Params};
 
 /// Runs every layer of the table in order and returns what the last one makes.
@@ -26,14 +26,15 @@ pub fn run(network: &Network, params: impl Fn(&str) -> Params, input: &Tensor) -
 }
 
 fn run_layer(layer: &Layer, params: impl Fn(&str) -> Params, inputs: &[&Tensor]) -> Tensor {
-    let Params { weight, bias } =
-        if layer.op.has_weights() { params(&layer.name) } else { Params::default() };
+    let params = if layer.op.has_weights() { params(&layer.name) } else { Params::default() };
+    let Params { weight, bias } = &params;
     match layer.op {
-        Op::Conv3x3 { relu } => conv3x3(inputs[0], &weight, &bias, relu),
+        Op::Conv3x3 { relu } => conv3x3(inputs[0], weight, bias, relu),
         Op::MaxPool => max_pool(inputs[0]),
-        Op::ConvTranspose => conv_transpose(inputs[0], &weight, &bias),
+        Op::UpConv { ups, relu } => up_conv(inputs[0], inputs[1], &params, ups, relu),
+        Op::ConvTranspose => conv_transpose(inputs[0], weight, bias),
         Op::Concat => concat(inputs[0], inputs[1]),
-        Op::Conv1x1 => conv1x1(inputs[0], &weight, &bias),
+        Op::Conv1x1 => conv1x1(inputs[0], weight, bias),
         Op::Sigmoid => sigmoid(inputs[0]),
     }
 }

@@ -3,9 +3,12 @@
 use std::sync::OnceLock;
 
 use wgdenoise::kernel::Context;
-use wgdenoise::ops::{ChannelMap, GpuTensor, Operator, channel_map};
+use wgdenoise::ops::activity::LAYERS;
+use wgdenoise::ops::need::Need;
+use wgdenoise::ops::{ChannelMap, GpuTensor, Io, Operator, channel_map};
 use wgdenoise::reference::Tensor;
 use wgdenoise::{Gpu, KernelSet, Precision, wgpu};
+use wgpu::util::DeviceExt as _;
 
 use super::Tolerance;
 
@@ -18,11 +21,23 @@ pub(crate) fn kernel_sets() -> Vec<KernelSet> {
     found
 }
 
+/// Those of them that run the network with fused operators.
+pub(crate) fn fused_sets() -> Vec<KernelSet> {
+    kernel_sets().into_iter().filter(|&set| set != KernelSet::Plain).collect()
+}
+
 /// Every way in which an operator can run here.
 pub(crate) fn variants() -> Vec<(KernelSet, Precision)> {
-    let precisions = [Precision::F32, Precision::F16];
-    kernel_sets().into_iter().flat_map(|set| precisions.map(|p| (set, p))).collect()
+    variants_of(&kernel_sets())
 }
+
+/// Kernel sets in both precisions.
+pub(crate) fn variants_of(sets: &[KernelSet]) -> Vec<(KernelSet, Precision)> {
+    sets.iter().flat_map(|&set| PRECISIONS.map(|precision| (set, precision))).collect()
+}
+
+/// How tensors can be stored.
+pub(crate) const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
 
 /// Rounding of a sum of `terms` products of values in `[−1, 1]`. Partial sums grow like `√terms/3`,
 /// and so does the random walk of their roundings by half a unit `u`: `terms/3 · u` on average.
@@ -66,14 +81,77 @@ pub(crate) fn run(
     map: &ChannelMap,
     shape: [usize; 3],
 ) -> Tensor {
-    let input = upload(context, input, map);
+    let map_of_zero = activity_map(context, [1, 1], &[0]);
+    let everything = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
+    run_where(context, operator, &[(input, map)], shape, everything)
+}
+
+/// A map of activity whose layers all hold the same values.
+pub(crate) fn activity_map(
+    context: &Context,
+    [width, height]: [u32; 2],
+    distances: &[u32],
+) -> wgpu::TextureView {
+    let size = wgpu::Extent3d { width, height, depth_or_array_layers: LAYERS };
+    let texture = context.device.create_texture_with_data(
+        &context.queue,
+        &wgpu::TextureDescriptor {
+            label: None,
+            size,
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: wgpu::TextureFormat::R32Uint,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        },
+        wgpu::util::TextureDataOrder::LayerMajor,
+        bytemuck::cast_slice(&distances.repeat(LAYERS as usize)),
+    );
+    texture.create_view(&wgpu::TextureViewDescriptor {
+        dimension: Some(wgpu::TextureViewDimension::D2Array),
+        ..Default::default()
+    })
+}
+
+/// The result of an operator where it is needed, and −77 where it wrote nothing.
+pub(crate) fn run_where(
+    context: &Context,
+    operator: &dyn Operator,
+    inputs: &[(&Tensor, &ChannelMap)],
+    shape: [usize; 3],
+    need: Need<'_>,
+) -> Tensor {
+    let inputs: Vec<_> = inputs.iter().map(|(input, map)| upload(context, input, map)).collect();
+    let inputs: Vec<_> = inputs.iter().collect();
     let [channels, height, width] = shape;
     // What the kernel does not write stays visible.
     let unwritten = Tensor::from_fn(channels, height, width, |_, _, _| -77.0);
     let output = upload(context, &unwritten, &channel_map(channels));
-    let call = operator.dispatch(&context.device, &input, &output).expect("a kernel to run");
+    let io = Io { inputs: &inputs, output: &output, pooled: None, need };
+    let call = operator.dispatch(&context.device, &io).expect("a kernel to run");
     submit(context, |pass| call.record(pass));
     download(context, &output, &channel_map(channels))
+}
+
+/// Both results of an operator that pools.
+pub(crate) fn run_pooling(
+    context: &Context,
+    operator: &dyn Operator,
+    input: &Tensor,
+    [channels, height, width]: [usize; 3],
+) -> [Tensor; 2] {
+    let unwritten = |height, width| Tensor::from_fn(channels, height, width, |_, _, _| -77.0);
+    let map = channel_map(channels);
+    let input = upload(context, input, &channel_map(input.channels));
+    let [output, pooled] = [(height, width), (height / 2, width / 2)]
+        .map(|(height, width)| upload(context, &unwritten(height, width), &map));
+    let map_of_zero = activity_map(context, [1, 1], &[0]);
+    let need = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
+    let io = Io { inputs: &[&input], output: &output, pooled: Some(&pooled), need };
+    let call = operator.dispatch(&context.device, &io).expect("a kernel to run");
+    submit(context, |pass| call.record(pass));
+    [output, pooled].map(|tensor| download(context, &tensor, &map))
 }
 
 /// Runs a compute pass.
@@ -126,7 +204,6 @@ pub(crate) fn download(context: &Context, tensor: &GpuTensor, map: &ChannelMap) 
 
 /// A buffer for every use that a kernel or a copy can make of it.
 pub(crate) fn buffer(context: &Context, contents: &[u8]) -> wgpu::Buffer {
-    use wgpu::util::DeviceExt as _;
     context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: None,
         contents,

@@ -7,6 +7,7 @@ mod common;
 mod device;
 mod pass;
 mod shipped;
+mod skip;
 mod support;
 mod tiles;
 mod whole;

@@ -14,7 +14,7 @@ fn a_pass_in_the_callers_encoder_makes_the_same_bits_as_the_blocking_call() {
     let images = images(90, 70);
     let layouts = [Layout::packed(90), Layout::new(5, 371, 4)];
     let scales = [None, Some(0.7)];
-    let tiles = [None, Some(60)];
+    let tiles = [None, Some(80)];
     let sets = [Inputs::ALL, Inputs { albedo: false, normal: true }];
     let mut cases = Vec::new();
     for (layout, scale) in layouts.iter().flat_map(|&l| scales.map(|s| (l, s))) {

@@ -54,7 +54,7 @@ fn first_layer(weights: &Weights, kernels: KernelSet, input: &Tensor) -> Tensor 
     assert_eq!(readers.map(|l| l.name.as_str()).collect::<Vec<_>>(), ["enc_conv0a"]);
     let params = weights.params("enc_conv0a");
     let (context, map) = (context(Precision::F32), channel_map(input.channels));
-    let operator = conv3x3(context, kernels, &params, &map, true);
+    let operator = conv3x3(context, kernels, &params, &map, true, false);
     let shape = [params.bias.len(), input.height, input.width];
     crate::common::gpu::run(context, &operator, input, &map, shape)
 }

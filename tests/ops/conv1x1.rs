@@ -2,9 +2,9 @@ use proptest::prelude::*;
 use proptest::sample;
 use wgdenoise::model::Params;
 use wgdenoise::ops::{channel_map, conv1x1::conv1x1};
-use wgdenoise::{KernelSet, Precision, reference};
+use wgdenoise::{Precision, reference};
 
-use crate::common::gpu::{context, run, stored, sum_tolerance, variants};
+use crate::common::gpu::{PRECISIONS, context, run, stored, sum_tolerance};
 use crate::common::{Random, compare, run_cases};
 
 /// Channels in and out, rows and columns.
@@ -21,10 +21,9 @@ const CASES: [Case; 7] = [
 ];
 
 #[test]
-fn conv1x1_equals_the_reference_in_every_variant() {
-    let cases =
-        CASES.iter().flat_map(|case| variants().into_iter().map(|variant| (*case, variant)));
-    run_cases(cases, |&(case, variant)| check(case, variant));
+fn conv1x1_equals_the_reference_in_both_precisions() {
+    let cases = CASES.iter().flat_map(|case| PRECISIONS.map(|precision| (*case, precision)));
+    run_cases(cases, |&(case, precision)| check(case, precision));
 }
 
 proptest! {
@@ -32,20 +31,20 @@ proptest! {
     #[test]
     fn conv1x1_equals_the_reference_at_any_shape(
         case in (1_usize..40, 1_usize..40, 1_usize..20, 1_usize..40),
-        variant in sample::select(variants()),
+        precision in sample::select(&PRECISIONS[..]),
     ) {
-        check(case, variant).map_err(TestCaseError::fail)?;
+        check(case, precision).map_err(TestCaseError::fail)?;
     }
 }
 
-fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(), String> {
+fn check(case: Case, precision: Precision) -> Result<(), String> {
     let (inputs, outputs, height, width) = case;
     let mut random = Random::new(inputs as u64 * 1000 + outputs as u64);
     let weight = random.values(outputs * inputs);
     let params = Params { weight, bias: random.values(outputs) };
     let input = stored(&random.tensor(inputs, height, width), precision);
     let (context, map) = (context(precision), channel_map(inputs));
-    let operator = conv1x1(context, kernels, &params, &map);
+    let operator = conv1x1(context, &params, &map);
     let found = run(context, &operator, &input, &map, [outputs, height, width]);
     let expected = reference::conv1x1(&input, &params.weight, &params.bias);
     compare(&found, &expected, sum_tolerance(inputs, precision))

@@ -1,10 +1,14 @@
 use proptest::prelude::*;
 use proptest::sample;
 use wgdenoise::model::Params;
-use wgdenoise::ops::{channel_map, concat, conv3x3::conv3x3};
+use wgdenoise::ops::need::Need;
+use wgdenoise::ops::{Operator as _, channel_map, concat, conv3x3::conv3x3};
 use wgdenoise::{KernelSet, Precision, reference};
 
-use crate::common::gpu::{context, kernel_sets, run, stored, sum_tolerance, variants};
+use crate::common::gpu::{
+    PRECISIONS, activity_map, context, fused_sets, kernel_sets, run, run_pooling, run_where,
+    stored, sum_tolerance, variants, variants_of,
+};
 use crate::common::{Random, compare, run_cases};
 
 /// Channels in and out, rows, columns, ReLU.
@@ -53,7 +57,7 @@ fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(),
     let input = stored(&random.tensor(inputs, height, width), precision);
     let context = context(precision);
     let map = channel_map(inputs);
-    let operator = conv3x3(context, kernels, &params, &map, relu);
+    let operator = conv3x3(context, kernels, &params, &map, relu, false);
     let found = run(context, &operator, &input, &map, [outputs, height, width]);
     let expected = reference::conv3x3(&input, &params.weight, &params.bias, relu);
     compare(&found, &expected, sum_tolerance(inputs * 9, precision))
@@ -67,7 +71,7 @@ fn conv3x3_reads_a_concatenation_of_widths_that_are_no_multiples_of_four() {
         let params = Params { weight: random.values(10 * 11 * 9), bias: random.values(10) };
         let input = stored(&random.tensor(11, 9, 13), precision);
         let context = context(precision);
-        let operator = conv3x3(context, kernels, &params, &map, true);
+        let operator = conv3x3(context, kernels, &params, &map, true, false);
         let found = run(context, &operator, &input, &map, [10, 9, 13]);
         let expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
         compare(&found, &expected, sum_tolerance(11 * 9, precision))
@@ -81,7 +85,7 @@ fn sums_beyond_half_precision_saturate_instead_of_becoming_infinite() {
         let params = Params { weight: vec![1.0; 2 * 9], bias: vec![0.0] };
         let input = reference::Tensor::from_fn(2, 3, 3, |_, _, _| 6e4);
         let map = channel_map(2);
-        let operator = conv3x3(context, kernels, &params, &map, true);
+        let operator = conv3x3(context, kernels, &params, &map, true, false);
         let found = run(context, &operator, &input, &map, [1, 3, 3]);
         assert!(found.data.iter().all(|&v| v == 65504.0), "{kernels:?}: {:?}", found.data);
     }
@@ -96,7 +100,47 @@ fn a_kernel_with_wrong_weights_fails_the_comparison() {
     let input = random.tensor(4, 6, 6);
     let expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
     params.weight[40] += 0.01;
-    let operator = conv3x3(context, KernelSet::Auto, &params, &map, true);
+    let operator = conv3x3(context, KernelSet::Auto, &params, &map, true, false);
     let found = run(context, &operator, &input, &map, [4, 6, 6]);
     compare(&found, &expected, sum_tolerance(36, Precision::F32)).unwrap_err();
+}
+
+/// Blocks of 16×16 pixels at distances 1 and 2, in columns of two blocks.
+#[test]
+fn what_is_not_needed_is_left_as_it_was() {
+    let near_and_far = [1, 1, 2, 2, 1, 1, 2, 2];
+    run_cases(variants_of(&fused_sets()), |&(kernels, precision)| {
+        let mut random = Random::new(13);
+        let params = Params { weight: random.values(20 * 9 * 9), bias: random.values(20) };
+        let input = stored(&random.tensor(9, 32, 64), precision);
+        let (context, map) = (context(precision), channel_map(9));
+        let operator = conv3x3(context, kernels, &params, &map, true, false);
+        let activity = activity_map(context, [4, 2], &near_and_far);
+        let need = Need { map: &activity, level: 0, reach: 1 };
+        let found = run_where(context, &operator, &[(&input, &map)], [20, 32, 64], need);
+        let mut expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
+        for row in expected.data.chunks_exact_mut(64) {
+            row[32..].fill(-77.0);
+        }
+        compare(&found, &expected, sum_tolerance(81, precision))
+    });
+}
+
+#[test]
+fn with_a_max_pool_both_outputs_equal_the_references() {
+    let cases = [(3, 5, 2, 2), (16, 16, 32, 48), (8, 20, 18, 34), (5, 33, 6, 20)];
+    let precisions = cases.into_iter().flat_map(|case| PRECISIONS.map(|p| (case, p)));
+    run_cases(precisions, |&((inputs, outputs, height, width), precision)| {
+        let mut random = Random::new(inputs as u64);
+        let params =
+            Params { weight: random.values(outputs * inputs * 9), bias: random.values(outputs) };
+        let input = stored(&random.tensor(inputs, height, width), precision);
+        let (context, map) = (context(precision), channel_map(inputs));
+        let operator = conv3x3(context, KernelSet::Tiled, &params, &map, true, true);
+        assert!(operator.pools(), "the tiled variant should pool");
+        let found = run_pooling(context, &operator, &input, [outputs, height, width]);
+        let expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
+        compare(&found[0], &expected, sum_tolerance(inputs * 9, precision))?;
+        compare(&found[1], &reference::max_pool(&expected), sum_tolerance(inputs * 9, precision))
+    });
 }

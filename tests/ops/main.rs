@@ -3,12 +3,15 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod activity;
 mod autoexposure;
 mod concat;
 mod conv1x1;
 mod conv3x3;
 mod conv_transpose;
+mod head;
 mod input_process;
 mod max_pool;
 mod output_process;
 mod sigmoid;
+mod up_conv;

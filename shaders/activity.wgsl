@@ -1,0 +1,192 @@
+// Which blocks of a tile the network must work on, so that its layers can skip the others.
+// A block is 16×16 pixels of the image, counted from the tile's origin.
+//
+// `classify` marks the blocks that are clean: every pixel that lies in the image is finite and
+// not negative, and either all are the same, bit for bit, or the block bends nowhere by more
+// than T: along rows and columns |v(i − 1) − 2 v(i) + v(i + 1)| <= T in each channel, where v is
+// the colour as the network sees it. Empty background and gradients without noise are clean;
+// noise of a standard deviation of T/4 is not. Where the image ends inside a block, a side of
+// less than three pixels cannot bend, so such a block must be constant; and fewer than three
+// pixels say nothing. One block per invocation, left at the first pixel that is not clean.
+//
+// A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
+// map. Layer 0: how many blocks away, diagonal steps included, the nearest active block is; FAR
+// if there is none within `radius`. Layer m, texel (x, y): the least of layer 0 over the
+// 2^m × 2^m blocks from (x, y) · 2^m that exist; texels of no block are not written.
+
+alias MapOut = texture_storage_2d_array<r32uint, write>;
+
+struct Tile {
+    image_size: vec2<u32>,   // of the bound images, pixels
+    origin: vec2<u32>,       // the tile's first pixel in the bound images
+    begin: vec2<u32>,        // the pixels that output_process stores: from `begin`
+    end: vec2<u32>,          // up to and without `end`, in the bound images
+    color: vec4<u32>,        // offset, row stride, pixel stride, in elements
+    albedo: vec4<u32>,
+    normal: vec4<u32>,
+    output: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> tile: Tile;
+// Bits of f32: NaN and infinity are recognised before any float operation sees them.
+@group(0) @binding(1) var<storage, read> color: array<u32>;
+@group(0) @binding(2) var<storage, read> input_scale: f32;
+@group(0) @binding(3) var<storage, read_write> clean: array<u32>;   // 1 or 0, row by row
+@group(0) @binding(4) var map: MapOut;
+
+override radius: i32;        // how far `spread` looks, in blocks, below FAR
+override skip: bool;         // if not, no block counts as clean
+
+const BLOCK = 16u;           // pixels per side
+const FAR = 255u;
+const T = 1.0 / 1024.0;
+const LARGEST = 65504.0;     // what the transfer function maps to 1
+
+// The transfer function of input_process.wgsl.
+const A = 1.41283765e3;
+const B = 1.64593172;
+const C = 0.431384981;
+const D = -2.94139609e-3;
+const E = 0.192653254;
+const F = 6.26026094e-3;
+const G = 0.998620152;
+const Y0 = 1.57945760e-6;
+const Y1 = 3.22087631e-2;
+const SCALE = 1.0 / 3.13511904;
+
+fn transfer(y: vec3<f32>) -> vec3<f32> {
+    let middle = B * pow(y, vec3(C)) + D;
+    let bright = E * log(y + F) + G;
+    return SCALE * select(select(bright, middle, y <= vec3(Y1)), A * y, y <= vec3(Y0));
+}
+
+fn load(at: vec2<u32>) -> vec3<u32> {
+    let i = tile.color.x + at.y * tile.color.y + at.x * tile.color.z;
+    return vec3(color[i], color[i + 1u], color[i + 2u]);
+}
+
+// Finite and not negative: bits in the order of their values, up to infinity; or −0.
+fn valid(bits: vec3<u32>) -> bool {
+    return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
+}
+
+fn encode(bits: vec3<u32>) -> vec3<f32> {
+    return transfer(clamp(bitcast<vec3<f32>>(bits) * input_scale, vec3(0.0), vec3(LARGEST)));
+}
+
+fn constant(first: vec2<u32>, size: vec2<u32>) -> bool {
+    let bits = load(first);
+    for (var y = 0u; y < size.y; y++) {
+        for (var x = 0u; x < size.x; x++) {
+            if any(load(first + vec2(x, y)) != bits) {
+                return false;
+            }
+        }
+    }
+    return valid(bits);
+}
+
+// Whether a line of `count` pixels is valid and bends nowhere.
+fn straight(first: vec2<u32>, step: vec2<u32>, count: u32) -> bool {
+    var before = vec3(0.0);
+    var here = vec3(0.0);
+    for (var i = 0u; i < count; i++) {
+        let bits = load(first + i * step);
+        if !valid(bits) {
+            return false;
+        }
+        let after = encode(bits);
+        if i >= 2u && any(abs(before - 2.0 * here + after) > vec3(T)) {
+            return false;
+        }
+        before = here;
+        here = after;
+    }
+    return true;
+}
+
+fn smooth_lines(first: vec2<u32>, size: vec2<u32>) -> bool {
+    for (var y = 0u; y < size.y; y++) {
+        if !straight(first + vec2(0u, y), vec2(1u, 0u), size.x) {
+            return false;
+        }
+    }
+    for (var x = 0u; x < size.x; x++) {
+        if !straight(first + vec2(x, 0u), vec2(0u, 1u), size.y) {
+            return false;
+        }
+    }
+    return true;
+}
+
+fn is_clean(block: vec2<u32>) -> bool {
+    let first = tile.origin + block * BLOCK;
+    let size = min(first + BLOCK, tile.image_size) - min(first, tile.image_size);
+    if size.x * size.y < 3u {
+        return false;
+    }
+    return constant(first, size) || (all(size >= vec2(3u)) && smooth_lines(first, size));
+}
+
+@compute @workgroup_size(8, 8)
+fn classify(@builtin(global_invocation_id) id: vec3<u32>) {
+    let blocks = textureDimensions(map);
+    if any(id.xy >= blocks) {
+        return;
+    }
+    clean[id.y * blocks.x + id.x] = u32(skip && is_clean(id.xy));
+}
+
+fn is_active(block: vec2<i32>) -> bool {
+    let blocks = textureDimensions(map);
+    if any(block < vec2(0)) || any(block >= vec2<i32>(blocks)) {
+        return false;
+    }
+    let first = tile.origin + vec2<u32>(block) * BLOCK;
+    let stored = all(first + BLOCK > tile.begin) && all(first < tile.end);
+    return stored && clean[u32(block.y) * blocks.x + u32(block.x)] == 0u;
+}
+
+// Ring by ring, so that an active block is done at once.
+fn distance_to_active(block: vec2<i32>) -> u32 {
+    for (var d = 0; d <= radius; d++) {
+        for (var i = -d; i <= d; i++) {
+            if is_active(block + vec2(i, -d)) || is_active(block + vec2(i, d))
+                || is_active(block + vec2(-d, i)) || is_active(block + vec2(d, i)) {
+                return u32(d);
+            }
+        }
+    }
+    return FAR;
+}
+
+const LAYERS = 5u;
+const SIDE = 16u;            // blocks per side of a workgroup: one texel of the last layer
+var<workgroup> nearest: array<u32, SIDE * SIDE>;
+
+@compute @workgroup_size(16, 16)
+fn spread(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) cell: u32,
+) {
+    // A block that does not exist is far, which no minimum sees.
+    let exists = all(id.xy < textureDimensions(map));
+    nearest[cell] = FAR;
+    if exists {
+        nearest[cell] = distance_to_active(vec2<i32>(id.xy));
+        textureStore(map, id.xy, 0, vec4(nearest[cell]));
+    }
+    for (var layer = 1u; layer < LAYERS; layer++) {
+        workgroupBarrier();
+        let half = 1u << (layer - 1u);
+        if all(local.xy % (2u * half) == vec2(0u)) {
+            let upper = min(nearest[cell], nearest[cell + half]);
+            let lower = min(nearest[cell + SIDE * half], nearest[cell + SIDE * half + half]);
+            nearest[cell] = min(upper, lower);
+            if exists {
+                textureStore(map, id.xy >> vec2(layer), layer, vec4(nearest[cell]));
+            }
+        }
+    }
+}

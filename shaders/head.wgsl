@@ -1,0 +1,93 @@
+// The end of the network in one kernel: 1×1 convolution, sigmoid, inverse transfer function,
+// exposure taken back, crop, store. Clean blocks get their input instead. One pixel of the tile
+// per invocation. Equals conv1x1.wgsl, sigmoid.wgsl and output_process.wgsl one after the other.
+
+alias TensorIn = texture_storage_2d_array<rgba32float, read>;
+
+struct Tile {
+    image_size: vec2<u32>,   // of the bound images, pixels
+    origin: vec2<u32>,       // the tile's first pixel in the bound images
+    begin: vec2<u32>,        // the pixels to store: from `begin`
+    end: vec2<u32>,          // up to and without `end`, in the bound images
+    color: vec4<u32>,        // offset, row stride, pixel stride, in elements
+    albedo: vec4<u32>,
+    normal: vec4<u32>,
+    output: vec4<u32>,
+}
+
+@group(0) @binding(0) var<uniform> tile: Tile;
+@group(0) @binding(1) var input: TensorIn;
+// Row = input quad, texel = input channel of it: what that channel adds to the outputs. The row
+// after the last quad begins with the bias.
+@group(0) @binding(2) var weights: texture_storage_2d_array<rgba32float, read>;
+@group(0) @binding(3) var<storage, read> input_scale: f32;
+// Whether each 16×16 block of the tile is clean, row by row.
+@group(0) @binding(4) var<storage, read> clean: array<u32>;
+@group(0) @binding(5) var<storage, read> color: array<f32>;
+@group(0) @binding(6) var<storage, read_write> output: array<f32>;
+
+// The inverse of the transfer function in input_process.wgsl.
+const A = 1.41283765e3;
+const B = 1.64593172;
+const C = 0.431384981;
+const D = -2.94139609e-3;
+const E = 0.192653254;
+const F = 6.26026094e-3;
+const G = 0.998620152;
+const X0 = 2.23151711e-3;
+const X1 = 0.370974749;
+const SCALE = 1.0 / 3.13511904;
+const BLOCK = 16u;
+
+fn inverse_transfer(encoded: f32) -> f32 {
+    let x = encoded / SCALE;
+    let middle = pow(max((x - D) / B, 0.0), 1.0 / C);
+    let bright = exp((x - G) / E) - F;
+    return max(select(select(bright, middle, x <= X1), x / A, x <= X0), 0.0);
+}
+
+fn is_clean(pixel: vec2<u32>) -> bool {
+    let block = pixel / BLOCK;
+    return clean[block.y * (textureDimensions(input).x / BLOCK) + block.x] != 0u;
+}
+
+fn element(at: vec2<u32>, place: vec4<u32>) -> u32 {
+    return place.x + at.y * place.y + at.x * place.z;
+}
+
+// Stores what the sums of the 1×1 convolution at a pixel of the tile come to.
+fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
+    let at = tile.origin + vec2<u32>(pixel);
+    if any(at < tile.begin) || any(at >= tile.end) {
+        return;
+    }
+    let i = element(at, tile.output);
+    if is_clean(vec2<u32>(pixel)) {
+        let noisy = element(at, tile.color);
+        output[i] = color[noisy];
+        output[i + 1u] = color[noisy + 1u];
+        output[i + 2u] = color[noisy + 2u];
+        return;
+    }
+    let bias = textureLoad(weights, vec2(0, i32(textureNumLayers(input))), 0);
+    // Beyond ±30 the sigmoid is within 1e-13 of 0 or 1, and exp stays far from overflow.
+    let x = clamp(sums + bias, vec4(-30.0), vec4(30.0));
+    let encoded = 1.0 / (1.0 + exp(-x));
+    output[i] = inverse_transfer(encoded.x) / input_scale;
+    output[i + 1u] = inverse_transfer(encoded.y) / input_scale;
+    output[i + 2u] = inverse_transfer(encoded.z) / input_scale;
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    let pixel = vec2<i32>(id.xy);
+    var sums = vec4<f32>();
+    for (var quad = 0; quad < i32(textureNumLayers(input)); quad++) {
+        let value = textureLoad(input, pixel, quad);
+        sums += textureLoad(weights, vec2(0, quad), 0) * value.x;
+        sums += textureLoad(weights, vec2(1, quad), 0) * value.y;
+        sums += textureLoad(weights, vec2(2, quad), 0) * value.z;
+        sums += textureLoad(weights, vec2(3, quad), 0) * value.w;
+    }
+    finish(pixel, sums);
+}

@@ -1,0 +1,101 @@
+//! The network with fewer layers: what stands between two kernels that can be one is left out.
+//! Exact up to rounding.
+
+use std::collections::BTreeMap;
+
+use super::topology::{Layer, Network, Op, TensorId};
+use super::{Params, Weights};
+
+/// A network whose layers are each one kernel.
+#[derive(Clone, Debug)]
+pub struct Fused {
+    /// The layers up to the last 3×3 convolution, each decoder level begun by an [`Op::UpConv`].
+    pub network: Network,
+    /// Weights and biases by layer.
+    pub params: BTreeMap<String, Params>,
+    /// Those of the last layer, a 1×1 convolution, whose result the sigmoid turns into the image.
+    pub head: Params,
+}
+
+impl Fused {
+    /// Fuses transposed convolution, concat and 3×3 convolution, and takes off the head.
+    ///
+    /// # Panics
+    /// If the network does not end with a 1×1 convolution and a sigmoid, as all do that a
+    /// weights file can name.
+    #[must_use]
+    pub fn new(weights: &Weights) -> Self {
+        let network = weights.network();
+        let [body @ .., head, last] = &network.layers[..] else { panic!("a network has an end") };
+        assert!((head.op, last.op) == (Op::Conv1x1, Op::Sigmoid), "{head:?}, {last:?}");
+        let mut fused = Self {
+            network: Network { layers: Vec::new(), shapes: vec![network.shapes[0]] },
+            params: BTreeMap::new(),
+            head: weights.params(&head.name),
+        };
+        let mut place = vec![0; network.shapes.len()];
+        let mut i = 0;
+        while i < body.len() {
+            let (layer, params, count) = match up_conv(network, weights, i) {
+                Some((layer, params)) => (layer, params, 3),
+                None => (body[i].clone(), weights.params(&body[i].name), 1),
+            };
+            i += count;
+            fused.push(layer, params, &place, network.shapes[i]);
+            place[i] = fused.network.output();
+        }
+        fused
+    }
+
+    fn push(&mut self, mut layer: Layer, params: Params, place: &[TensorId], shape: super::Shape) {
+        layer.inputs.iter_mut().for_each(|input| *input = place[*input]);
+        self.params.insert(layer.name.clone(), params);
+        self.network.layers.push(layer);
+        self.network.shapes.push(shape);
+    }
+}
+
+/// The three layers from `i` on as one, if they are transposed convolution, concat and 3×3
+/// convolution.
+fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<(Layer, Params)> {
+    let [up, concat, conv, ..] = &network.layers[i..] else { return None };
+    let Op::Conv3x3 { relu } = conv.op else { return None };
+    if up.op != Op::ConvTranspose || concat.op != Op::Concat || concat.inputs[1] != i + 1 {
+        return None;
+    }
+    let (mut params, of_conv) = (weights.params(&up.name), weights.params(&conv.name));
+    let op = Op::UpConv { ups: params.bias.len(), relu };
+    params.weight.extend(of_conv.weight);
+    params.bias.extend(of_conv.bias);
+    let inputs = vec![concat.inputs[0], up.inputs[0]];
+    Some((Layer { name: conv.name.clone(), op, inputs }, params))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::model::Quality;
+
+    #[test]
+    fn the_thesis_network_has_18_convolutions_and_4_pools() {
+        let fused = Fused::new(&Weights::builtin(Quality::Fast).unwrap());
+        let count = |op: fn(Op) -> bool| fused.network.layers.iter().filter(|l| op(l.op)).count();
+        assert_eq!(count(|op| matches!(op, Op::Conv3x3 { .. })), 14);
+        assert_eq!(count(|op| matches!(op, Op::UpConv { .. })), 4);
+        assert_eq!(count(|op| op == Op::MaxPool), 4);
+        assert_eq!(fused.network.layers.len(), 22);
+        assert_eq!(fused.head.bias.len(), 3);
+    }
+
+    #[test]
+    fn layers_read_the_same_tensors_as_before() {
+        let weights = Weights::builtin(Quality::Fast).unwrap();
+        let fused = Fused::new(&weights).network;
+        let made_by = |network: &Network, tensor: TensorId| {
+            tensor.checked_sub(1).map(|i| network.layers[i].name.clone())
+        };
+        let skip = fused.layers.iter().find(|l| l.name == "dec_conv1a").unwrap();
+        let sources: Vec<_> = skip.inputs.iter().map(|&t| made_by(&fused, t).unwrap()).collect();
+        assert_eq!(sources, ["enc_conv1b", "dec_conv2b"]);
+    }
+}

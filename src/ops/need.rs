@@ -1,0 +1,82 @@
+//! Which part of a tensor must be computed, as a convolution asks for it.
+//!
+//! The activity map holds for each block of 16×16 pixels of the tile how many blocks it is away
+//! from one that the result needs. A convolution runs where that is at most its layer's
+//! reach; elsewhere its output is left as it was, since nothing that is stored depends on it.
+
+use wgpu::util::DeviceExt as _;
+
+use super::activity::LAYERS;
+use crate::kernel::Binding;
+use crate::plan::halo::BLOCK;
+
+/// What a layer needs to know.
+#[derive(Clone, Copy, Debug)]
+pub struct Need<'a> {
+    /// The activity map.
+    pub map: &'a wgpu::TextureView,
+    /// Both sides of the tensor are the tile's divided by `2^level`.
+    pub level: u32,
+    /// How many blocks around a needed one the layer must compute.
+    pub reach: u32,
+}
+
+/// The uniform `Need` of the convolutions.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct NeedUniform {
+    /// Layer of the map.
+    pub layer: u32,
+    /// Texel of the map = pixel of the tensor `>> shift`.
+    pub shift: u32,
+    /// Largest distance at which to compute.
+    pub reach: u32,
+    padding: u32,
+}
+
+/// [`NeedUniform`] as a kernel binds it.
+pub const UNIFORM: Binding =
+    Binding::Uniform { bytes: size_of::<NeedUniform>() as u64, dynamic: false };
+
+impl Need<'_> {
+    /// The uniform for a kernel that decides at once about `footprint` columns of the tensor, a
+    /// power of two, and as many rows or fewer.
+    #[must_use]
+    pub fn buffer(&self, device: &wgpu::Device, footprint: u32) -> wgpu::Buffer {
+        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+            label: Some("need"),
+            contents: bytemuck::bytes_of(&uniform(self.level, self.reach, footprint)),
+            usage: wgpu::BufferUsages::UNIFORM,
+        })
+    }
+}
+
+/// Chooses the layer of the map in which one texel covers the footprint.
+fn uniform(level: u32, reach: u32, footprint: u32) -> NeedUniform {
+    let covered = (footprint.ilog2() + level).max(BLOCK.ilog2());
+    let layer = covered - BLOCK.ilog2();
+    // Deeper networks than the map has layers for compute all of their lowest levels.
+    if layer >= LAYERS {
+        return NeedUniform { layer: 0, shift: 31, reach: u32::MAX, padding: 0 };
+    }
+    NeedUniform { layer, shift: covered - level, reach, padding: 0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_texel_of_the_map_covers_the_footprint() {
+        let view = |level, footprint: u32| {
+            let NeedUniform { layer, shift, .. } = uniform(level, 1, footprint);
+            // Pixels of the tensor per texel, and the same in pixels of the image.
+            assert_eq!((1 << shift) << level, BLOCK << layer, "level {level}");
+            assert!(1 << shift >= footprint, "level {level}");
+            (layer, shift)
+        };
+        assert_eq!([view(0, 4), view(2, 4), view(3, 4)], [(0, 4), (0, 2), (1, 2)]);
+        assert_eq!([view(0, 16), view(4, 16)], [(0, 4), (4, 4)]);
+        assert_eq!(uniform(5, 1, 16).reach, u32::MAX);
+    }
+}

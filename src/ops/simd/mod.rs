@@ -1,0 +1,134 @@
+//! Convolutions as straight-line code for CPU drivers such as lavapipe.
+//!
+//! llvmpipe runs eight invocations in the lanes of one vector. A weight that every lane needs
+//! is cheapest when each lane loads a different one and `subgroupBroadcast` with a constant
+//! lane hands them round; accumulators are cheapest as separate variables. WGSL has neither
+//! unrolling nor templates, so [`text`] writes the code. The plain kernels remain the
+//! definition, and the tests hold every generated variant against the same references.
+//!
+//! Each invocation makes a few pixels of a row and `4 · out_quads` output channels. Reads
+//! outside of a tensor rely on the driver to give 0, which lavapipe does and the border cases
+//! of the tests confirm; on GPUs the tiled kernels run instead. Writes outside do nothing, as
+//! WGSL demands.
+
+mod text;
+mod walk;
+
+use self::walk::Walk;
+use super::packing::weight_texture;
+use crate::kernel::{Binding, Context, KernelSpec};
+
+/// What the generated kernel computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shape {
+    /// [`super::conv3x3`].
+    Conv3x3,
+    /// [`super::up_conv`].
+    UpConv,
+    /// [`super::head`].
+    Head,
+}
+
+/// Invocations that share a set of weights: the subgroup of llvmpipe with 256-bit vectors, its
+/// default on today's CPUs. Smaller ones must run another variant.
+pub const LANES: u32 = 8;
+
+impl Shape {
+    /// All shapes.
+    pub const ALL: [Self; 3] = [Self::Conv3x3, Self::UpConv, Self::Head];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Conv3x3 => "conv3x3",
+            Self::UpConv => "up_conv",
+            Self::Head => "head",
+        }
+    }
+
+    /// Pixels of a row that one invocation makes. The more there are, the fewer broadcasts each
+    /// costs; half as many channels keep the accumulators as few.
+    #[must_use]
+    pub fn pixels(self) -> u32 {
+        if self == Self::UpConv { 8 } else { 4 }
+    }
+
+    /// Output quads per invocation for a layer: as many as the registers hold, or fewer.
+    #[must_use]
+    pub fn quads(self, outputs: usize) -> usize {
+        let most = if self == Self::UpConv { 2 } else { 4 };
+        outputs.div_ceil(4).min(most)
+    }
+
+    /// Every number of output quads that [`quads`](Self::quads) can give.
+    #[must_use]
+    pub fn all_quads(self) -> std::ops::RangeInclusive<usize> {
+        match self {
+            Self::Conv3x3 => 1..=4,
+            Self::UpConv => 1..=2,
+            Self::Head => 1..=1,
+        }
+    }
+
+    /// What it reads, source by source.
+    fn walks(self) -> &'static [Walk] {
+        match self {
+            Self::Conv3x3 => &[walk::ROWS],
+            Self::UpConv => &[walk::SKIP, walk::LOW],
+            Self::Head => &[walk::POINT],
+        }
+    }
+}
+
+/// The generated kernel.
+#[must_use]
+pub fn spec(shape: Shape, out_quads: usize) -> KernelSpec {
+    let bindings: &[Binding] = match shape {
+        Shape::Conv3x3 => &super::conv3x3::SIMD_BINDINGS,
+        Shape::UpConv => &super::up_conv::SIMD_BINDINGS,
+        Shape::Head => &super::head::BINDINGS,
+    };
+    let overrides: &[&str] = match shape {
+        Shape::Conv3x3 | Shape::UpConv => &["largest", "relu"],
+        Shape::Head => &[],
+    };
+    KernelSpec {
+        name: format!("{}_simd{}", shape.name(), out_quads * 4).into(),
+        source: text::source(shape, out_quads).into(),
+        entry: "main",
+        bindings,
+        overrides,
+        workgroup: [LANES, 1, 1],
+    }
+}
+
+/// Invocations along z: blocks of `4 · quads` output channels.
+#[must_use]
+pub fn blocks(shape: Shape, outputs: usize) -> usize {
+    outputs.div_ceil(4 * shape.quads(outputs))
+}
+
+/// The weights as the generated kernel reads them: layer = block, row = step (kernel row ×
+/// input quad, walk after walk), texel = (tap × input channel × output quad), padded to whole
+/// lanes. `weight` has the value for a step, a tap, a channel of the step's quad and an output.
+#[must_use]
+pub fn pack(
+    context: &Context,
+    shape: Shape,
+    outputs: usize,
+    steps: usize,
+    weight: impl Fn(usize, usize, usize, usize) -> f32,
+) -> wgpu::TextureView {
+    let (quads, blocks) = (shape.quads(outputs), blocks(shape, outputs));
+    let taps = shape.walks().iter().map(|walk| walk.taps).max().unwrap_or(0);
+    let width = (taps * 4 * quads).next_multiple_of(LANES as usize);
+    let mut texels = vec![0.0; blocks * steps * width * 4];
+    for (i, texel) in texels.chunks_exact_mut(4).enumerate() {
+        let (x, step, block) = (i % width, i / width % steps, i / width / steps);
+        let (tap, channel, quad) = (x / quads / 4, x / quads % 4, x % quads);
+        let first = (block * quads + quad) * 4;
+        for (output, value) in (first..outputs).zip(texel).filter(|_| tap < taps) {
+            *value = weight(step, tap, channel, output);
+        }
+    }
+    weight_texture(context, [width as u32, steps as u32, blocks as u32], &texels)
+}

@@ -1,0 +1,101 @@
+//! The start of a decoder level in one kernel: transposed convolution of the low-resolution
+//! tensor, concatenation behind the skip, 3×3 convolution, bias and ReLU.
+//!
+//! Nothing non-linear stands between the two convolutions, so they are one: of the 3×3
+//! upsampled pixels around an output pixel, some lie in the same low-resolution pixel, and what
+//! is left is a 2×2 convolution whose weights depend on whether the output's row and column are
+//! even or odd: 4 products per pair of channels where there were 9, and no tensor in between. The
+//! transposed convolution's bias passes the 3×3 taps too, except where they see the zero
+//! padding, hence a bias for each of the 3×3 places at the border.
+
+mod fold;
+
+use self::fold::Folded;
+use super::convolution::{Convolution, Variant, Weights};
+use super::packing::{Taps, bias_table, storage_buffer};
+use super::{ChannelMap, need, simd};
+use crate::kernel::{Binding, Context, KernelSpec};
+use crate::model::Params;
+use crate::options::KernelSet;
+
+/// What the generated variant binds.
+pub const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
+
+/// The variant for GPUs.
+pub const TILED: KernelSpec = KernelSpec {
+    name: std::borrow::Cow::Borrowed("up_conv_tiled"),
+    source: std::borrow::Cow::Borrowed(include_str!("../../../shaders/up_conv_tiled.wgsl")),
+    entry: "main",
+    bindings: &bindings(Binding::Buffer),
+    overrides: &["largest", "relu"],
+    workgroup: [8, 8, 1],
+};
+
+const fn bindings(weights: Binding) -> [Binding; 7] {
+    let tensors = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
+    let [skip, low, output] = tensors;
+    [skip, low, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
+}
+
+/// Output quads of one invocation of the tiled variant.
+const TILED_QUADS: usize = 4;
+
+/// The operator for the skip and the low-resolution tensor, which are stored as `maps` say.
+/// `params` are those of the transposed convolution to `ups` channels, `[low][up][2][2]`,
+/// followed by those of the 3×3 convolution, `[output][skip, then up][3][3]`; biases likewise.
+#[must_use]
+pub fn up_conv(
+    context: &Context,
+    kernels: KernelSet,
+    params: &Params,
+    maps: [&ChannelMap; 2],
+    ups: usize,
+    relu: bool,
+) -> Convolution {
+    let [skips, lows] = maps.map(|map| map.iter().flatten().count());
+    let folded = Folded::new(params, skips, lows, ups);
+    let skip = |o: usize, i: usize, tap: usize| folded.skip[(o * skips + i) * 9 + tap];
+    let low = |o: usize, i: usize, tap: usize| folded.low[(o * 16 + tap) * lows + i];
+    let outputs = folded.outputs;
+    let skip = Taps { outputs, taps: 9, map: maps[0], weight: &skip };
+    let low = Taps { outputs, taps: 16, map: maps[1], weight: &low };
+    let variant = match kernels.resolve(&context.device) {
+        KernelSet::Simd => generated(context, &skip, &low),
+        _ => tiled(context, &skip, &low),
+    };
+    let constants = [("largest", context.precision.largest()), ("relu", f64::from(u8::from(relu)))];
+    let bias = bias_table(context, &folded.bias, outputs);
+    Convolution::new(context, variant, bias, &constants)
+}
+
+/// Rows of weights: the skip's steps, then the low-resolution ones of even and of odd rows.
+fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
+    let (skip_quads, low_quads) = (skip.in_quads(), low.in_quads());
+    let weight = |step: usize, tap: usize, channel: usize, output: usize| {
+        let Some(step) = step.checked_sub(3 * skip_quads) else {
+            let stored = step % skip_quads * 4 + channel;
+            // The fourth tap belongs to the other steps.
+            return if tap < 3 {
+                skip.at(output, stored, step / skip_quads * 3 + tap)
+            } else {
+                0.0
+            };
+        };
+        let (rows, stored) = (step / low_quads, step % low_quads * 4 + channel);
+        let [y, row] = [rows / 2, rows % 2];
+        let [x, column] = [tap / 2, tap % 2];
+        low.at(output, stored, ((y * 2 + x) * 2 + row) * 2 + column)
+    };
+    let steps = 3 * skip_quads + 4 * low_quads;
+    Variant::simd(context, simd::Shape::UpConv, skip.outputs, steps, weight)
+}
+
+/// `[block][skip quad][9 taps][4 output quads]` matrices, then the same of the low-resolution
+/// tensor with its 16 taps.
+fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
+    let blocks = skip.out_quads().div_ceil(TILED_QUADS);
+    let data: Vec<f32> =
+        [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
+    let weights = Weights::Buffer(storage_buffer(context, "weights", &data));
+    Variant::tiled(TILED, weights, blocks)
+}

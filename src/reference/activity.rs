@@ -1,0 +1,201 @@
+//! Which blocks of an image a network must work on, and how far the others are from those.
+
+use super::input_process::encode_color;
+use crate::image::Image;
+use crate::plan::tiles::Placed;
+
+/// Pixels per side of a block.
+const BLOCK: usize = 16;
+/// The most that a clean block bends, in the network's numbers.
+const T: f64 = 1.0 / 1024.0;
+/// The distance where no active block is within the radius.
+const FAR: u32 = 255;
+/// Layer `m` of the map has one value for `2^m × 2^m` blocks.
+const LAYERS: u32 = 5;
+
+/// What is known of a tile's blocks.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Activity {
+    /// Whether each block is clean, row by row.
+    pub clean: Vec<bool>,
+    /// The map's layers, each with its rows of distances.
+    pub map: Vec<Vec<Vec<u32>>>,
+}
+
+/// The blocks of a tile of `size` pixels, width first, a multiple of 16, placed in an image.
+///
+/// A block is clean if the pixels that lie in the image are finite and not negative, and either
+/// are at least three and all the same, bit for bit; or at least three in both directions with
+/// no second difference above 1/1024 along rows and columns, in each channel, once encoded for
+/// the network. A block is active if it is not clean and has pixels that the tile stores.
+/// Without `skip` no block is clean.
+///
+/// The map's first layer has the distance from each block to the nearest active one, diagonal
+/// steps included, or 255 if that is above `radius`; layer `m` the least of `2^m × 2^m` blocks.
+#[must_use]
+pub fn activity(
+    color: &Image,
+    input_scale: f32,
+    placed: &Placed,
+    size: [u32; 2],
+    radius: u32,
+    skip: bool,
+) -> Activity {
+    let [columns, rows] = size.map(|side| side as usize / BLOCK);
+    let blocks = || (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
+    let is_clean = |block| skip && is_clean(&pixels(color, placed, block), input_scale);
+    let clean: Vec<bool> = blocks().map(is_clean).collect();
+    let is_active = |&[x, y]: &[usize; 2]| !clean[y * columns + x] && stores(placed, [x, y]);
+    let active: Vec<_> = blocks().filter(is_active).collect();
+    let distances = (0..rows)
+        .map(|y| (0..columns).map(|x| distance([x, y], &active, radius)).collect::<Vec<_>>())
+        .collect::<Vec<_>>();
+    Activity { map: (0..LAYERS).map(|layer| least(&distances, 1 << layer)).collect(), clean }
+}
+
+/// The rows of a block's pixels that lie in the image.
+fn pixels(color: &Image, placed: &Placed, block: [usize; 2]) -> Vec<Vec<[f32; 3]>> {
+    let [left, top] = first(placed, block);
+    let rows = (0..color.height()).skip(top).take(BLOCK);
+    rows.map(|y| color.row(y).iter().skip(left).take(BLOCK).copied().collect()).collect()
+}
+
+/// A block's first pixel in the image.
+fn first(placed: &Placed, block: [usize; 2]) -> [usize; 2] {
+    [0, 1].map(|axis| placed.origin[axis] as usize + block[axis] * BLOCK)
+}
+
+fn stores(placed: &Placed, block: [usize; 2]) -> bool {
+    let first = first(placed, block);
+    (0..2).all(|axis| {
+        let stored = placed.stores.begin[axis] as usize..placed.stores.end[axis] as usize;
+        (first[axis]..first[axis] + BLOCK).any(|pixel| stored.contains(&pixel))
+    })
+}
+
+fn is_clean(rows: &[Vec<[f32; 3]>], input_scale: f32) -> bool {
+    let all: Vec<f32> = rows.iter().flatten().flatten().copied().collect();
+    let valid = all.iter().all(|&v| v.is_finite() && v >= 0.0);
+    let same = all.chunks(3).all(|p| p.iter().zip(&all).all(|(a, b)| a.to_bits() == b.to_bits()));
+    let columns = rows.first().map_or(0, Vec::len);
+    let wide = rows.len() >= 3 && columns >= 3;
+    let enough = all.len() / 3 >= 3;
+    valid && (enough && same || wide && !bends(rows, input_scale))
+}
+
+fn bends(rows: &[Vec<[f32; 3]>], input_scale: f32) -> bool {
+    let v = |x: usize, y: usize, c: usize| encode_color(rows[y][x][c], input_scale);
+    let (width, height) = (rows[0].len(), rows.len());
+    let along_rows = |y: usize, c: usize| {
+        (2..width).any(|x| (v(x - 2, y, c) - 2.0 * v(x - 1, y, c) + v(x, y, c)).abs() > T)
+    };
+    let along_columns = |x: usize, c: usize| {
+        (2..height).any(|y| (v(x, y - 2, c) - 2.0 * v(x, y - 1, c) + v(x, y, c)).abs() > T)
+    };
+    (0..3).any(|c| (0..height).any(|y| along_rows(y, c)) || (0..width).any(|x| along_columns(x, c)))
+}
+
+fn distance(from: [usize; 2], active: &[[usize; 2]], radius: u32) -> u32 {
+    let to = |b: &[usize; 2]| from[0].abs_diff(b[0]).max(from[1].abs_diff(b[1])) as u32;
+    active.iter().map(to).filter(|&d| d <= radius).min().unwrap_or(FAR)
+}
+
+/// The least of each square of `side` blocks.
+fn least(distances: &[Vec<u32>], side: usize) -> Vec<Vec<u32>> {
+    let of_rows = |rows: &[Vec<u32>]| {
+        let columns = 0..rows[0].len().div_ceil(side);
+        let square = |x| rows.iter().flat_map(move |row| row.iter().skip(x * side).take(side));
+        columns.map(|x| *square(x).min().expect("a square has blocks")).collect()
+    };
+    distances.chunks(side).map(of_rows).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::plan::tiles::Rect;
+    use crate::reference::pu_inverse;
+
+    fn image(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 3]) -> Image {
+        let pixels = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
+        Image::new(width, height, pixels).expect("a valid image")
+    }
+
+    /// An image as one tile, looked at 2 blocks far.
+    fn whole(image: &Image) -> Activity {
+        let (width, height) = image.size();
+        let stores = Rect { begin: [0, 0], end: [width, height] };
+        let size = [width, height].map(|side| side.next_multiple_of(16));
+        activity(image, 1.0, &Placed { origin: [0, 0], stores }, size, 2, true)
+    }
+
+    #[test]
+    fn what_is_constant_is_clean_and_far_from_anything_active() {
+        let found = whole(&image(40, 20, |_, _| [0.0, 3.0, 1e9]));
+        assert_eq!(found.clean, [true; 6]);
+        assert_eq!(found.map[0], [[FAR; 3], [FAR; 3]]);
+        assert_eq!(found.map[1], [[FAR; 2]]);
+        assert_eq!(found.map[4], [[FAR]]);
+    }
+
+    #[test]
+    fn a_bright_pixel_makes_its_block_active_and_the_distances_grow_from_there() {
+        let bright = |x, y| if (x, y) == (31, 0) { [9.0; 3] } else { [1.0; 3] };
+        let found = whole(&image(96, 48, bright));
+        assert_eq!(found.clean.iter().position(|clean| !clean), Some(1));
+        let row = [1, 0, 1, 2, FAR, FAR];
+        assert_eq!(found.map[0], [row, [1, 1, 1, 2, FAR, FAR], [2, 2, 2, 2, FAR, FAR]]);
+        assert_eq!(found.map[1], [[0, 1, FAR], [2, 2, FAR]]);
+        assert_eq!(found.map[2], [[0, FAR]]);
+    }
+
+    #[test]
+    fn a_block_may_bend_by_the_threshold_along_either_axis() {
+        let bent = |c: f64, x: u32| [pu_inverse(0.3 + c / 2.0 * f64::from(x * x)) as f32; 3];
+        for (c, clean) in [(0.99 * T, true), (1.01 * T, false)] {
+            assert_eq!(whole(&image(16, 16, |x, _| bent(c, x))).clean, [clean], "rows, {c}");
+            assert_eq!(whole(&image(16, 16, |_, y| bent(c, y))).clean, [clean], "columns, {c}");
+        }
+    }
+
+    #[test]
+    fn the_edges_of_blocks_may_jump() {
+        let found = whole(&image(32, 32, |x, y| [(x / 16 + 7 * (y / 16)) as f32; 3]));
+        assert_eq!(found.clean, [true; 4]);
+    }
+
+    #[test]
+    fn broken_values_are_never_clean() {
+        for bad in [f32::NAN, f32::INFINITY, -1.0, -1e-42] {
+            let spot = |x, y| if (x, y) == (3, 15) { [0.0, bad, 0.0] } else { [0.0; 3] };
+            assert_eq!(whole(&image(16, 16, spot)).clean, [false], "{bad}");
+            assert_eq!(whole(&image(16, 16, |_, _| [bad; 3])).clean, [false], "{bad}");
+        }
+        assert_eq!(whole(&image(16, 16, |x, _| [[0.0, -0.0][x as usize % 2]; 3])).clean, [true]);
+    }
+
+    #[test]
+    fn narrow_blocks_must_be_constant_and_have_three_pixels() {
+        let ramp = |x: u32, y: u32| [0.5 + 1e-6 * (x + y) as f32; 3];
+        for (width, height, constant, slope) in
+            [(3, 3, true, true), (2, 16, true, false), (16, 1, true, false), (1, 2, false, false)]
+        {
+            let name = format!("{width}×{height}");
+            assert_eq!(whole(&image(width, height, |_, _| [0.5; 3])).clean, [constant], "{name}");
+            assert_eq!(whole(&image(width, height, ramp)).clean, [slope], "{name}");
+        }
+    }
+
+    #[test]
+    fn only_blocks_that_the_tile_stores_are_active() {
+        let noise = image(100, 64, |x, y| [((x * 7 + y * 5) % 11) as f32; 3]);
+        let stores = Rect { begin: [48, 16], end: [65, 32] };
+        let placed = Placed { origin: [16, 0], stores };
+        for skip in [true, false] {
+            let found = activity(&noise, 1.0, &placed, [80, 64], 1, skip);
+            assert_eq!(found.clean, [false; 20]);
+            let near = [FAR, 1, 1, 1, 1];
+            assert_eq!(found.map[0], [near, [FAR, 1, 0, 0, 1], near, [FAR; 5]]);
+        }
+    }
+}

@@ -1,0 +1,82 @@
+use wgdenoise::model::Params;
+use wgdenoise::ops::activity::Activity;
+use wgdenoise::ops::channel_map;
+use wgdenoise::ops::head::{Head, Images};
+use wgdenoise::ops::tile::{Layout, Tile};
+use wgdenoise::reference::{self, Tensor};
+use wgdenoise::{Image, KernelSet, Precision};
+
+use crate::common::gpu::{
+    activity_map, buffer, context, fused_sets, read_back, stored, submit, upload, variants_of,
+};
+use crate::common::{Random, Tolerance, compare, image_tensor, run_cases};
+
+/// As for `output_process`, and the rounding of up to 40 products that the steep end of the
+/// curve multiplies by 16.
+const TOLERANCE: Tolerance = Tolerance { absolute: 1e-8, relative: 1e-4 };
+
+/// Channels, width, height.
+const CASES: [(usize, u32, u32); 5] =
+    [(1, 1, 1), (8, 17, 15), (16, 40, 33), (5, 33, 16), (40, 20, 18)];
+
+#[test]
+fn head_equals_its_plain_operators_and_keeps_clean_blocks() {
+    let variants = variants_of(&fused_sets());
+    let cases = CASES.iter().flat_map(|case| variants.iter().map(|variant| (*case, *variant)));
+    run_cases(cases, |&(case, variant)| check(case, variant));
+}
+
+fn check(
+    (channels, width, height): (usize, u32, u32),
+    (kernels, precision): (KernelSet, Precision),
+) -> Result<(), String> {
+    let mut random = Random::new(channels as u64);
+    let sides = [width, height].map(|side| side.next_multiple_of(16));
+    let input = random.tensor(channels, sides[1] as usize, sides[0] as usize);
+    let input = stored(&input, precision);
+    let params = Params { weight: random.values(3 * channels), bias: random.values(3) };
+    let pixels = (0..width * height).map(|_| [0; 3].map(|_| random.value())).collect();
+    let color = Image::new(width, height, pixels).expect("the count is right");
+    let blocks = sides[0] / 16 * (sides[1] / 16);
+    let clean: Vec<bool> = (0..blocks).map(|i| i % 3 == 1).collect();
+    let found = run(precision, kernels, &input, &params, &clean, &color);
+    let expected = reference::head(&input, &params, 2.5, &clean, &color);
+    compare(&image_tensor(&found), &image_tensor(&expected), TOLERANCE)
+}
+
+fn run(
+    precision: Precision,
+    kernels: KernelSet,
+    input: &Tensor,
+    params: &Params,
+    clean: &[bool],
+    color: &Image,
+) -> Image {
+    let context = context(precision);
+    let (width, height) = color.size();
+    let layout = Layout::packed(width);
+    let size = [width, height];
+    let tile =
+        Tile { image_size: size, end: size, color: layout, output: layout, ..Tile::default() };
+    let flags: Vec<u32> = clean.iter().map(|&clean| clean.into()).collect();
+    let activity = Activity {
+        map: activity_map(context, [1, 1], &[0]),
+        clean: buffer(context, bytemuck::cast_slice(&flags)),
+    };
+    let output = buffer(context, bytemuck::cast_slice(&vec![-1.0_f32; color.pixels().len() * 3]));
+    let images = Images {
+        tiles: &buffer(context, bytemuck::bytes_of(&tile)),
+        input_scale: &buffer(context, bytemuck::bytes_of(&2.5_f32)),
+        color: &buffer(context, bytemuck::cast_slice(color.pixels())),
+        output: &output,
+    };
+    let map = channel_map(input.channels);
+    let input = upload(context, input, &map);
+    let head = Head::new(context, kernels, params, &map);
+    let call = head.dispatch(&context.device, &input, &activity, &images);
+    submit(context, |pass| call.record_at(pass, 0));
+    let bytes = read_back(context, output.size(), |encoder, target| {
+        encoder.copy_buffer_to_buffer(&output, 0, target, 0, output.size());
+    });
+    Image::new(width, height, bytemuck::pod_collect_to_vec(&bytes)).expect("the count is right")
+}

@@ -1,0 +1,99 @@
+use proptest::prelude::*;
+use proptest::sample;
+use wgdenoise::model::Params;
+use wgdenoise::ops::{channel_map, up_conv::up_conv};
+use wgdenoise::reference::{self, Tensor};
+use wgdenoise::{KernelSet, Precision};
+
+use crate::common::gpu::{
+    activity_map, context, fused_sets, run_where, stored, sum_tolerance, variants_of,
+};
+use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise::ops::need::Need;
+
+/// Channels of skip, low-resolution tensor, upsampled tensor and output, low-resolution rows and
+/// columns, ReLU.
+type Case = (usize, usize, usize, usize, usize, usize, bool);
+
+/// Channels at, below and above multiples of 4, 8 and 16; low-resolution sizes around the 8 of
+/// a tile and the 32 of a row of eight lanes with eight pixels each.
+const CASES: [Case; 9] = [
+    (1, 1, 1, 1, 1, 1, false),
+    (2, 3, 1, 4, 1, 2, true),
+    (4, 8, 4, 4, 3, 5, false),
+    (5, 6, 7, 9, 8, 8, true),
+    (16, 32, 16, 16, 2, 33, true),
+    (8, 12, 5, 17, 9, 3, false),
+    (12, 20, 12, 24, 4, 31, true),
+    (3, 40, 9, 33, 5, 7, true),
+    (20, 7, 2, 3, 7, 1, false),
+];
+
+#[test]
+fn up_conv_equals_the_three_plain_operators_in_every_variant() {
+    let variants = variants_of(&fused_sets());
+    let cases = CASES.iter().flat_map(|case| variants.iter().map(|variant| (*case, *variant)));
+    run_cases(cases, |&(case, variant)| check(case, variant));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn up_conv_equals_the_three_plain_operators_at_any_shape(
+        channels in (1_usize..30, 1_usize..30, 1_usize..20, 1_usize..40),
+        (height, width, relu) in (1_usize..18, 1_usize..36, any::<bool>()),
+        variant in sample::select(variants_of(&fused_sets())),
+    ) {
+        let (skips, lows, ups, outputs) = channels;
+        let case = (skips, lows, ups, outputs, height, width, relu);
+        check(case, variant).map_err(TestCaseError::fail)?;
+    }
+}
+
+struct Problem {
+    skip: Tensor,
+    low: Tensor,
+    params: Params,
+}
+
+fn problem(case: Case, precision: Precision) -> Problem {
+    let (skips, lows, ups, outputs, height, width, _) = case;
+    let mut random = Random::new((skips * 1000 + lows * 100 + outputs) as u64);
+    let weight = random.values(lows * ups * 4 + outputs * (skips + ups) * 9);
+    let params = Params { weight, bias: random.values(ups + outputs) };
+    let skip = stored(&random.tensor(skips, 2 * height, 2 * width), precision);
+    let low = stored(&random.tensor(lows, height, width), precision);
+    Problem { skip, low, params }
+}
+
+/// The composition rounds the upsampled tensor and the kernel the folded weights, sums of `ups`
+/// products each; together as many terms as both convolutions have.
+fn tolerance(case: Case, precision: Precision) -> Tolerance {
+    let (skips, lows, ups, ..) = case;
+    sum_tolerance(9 * (skips + ups * (1 + lows)), precision)
+}
+
+fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(), String> {
+    let (_, _, ups, outputs, height, width, relu) = case;
+    let Problem { skip, low, params } = problem(case, precision);
+    let context = context(precision);
+    let maps = [channel_map(skip.channels), channel_map(low.channels)];
+    let operator = up_conv(context, kernels, &params, [&maps[0], &maps[1]], ups, relu);
+    let everything = activity_map(context, [1, 1], &[0]);
+    let need = Need { map: &everything, level: 0, reach: u32::MAX };
+    let inputs = [(&skip, &maps[0]), (&low, &maps[1])];
+    let shape = [outputs, 2 * height, 2 * width];
+    let found = run_where(context, &operator, &inputs, shape, need);
+    let expected = reference::up_conv(&skip, &low, &params, ups, relu);
+    compare(&found, &expected, tolerance(case, precision))
+}
+
+#[test]
+fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
+    let case = (4, 4, 4, 4, 3, 3, false);
+    let Problem { skip, low, mut params } = problem(case, Precision::F32);
+    let expected = reference::up_conv(&skip, &low, &params, 4, false);
+    params.weight[7] += 0.01;
+    let found = reference::up_conv(&skip, &low, &params, 4, false);
+    compare(&found, &expected, tolerance(case, Precision::F32)).unwrap_err();
+}
