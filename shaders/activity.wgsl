@@ -7,7 +7,9 @@
 // the colour as the network sees it. Empty background and gradients without noise are clean;
 // noise of a standard deviation of T/4 is not. Where the image ends inside a block, a side of
 // less than three pixels cannot bend, so such a block must be constant; and fewer than three
-// pixels say nothing. One block per invocation, left at the first pixel that is not clean.
+// pixels say nothing. A black block may be an empty background or a surface that no path has
+// lit yet: it is clean only if albedo and normal, where given, are constant there too. One block
+// per invocation, left at the first pixel that is not clean.
 //
 // A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
 // map. Layer 0: how many blocks away, diagonal steps included, the nearest active block is; FAR
@@ -30,12 +32,16 @@ struct Tile {
 @group(0) @binding(0) var<uniform> tile: Tile;
 // Bits of f32: NaN and infinity are recognised before any float operation sees them.
 @group(0) @binding(1) var<storage, read> color: array<u32>;
-@group(0) @binding(2) var<storage, read> input_scale: f32;
-@group(0) @binding(3) var<storage, read_write> clean: array<u32>;   // 1 or 0, row by row
-@group(0) @binding(4) var map: MapOut;
+@group(0) @binding(2) var<storage, read> albedo: array<u32>;
+@group(0) @binding(3) var<storage, read> normal: array<u32>;
+@group(0) @binding(4) var<storage, read> input_scale: f32;
+@group(0) @binding(5) var<storage, read_write> clean: array<u32>;   // 1 or 0, row by row
+@group(0) @binding(6) var map: MapOut;
 
 override radius: i32;        // how far `spread` looks, in blocks, below FAR
 override skip: bool;         // if not, no block counts as clean
+override has_albedo: bool;
+override has_normal: bool;
 
 const BLOCK = 16u;           // pixels per side
 const FAR = 255u;
@@ -60,9 +66,23 @@ fn transfer(y: vec3<f32>) -> vec3<f32> {
     return SCALE * select(select(bright, middle, y <= vec3(Y1)), A * y, y <= vec3(Y0));
 }
 
+fn element(at: vec2<u32>, place: vec4<u32>) -> u32 {
+    return place.x + at.y * place.y + at.x * place.z;
+}
+
 fn load(at: vec2<u32>) -> vec3<u32> {
-    let i = tile.color.x + at.y * tile.color.y + at.x * tile.color.z;
+    let i = element(at, tile.color);
     return vec3(color[i], color[i + 1u], color[i + 2u]);
+}
+
+fn load_albedo(at: vec2<u32>) -> vec3<u32> {
+    let i = element(at, tile.albedo);
+    return vec3(albedo[i], albedo[i + 1u], albedo[i + 2u]);
+}
+
+fn load_normal(at: vec2<u32>) -> vec3<u32> {
+    let i = element(at, tile.normal);
+    return vec3(normal[i], normal[i + 1u], normal[i + 2u]);
 }
 
 // Finite and not negative: bits in the order of their values, up to infinity; or −0.
@@ -84,6 +104,22 @@ fn constant(first: vec2<u32>, size: vec2<u32>) -> bool {
         }
     }
     return valid(bits);
+}
+
+// Whether albedo and normal, where given, are the same at all pixels, bit for bit.
+fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
+    for (var y = 0u; y < size.y; y++) {
+        for (var x = 0u; x < size.x; x++) {
+            let at = first + vec2(x, y);
+            if has_albedo && any(load_albedo(at) != load_albedo(first)) {
+                return false;
+            }
+            if has_normal && any(load_normal(at) != load_normal(first)) {
+                return false;
+            }
+        }
+    }
+    return true;
 }
 
 // Whether a line of `count` pixels is valid and bends nowhere.
@@ -125,7 +161,11 @@ fn is_clean(block: vec2<u32>) -> bool {
     if size.x * size.y < 3u {
         return false;
     }
-    return constant(first, size) || (all(size >= vec2(3u)) && smooth_lines(first, size));
+    if constant(first, size) {
+        let black = all((load(first) & vec3(0x7fffffffu)) == vec3(0u));
+        return !black || empty(first, size);
+    }
+    return all(size >= vec2(3u)) && smooth_lines(first, size);
 }
 
 @compute @workgroup_size(8, 8)

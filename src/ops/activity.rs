@@ -4,6 +4,7 @@
 use super::input_process::{Sources, tile_binding};
 use super::tile::Tile;
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::model::Inputs;
 pub use crate::plan::halo::BLOCK;
 
 /// Marks the clean blocks.
@@ -20,10 +21,12 @@ const fn spec(name: &'static str, entry: &'static str, workgroup: [u32; 3]) -> K
             Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true },
             Binding::Buffer,
             Binding::Buffer,
+            Binding::Buffer,
+            Binding::Buffer,
             Binding::BufferMut,
             Binding::ActivityOut,
         ],
-        overrides: &["radius", "skip"],
+        overrides: &["has_albedo", "has_normal", "radius", "skip"],
         workgroup,
     }
 }
@@ -42,7 +45,7 @@ pub struct Activity {
     pub clean: wgpu::Buffer,
 }
 
-/// Binds the tiles, the colour and the scale of `sources`. `tile` is the tiles' size, width
+/// Binds the tiles, the images and the scale of `sources`. `tile` is the tiles' size, width
 /// first; it and every tile's origin are multiples of [`BLOCK`]. Layer 0 of the map counts up to
 /// `radius` blocks. Without `skip` no block is clean, and the map only says what is stored.
 ///
@@ -68,12 +71,22 @@ pub fn activity(
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
-    let constants = [("radius", f64::from(radius)), ("skip", f64::from(u8::from(skip)))];
+    let flag = |set: bool| f64::from(u8::from(set));
+    let Inputs { albedo, normal } = sources.inputs();
+    let constants = [
+        ("has_albedo", flag(albedo)),
+        ("has_normal", flag(normal)),
+        ("radius", f64::from(radius)),
+        ("skip", flag(skip)),
+    ];
+    let [albedo, normal] = sources.auxiliary();
     let calls = [CLASSIFY, SPREAD].map(|spec| {
         let kernel = context.kernel(&spec, &constants);
         let resources = [
             tile_binding(sources.tiles),
             sources.color.as_entire_binding(),
+            albedo.as_entire_binding(),
+            normal.as_entire_binding(),
             sources.input_scale.as_entire_binding(),
             clean.as_entire_binding(),
             wgpu::BindingResource::TextureView(&map),

@@ -49,6 +49,13 @@ impl Sources<'_> {
     pub fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
+
+    /// What to bind for albedo and normal: an absent image is never read, but a binding cannot
+    /// stay empty.
+    #[must_use]
+    pub fn auxiliary(&self) -> [&wgpu::Buffer; 2] {
+        [self.albedo, self.normal].map(|image| image.unwrap_or(self.color))
+    }
 }
 
 /// The call that fills `output`; choose the tile with [`Dispatch::record_at`].
@@ -58,9 +65,7 @@ pub fn input_process(context: &Context, sources: &Sources<'_>, output: &GpuTenso
     let flag = |present: bool| f64::from(u8::from(present));
     let constants = [("has_albedo", flag(albedo)), ("has_normal", flag(normal))];
     let kernel = context.kernel(&SPEC, &constants);
-    // An absent image is never read, but a binding cannot stay empty.
-    let or_color = |image: Option<&wgpu::Buffer>| image.unwrap_or(sources.color).clone();
-    let (albedo, normal) = (or_color(sources.albedo), or_color(sources.normal));
+    let [albedo, normal] = sources.auxiliary();
     let resources = [
         tile_binding(sources.tiles),
         sources.color.as_entire_binding(),

@@ -26,8 +26,9 @@ pub fn halo(network: &Network) -> u32 {
 pub fn reach(network: &Network) -> Vec<u32> {
     // Where the alignment is more than a block, blocks differ in what they need.
     let blocks = (0..i64::from(network.alignment().max(BLOCK))).step_by(BLOCK as usize);
-    let reaches = blocks.map(|first| reach_of(network, first));
-    reaches.reduce(|a, b| zip_max(&a, &b)).expect("there is a block")
+    let reaches: Vec<_> = blocks.map(|first| reach_of(network, first)).collect();
+    let furthest = |tensor: usize| reaches.iter().map(|reach| reach[tensor]).max().unwrap_or(0);
+    (0..network.shapes.len()).map(furthest).collect()
 }
 
 /// [`reach`] of the block whose first pixel is `first`.
@@ -39,10 +40,6 @@ fn reach_of(network: &Network, first: i64) -> Vec<u32> {
     };
     let levels = network.shapes.iter().map(|shape| shape.level);
     needed(network, first..last).into_iter().zip(levels).map(blocks).collect()
-}
-
-fn zip_max(a: &[u32], b: &[u32]) -> Vec<u32> {
-    a.iter().zip(b).map(|(a, b)| *a.max(b)).collect()
 }
 
 /// The interval of pixels that each tensor must have for an interval of output, each at its own

@@ -1,6 +1,7 @@
 //! Which blocks of an image a network must work on, and how far the others are from those.
 
 use super::input_process::encode_color;
+use crate::frame::Frame;
 use crate::image::Image;
 use crate::plan::tiles::Placed;
 
@@ -27,14 +28,15 @@ pub struct Activity {
 /// A block is clean if the pixels that lie in the image are finite and not negative, and either
 /// are at least three and all the same, bit for bit; or at least three in both directions with
 /// no second difference above 1/1024 along rows and columns, in each channel, once encoded for
-/// the network. A block is active if it is not clean and has pixels that the tile stores.
+/// the network. A black block may be a surface that no path has lit yet: it is clean only if
+/// albedo and normal, where given, are constant there too. A block is active if it is not clean and has pixels that the tile stores.
 /// Without `skip` no block is clean.
 ///
 /// The map's first layer has the distance from each block to the nearest active one, diagonal
 /// steps included, or 255 if that is above `radius`; layer `m` the least of `2^m × 2^m` blocks.
 #[must_use]
 pub fn activity(
-    color: &Image,
+    frame: &Frame<'_>,
     input_scale: f32,
     placed: &Placed,
     size: [u32; 2],
@@ -43,7 +45,7 @@ pub fn activity(
 ) -> Activity {
     let [columns, rows] = size.map(|side| side as usize / BLOCK);
     let blocks = || (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
-    let is_clean = |block| skip && is_clean(&pixels(color, placed, block), input_scale);
+    let is_clean = |block| skip && is_clean(frame, placed, block, input_scale);
     let clean: Vec<bool> = blocks().map(is_clean).collect();
     let is_active = |&[x, y]: &[usize; 2]| !clean[y * columns + x] && stores(placed, [x, y]);
     let active: Vec<_> = blocks().filter(is_active).collect();
@@ -73,14 +75,24 @@ fn stores(placed: &Placed, block: [usize; 2]) -> bool {
     })
 }
 
-fn is_clean(rows: &[Vec<[f32; 3]>], input_scale: f32) -> bool {
+fn is_clean(frame: &Frame<'_>, placed: &Placed, block: [usize; 2], input_scale: f32) -> bool {
+    let rows = pixels(frame.color, placed, block);
     let all: Vec<f32> = rows.iter().flatten().flatten().copied().collect();
     let valid = all.iter().all(|&v| v.is_finite() && v >= 0.0);
-    let same = all.chunks(3).all(|p| p.iter().zip(&all).all(|(a, b)| a.to_bits() == b.to_bits()));
+    if same(&rows) && all.iter().all(|&v| v == 0.0) {
+        let present = [frame.albedo, frame.normal].into_iter().flatten();
+        return all.len() >= 9 && present.into_iter().all(|i| same(&pixels(i, placed, block)));
+    }
     let columns = rows.first().map_or(0, Vec::len);
     let wide = rows.len() >= 3 && columns >= 3;
     let enough = all.len() / 3 >= 3;
-    valid && (enough && same || wide && !bends(rows, input_scale))
+    valid && (enough && same(&rows) || wide && !bends(&rows, input_scale))
+}
+
+/// Whether all pixels are the same, bit for bit.
+fn same(rows: &[Vec<[f32; 3]>]) -> bool {
+    let bits: Vec<_> = rows.iter().flatten().map(|p| p.map(f32::to_bits)).collect();
+    bits.iter().all(|pixel| *pixel == bits[0])
 }
 
 fn bends(rows: &[Vec<[f32; 3]>], input_scale: f32) -> bool {
@@ -121,12 +133,29 @@ mod tests {
         Image::new(width, height, pixels).expect("a valid image")
     }
 
+    fn color(color: &Image) -> Frame<'_> {
+        Frame { color, albedo: None, normal: None, input_scale: None }
+    }
+
+    #[test]
+    fn black_surfaces_are_not_clean_where_albedo_or_normal_change() {
+        let black = image(16, 16, |_, _| [0.0; 3]);
+        let varied = image(16, 16, |x, y| [0.5, [0.5, 0.6][usize::from((x, y) == (9, 15))], 0.5]);
+        let stores = Rect { begin: [0, 0], end: [16, 16] };
+        let placed = Placed { origin: [0, 0], stores };
+        let images = [(Some(&black), None, true), (Some(&varied), None, false)];
+        for (albedo, normal, clean) in images.into_iter().chain([(None, Some(&varied), false)]) {
+            let frame = Frame { albedo, normal, ..color(&black) };
+            assert_eq!(activity(&frame, 1.0, &placed, [16, 16], 2, true).clean, [clean]);
+        }
+    }
+
     /// An image as one tile, looked at 2 blocks far.
     fn whole(image: &Image) -> Activity {
         let (width, height) = image.size();
         let stores = Rect { begin: [0, 0], end: [width, height] };
         let size = [width, height].map(|side| side.next_multiple_of(16));
-        activity(image, 1.0, &Placed { origin: [0, 0], stores }, size, 2, true)
+        activity(&color(image), 1.0, &Placed { origin: [0, 0], stores }, size, 2, true)
     }
 
     #[test]
@@ -192,7 +221,7 @@ mod tests {
         let stores = Rect { begin: [48, 16], end: [65, 32] };
         let placed = Placed { origin: [16, 0], stores };
         for skip in [true, false] {
-            let found = activity(&noise, 1.0, &placed, [80, 64], 1, skip);
+            let found = activity(&color(&noise), 1.0, &placed, [80, 64], 1, skip);
             assert_eq!(found.clean, [false; 20]);
             let near = [FAR, 1, 1, 1, 1];
             assert_eq!(found.map[0], [near, [FAR, 1, 0, 0, 1], near, [FAR; 5]]);

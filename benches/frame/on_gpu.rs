@@ -1,0 +1,46 @@
+//! A frame whose images are on the GPU and stay there, as in a renderer.
+
+use std::time::Instant;
+
+use wgdenoise::timing::{repeat, test_card};
+use wgdenoise::wgpu::{self, util::DeviceExt as _};
+use wgdenoise::{Denoiser, Gpu, Image, Layout, PassDescriptor, PassImage, Result};
+
+/// Seconds to record the pass, submit it and wait, `runs` times after one to warm up, shortest
+/// first.
+pub(crate) fn measure(
+    gpu: &Gpu,
+    denoiser: &Denoiser,
+    width: u32,
+    height: u32,
+    runs: u32,
+) -> Result<Vec<f64>> {
+    let [color, albedo, normal] = test_card(width, height)?.map(|image| upload(gpu, &image));
+    let output = upload(gpu, &Image::filled(width, height, [0.0; 3])?);
+    let image = |buffer| PassImage::Buffer { buffer, layout: Layout::packed(width) };
+    let pass = denoiser.pass(&PassDescriptor {
+        width,
+        height,
+        color: image(&color),
+        albedo: Some(image(&albedo)),
+        normal: Some(image(&normal)),
+        output: image(&output),
+        input_scale: None,
+    })?;
+    repeat(runs, || {
+        let begin = Instant::now();
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        pass.encode(&mut encoder);
+        gpu.queue.submit([encoder.finish()]);
+        gpu.device.poll(wgpu::PollType::wait_indefinitely()).expect("the device works");
+        Ok(begin.elapsed().as_secs_f64())
+    })
+}
+
+fn upload(gpu: &Gpu, image: &Image) -> wgpu::Buffer {
+    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: None,
+        contents: bytemuck::cast_slice(image.pixels()),
+        usage: wgpu::BufferUsages::STORAGE,
+    })
+}

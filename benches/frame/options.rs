@@ -1,0 +1,47 @@
+//! What can be asked of the benchmark.
+
+use clap::Parser;
+use wgdenoise::wgpu::{AdapterInfo, DeviceType};
+
+/// Times the denoiser on the best adapter of this machine.
+#[derive(Debug, Parser)]
+pub(crate) struct Arguments {
+    /// Only verify the results, in seconds
+    #[arg(long)]
+    pub(crate) check: bool,
+    /// Sizes such as 1024x1024 [default: that and, on a GPU, 3840x2160]
+    #[arg(long, value_delimiter = ',', value_parser = size)]
+    sizes: Vec<[u32; 2]>,
+    /// 7680x4320 as well
+    #[arg(long = "8k")]
+    with_8k: bool,
+    /// Every kernel call as well
+    #[arg(long)]
+    pub(crate) operators: bool,
+    /// Runs per row; the median is reported
+    #[arg(long, default_value_t = 5)]
+    pub(crate) runs: u32,
+    /// Given by `cargo bench`
+    #[arg(long, hide = true)]
+    bench: bool,
+}
+
+impl Arguments {
+    /// The sizes asked for. A CPU driver would take minutes over a 4K frame.
+    pub(crate) fn sizes(&self, adapter: &AdapterInfo) -> Vec<[u32; 2]> {
+        let mut sizes = self.sizes.clone();
+        if sizes.is_empty() {
+            sizes.push([1024, 1024]);
+            if adapter.device_type != DeviceType::Cpu {
+                sizes.push([3840, 2160]);
+            }
+        }
+        sizes.extend(self.with_8k.then_some([7680, 4320]));
+        sizes
+    }
+}
+
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
+    sides.ok_or_else(|| format!("`{text}` is no size; expected for example 1024x1024"))
+}
