@@ -56,6 +56,10 @@
 //! # Ok::<(), wgdenoise::Error>(())
 //! ```
 //!
+//! # A time budget
+//!
+//! A [`Calibration`] measures what the built-in weights take on a device and chooses among them.
+//!
 //! # How it is built
 //!
 //! [`model`] describes the network as data and reads weights files; [`plan`] decides in numbers
@@ -63,6 +67,7 @@
 //! operator, each with a shader and, in [`mod@reference`], a naive function of the same name.
 
 mod blocking;
+mod calibration;
 #[cfg(feature = "cli")]
 pub mod cli;
 mod denoiser;
@@ -86,6 +91,7 @@ mod requirements;
 pub mod timing;
 mod window;
 
+pub use calibration::{Calibration, Cost};
 pub use denoiser::Denoiser;
 pub use error::{Error, Result};
 pub use frame::Frame;

@@ -23,7 +23,7 @@ impl Timing {
     /// The median run, in seconds.
     #[must_use]
     pub fn median(&self) -> f64 {
-        self.seconds[self.seconds.len() / 2]
+        median(&self.seconds)
     }
 
     /// Operations per second of the median run, in 10⁹; only the network's are counted.
@@ -31,6 +31,12 @@ impl Timing {
     pub fn gflops(&self) -> f64 {
         self.flop / self.median() / 1e9
     }
+}
+
+/// The middle one of at least one time, shortest first; of an even number, the longer of the two.
+#[must_use]
+pub fn median(seconds: &[f64]) -> f64 {
+    seconds[seconds.len() / 2]
 }
 
 /// Denoises a frame of all images that the weights can read, once to warm up and then `runs` times (at

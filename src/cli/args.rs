@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, Parser, Subcommand};
 
+use super::budget::BudgetArgs;
 use super::values::{PrecisionArg, QualityArg, positive, side};
 use crate::files::LayerChoice;
 
@@ -66,6 +67,8 @@ pub(super) struct DenoiseArgs {
     /// Factor that brings the colour to a middle grey of 0.18 [default: measured]
     #[arg(long, value_name = "X", value_parser = positive)]
     pub(super) input_scale: Option<f32>,
+    #[command(flatten)]
+    pub(super) budget: BudgetArgs,
     /// Replace OUT if it exists
     #[arg(long)]
     pub(super) force: bool,
@@ -234,6 +237,10 @@ mod tests {
             "wgdenoise a.exr b.exr --no-aux --albedo x",
             "wgdenoise a.exr b.exr --input-scale 0",
             "wgdenoise a.exr b.exr --memory 0",
+            "wgdenoise a.exr b.exr --budget 0",
+            "wgdenoise a.exr b.exr --budget 40 --quality fast",
+            "wgdenoise a.exr b.exr --budget 40 --weights w.safetensors",
+            "wgdenoise a.exr b.exr --recalibrate",
             "wgdenoise bench --runs 0",
             "wgdenoise compare a.exr",
         ] {

@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::args::DenoiseArgs;
+use super::budget;
 use super::failure::Failure;
 use super::progress::Progress;
 use super::say;
@@ -15,10 +16,6 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     let usage = || Failure::Usage("give IN and OUT, or a command; see --help".into());
     let (input, output) = args.files().ok_or_else(usage)?;
     files::check_output(output, args.force)?;
-    let (gpu, denoiser) = args.engine.denoiser()?;
-    args.details(|| adapter_and_kernels(&gpu, args));
-    let prepared = watch.lap();
-
     let picture = Picture::open(input, &LayerChoice::from(&args.layers))?;
     args.notices(picture.notices());
     args.notices(&unusable_pixels(picture.color()));
@@ -28,8 +25,12 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
         normal: picture.normal(),
         input_scale: args.input_scale,
     };
-    args.notices(&unread_inputs(&denoiser, &frame));
     let read = watch.lap();
+
+    let (gpu, denoiser) = args.denoiser(&frame)?;
+    args.details(|| adapter_and_kernels(&gpu, args));
+    args.notices(&unread_inputs(&denoiser, &frame));
+    let prepared = watch.lap();
 
     let result = args.denoise(&denoiser, &frame)?;
     let worked = watch.lap();
@@ -38,7 +39,7 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     let written = watch.lap();
     args.details(|| {
         format!(
-            "prepared in {prepared:.1?}, read in {read:.1?}, denoised in {worked:.1?}, \
+            "read in {read:.1?}, prepared in {prepared:.1?}, denoised in {worked:.1?}, \
              written in {written:.1?}"
         )
     });
@@ -46,6 +47,18 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
 }
 
 impl DenoiseArgs {
+    /// On the adapter of the flags, with the weights of the flags or those that the budget allows.
+    fn denoiser(&self, frame: &Frame<'_>) -> Result<(Gpu, Denoiser), Failure> {
+        let Some(limit) = self.budget.limit() else { return self.engine.denoiser() };
+        let gpu = self.engine.open_gpu()?;
+        let options = self.engine.options();
+        let anew = self.budget.recalibrate;
+        let kept = budget::calibration(&gpu, &options, anew, |text| self.notices(&[text]))?;
+        let (denoiser, chosen) = budget::choose(&kept, limit, &gpu, &options, frame)?;
+        self.notices(&[chosen]);
+        Ok((gpu, denoiser))
+    }
+
     fn denoise(&self, denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Image, Failure> {
         let (width, height) = frame.color.size();
         let inputs = frame.inputs().intersection(denoiser.weights().metadata().inputs);

@@ -9,9 +9,6 @@ use crate::files::{Description, LayerChoice, LayerInfo};
 use crate::model::cost::macs_per_pixel;
 use crate::{Inputs, Quality, Weights};
 
-const QUALITIES: [(&str, Quality); 3] =
-    [("fast", Quality::Fast), ("balanced", Quality::Balanced), ("high", Quality::High)];
-
 /// Prints a file's layers, the choice among them, its size and the cost.
 pub(super) fn run(args: &InfoArgs) -> Result<(), Failure> {
     let file = Description::of(&args.input, &LayerChoice::from(&args.layers))?;
@@ -23,12 +20,12 @@ pub(super) fn run(args: &InfoArgs) -> Result<(), Failure> {
 fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
     let pixels = f64::from(file.width) * f64::from(file.height);
     let given = Inputs { albedo: file.albedo.is_some(), normal: file.normal.is_some() };
-    let cost = |&(name, quality): &(&'static str, Quality)| {
+    let cost = |quality: Quality| {
         let weights = Weights::builtin(quality)?;
         let sliced = weights.for_inputs(given.intersection(weights.metadata().inputs))?;
-        Ok((name, 2.0 * macs_per_pixel(sliced.network()) * pixels / 1e9))
+        Ok((quality.name(), 2.0 * macs_per_pixel(sliced.network()) * pixels / 1e9))
     };
-    QUALITIES.iter().map(cost).collect()
+    Quality::ALL.into_iter().map(cost).collect()
 }
 
 fn as_text(file: &Description, costs: &[(&str, f64)]) -> String {

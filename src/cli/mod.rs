@@ -7,6 +7,8 @@ use clap::Parser;
 
 mod args;
 mod bench;
+mod budget;
+mod cache;
 mod compare;
 mod denoise;
 mod devices;

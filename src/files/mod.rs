@@ -28,6 +28,7 @@ pub use describe::{Description, LayerInfo};
 pub use error::{FileError, Problem};
 pub use format::Format;
 pub use output::check as check_output;
+pub(crate) use output::{Out, replace};
 pub use wanted::LayerChoice;
 
 use self::choice::Choice;
@@ -184,7 +185,7 @@ impl Picture {
         if denoised.size() != self.color.size() {
             return Err(window::other_size(denoised.size(), self.color.size()).at(path));
         }
-        output::replace(path, force, |out| match (&self.source, format) {
+        replace(path, force, |out| match (&self.source, format) {
             (Source::Exr { file, choice }, Format::Exr) => save_exr(file, choice, denoised, out),
             (Source::Ldr(file), Format::Exr) => {
                 let alpha = file.alpha();
@@ -202,7 +203,7 @@ fn save_exr(
     file: &ExrFile,
     choice: &Choice,
     denoised: &Image,
-    out: &mut output::Out<'_>,
+    out: &mut Out<'_>,
 ) -> Result<Vec<String>, Problem> {
     let target = &choice.target;
     let clamped = file.write(out, target, file.window(choice.color.part), denoised)?;

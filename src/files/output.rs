@@ -8,7 +8,7 @@ use super::format::{self, Format};
 use super::{FileError, Problem};
 
 /// Where a picture is written to.
-pub(super) type Out<'a> = BufWriter<&'a File>;
+pub(crate) type Out<'a> = BufWriter<&'a File>;
 
 /// Checks, before any work is done, that `path` can be an output; returns its format.
 ///
@@ -32,7 +32,7 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
 }
 
 /// Lets `write` fill a temporary file in the folder of `path`, then renames it to `path`.
-pub(super) fn replace<T>(
+pub(crate) fn replace<T>(
     path: &Path,
     force: bool,
     write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,

@@ -37,6 +37,31 @@ pub enum Quality {
     High,
 }
 
+impl Quality {
+    /// All of them, by rising cost.
+    pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::High];
+
+    /// As on the command line: `fast`, `balanced` or `high`.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Fast => "fast",
+            Self::Balanced => "balanced",
+            Self::High => "high",
+        }
+    }
+
+    /// The next that costs less.
+    #[must_use]
+    pub fn cheaper(self) -> Option<Self> {
+        match self {
+            Self::Fast => None,
+            Self::Balanced => Some(Self::Fast),
+            Self::High => Some(Self::Balanced),
+        }
+    }
+}
+
 impl Weights {
     /// Reads a weights file of format version 1.
     ///

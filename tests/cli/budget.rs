@@ -1,0 +1,74 @@
+//! Only on Linux does a variable say where the cache is.
+#![cfg(target_os = "linux")]
+
+use serde_json::{Value, json};
+
+use crate::support::{Folder, Run};
+
+/// Runs with a cache in the folder.
+fn run(folder: &Folder, args: &[&str]) -> Run {
+    let image = ["plain_rgb.exr", "out.exr", "--force"];
+    let mut command = folder.command(&[&image[..], args].concat());
+    Run::of(&command.env("XDG_CACHE_HOME", folder.path("cache")).output().unwrap())
+}
+
+/// The image has 37×23 pixels, in a tile of 48×32: 1.5, 3.1 and 4.6 ms.
+fn made_up() -> Value {
+    let cost = |ns: f64| json!({"fixed": 0.0, "per_pixel": ns * 1e-9});
+    json!({"date": "2001-02-03", "fast": cost(1e3), "balanced": cost(2e3), "high": cost(3e3)})
+}
+
+/// One measurement, which takes a CPU driver half a minute, serves all that is tested.
+#[test]
+fn a_budget_chooses_the_weights_by_what_was_measured_once() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let cache = folder.path("cache/wgdenoise/calibrations.json");
+
+    let first = run(&folder, &["--budget", "0.001"]);
+    first.assert_done();
+    for word in ["kept for the next time", "fast: predicted", "over the 0.00 ms allowed"] {
+        assert!(first.stderr.contains(word), "no `{word}` in {first:?}");
+    }
+    let mut kept: Value = serde_json::from_slice(&std::fs::read(&cache).unwrap()).unwrap();
+    let entries = kept.as_object_mut().unwrap();
+    assert_eq!(entries.len(), 1, "{entries:?}");
+    let (key, entry) = entries.iter_mut().next().unwrap();
+    assert!(key.contains("; F32; ") && key.ends_with(env!("CARGO_PKG_VERSION")), "{key}");
+    let slope = |name: &str| entry[name]["per_pixel"].as_f64().unwrap();
+    assert!(0.0 < slope("fast") && slope("fast") < slope("high"), "{entry}");
+
+    *entry = made_up();
+    std::fs::write(&cache, kept.to_string()).unwrap();
+    for (budget, said) in [
+        ("4.7", "high: predicted 4.61 ms of 4.70 ms on "),
+        ("4.5", "balanced: predicted 3.07 ms of 4.50 ms on "),
+        // Without the margin that the tile adds, it would be 1.70 ms and within the budget.
+        ("2.5", "fast: predicted 1.54 ms of 2.50 ms on "),
+        ("1", "fast: predicted 1.54 ms, which is over the 1.00 ms allowed"),
+    ] {
+        let run = run(&folder, &["--budget", budget]);
+        run.assert_done();
+        let (count, known) = (run.stderr.lines().count(), "(calibrated 2001-02-03)");
+        assert!(count == 2 && run.stderr.contains(said) && run.stderr.contains(known), "{run:?}");
+    }
+    let quiet = run(&folder, &["--budget", "4.7", "-q"]);
+    assert_eq!((quiet.code, quiet.stderr.as_str()), (0, ""));
+}
+
+#[test]
+fn a_budget_goes_with_no_other_choice_of_weights() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    for args in [
+        &["--budget", "0"][..],
+        &["--budget", "soon"],
+        &["--budget", "40", "--quality", "fast"],
+        &["--budget", "40", "--weights", crate::support::WEIGHTS],
+        &["--recalibrate"],
+    ] {
+        let run = run(&folder, args);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{args:?}: {run:?}");
+    }
+    assert_eq!(folder.names(), ["plain_rgb.exr"]);
+}
