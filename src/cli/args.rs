@@ -160,6 +160,7 @@ pub(super) struct CompareArgs {
 
 /// `wgdenoise bench`.
 #[derive(Debug, Args)]
+#[command(mut_group("LayerArgs", |layers| layers.requires("report")))]
 pub(super) struct BenchArgs {
     /// Pixels per row
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
@@ -175,10 +176,29 @@ pub(super) struct BenchArgs {
     #[arg(long)]
     pub(super) json: bool,
     /// Print how long each layer takes instead, by the adapter's timestamps
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, conflicts_with_all = ["json", "report"])]
     pub(super) profile: bool,
+    /// Instead, measure time against error of all built-in weights on an image of yours
+    #[arg(long, num_args = 2, value_names = ["NOISY", "REFERENCE"],
+          conflicts_with_all = ["width", "height", "quality", "weights", "precision"])]
+    report: Option<Vec<PathBuf>>,
+    /// Where the report goes as report.md, report.json and, as a plot, report.svg
+    #[arg(long, value_name = "FOLDER", requires = "report")]
+    pub(super) out: Option<PathBuf>,
+    /// Replace a report that is there
+    #[arg(long, requires = "out")]
+    pub(super) force: bool,
+    #[command(flatten)]
+    pub(super) layers: LayerArgs,
     #[command(flatten)]
     pub(super) engine: EngineArgs,
+}
+
+impl BenchArgs {
+    /// The noisy image and the reference of `--report`.
+    pub(super) fn report(&self) -> Option<[&Path; 2]> {
+        self.report.as_deref().map(|files| [files[0].as_path(), files[1].as_path()])
+    }
 }
 
 impl DenoiseArgs {
@@ -225,6 +245,7 @@ mod tests {
         assert!(matches!(parse("wgdenoise devices").unwrap().command, Some(Command::Devices(_))));
         let named_info = parse("wgdenoise -- info out.exr").unwrap();
         assert!(named_info.command.is_none() && named_info.denoise.files().is_some());
+        parse("wgdenoise bench --report a.exr b.exr --albedo c --out d --force").unwrap();
     }
 
     #[test]
@@ -242,6 +263,10 @@ mod tests {
             "wgdenoise a.exr b.exr --budget 40 --weights w.safetensors",
             "wgdenoise a.exr b.exr --recalibrate",
             "wgdenoise bench --runs 0",
+            "wgdenoise bench --report a.exr",
+            "wgdenoise bench --report a.exr b.exr --quality fast",
+            "wgdenoise bench --out folder",
+            "wgdenoise bench --no-aux",
             "wgdenoise compare a.exr",
         ] {
             assert!(parse(line).is_err(), "{line}");

@@ -4,13 +4,16 @@ use serde_json::json;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
-use super::{print, profile};
+use super::{print, profile, report};
 use crate::model::cost::macs_per_pixel;
 use crate::timing::{Timing, measure};
 use crate::{Denoiser, Gpu};
 
 /// Measures whole frames, from images on the CPU to an image on the CPU.
 pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
+    if let Some([noisy, reference]) = args.report() {
+        return report::run(args, noisy, reference);
+    }
     let (gpu, denoiser) = args.engine.denoiser()?;
     if args.profile {
         return print(&profile::table(&denoiser, args)?);

@@ -72,7 +72,7 @@ impl DenoiseArgs {
                 memory.div_ceil(1 << 20)
             )
         });
-        let progress = Progress::new(plan.tiles.len(), self.quiet);
+        let progress = Progress::new(plan.tiles.len(), "tiles", self.quiet);
         Ok(denoiser.denoise(frame, &mut |done, _| progress.set(done))?)
     }
 

@@ -18,6 +18,7 @@ mod info;
 mod loader;
 mod profile;
 mod progress;
+mod report;
 mod values;
 
 use self::args::{Cli, Command};

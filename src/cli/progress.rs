@@ -8,45 +8,45 @@ use std::time::Duration;
 use indicatif::{ProgressBar, ProgressStyle};
 
 const PATIENCE: Duration = Duration::from_secs(1);
-const TEMPLATE: &str = "{spinner} {elapsed} [{wide_bar}] {pos}/{len} tiles";
+const TEMPLATE: &str = "{spinner} {elapsed} [{wide_bar}] {pos}/{len} {msg}";
 
-/// Draws from a thread of its own: the first tile alone may take longer than a second.
+/// Draws from a thread of its own: the first step alone may take longer than a second.
 pub(super) struct Progress {
-    tiles: Option<Sender<u64>>,
+    steps: Option<Sender<u64>>,
     drawing: Option<JoinHandle<()>>,
 }
 
 impl Progress {
-    /// A bar of `tiles` steps; one that never shows if `quiet` or stderr is no terminal.
-    pub(super) fn new(tiles: usize, quiet: bool) -> Self {
+    /// A bar of `len` steps of a `unit`; one that never shows if `quiet` or stderr is no terminal.
+    pub(super) fn new(len: usize, unit: &'static str, quiet: bool) -> Self {
         if quiet || !std::io::stderr().is_terminal() {
-            return Self { tiles: None, drawing: None };
+            return Self { steps: None, drawing: None };
         }
         let (sender, receiver) = channel();
-        let drawing = thread::spawn(move || draw(&receiver, tiles as u64));
-        Self { tiles: Some(sender), drawing: Some(drawing) }
+        let drawing = thread::spawn(move || draw(&receiver, len as u64, unit));
+        Self { steps: Some(sender), drawing: Some(drawing) }
     }
 
-    /// Says how many tiles are done.
+    /// Says how many steps are done.
     pub(super) fn set(&self, done: usize) {
         // A bar that has gone away is no reason to stop.
-        let _ = self.tiles.as_ref().map(|tiles| tiles.send(done as u64));
+        let _ = self.steps.as_ref().map(|steps| steps.send(done as u64));
     }
 }
 
 impl Drop for Progress {
     fn drop(&mut self) {
-        self.tiles = None;
+        self.steps = None;
         let _ = self.drawing.take().map(JoinHandle::join);
     }
 }
 
 /// Waits a second, then shows what arrives until the sender is gone.
-fn draw(tiles: &Receiver<u64>, len: u64) {
+fn draw(steps: &Receiver<u64>, len: u64, unit: &'static str) {
     let mut done = 0;
     let begin = std::time::Instant::now();
     while let Some(left) = PATIENCE.checked_sub(begin.elapsed()) {
-        match tiles.recv_timeout(left) {
+        match steps.recv_timeout(left) {
             Ok(now) => done = now,
             Err(RecvTimeoutError::Timeout) => break,
             Err(RecvTimeoutError::Disconnected) => return,
@@ -54,9 +54,10 @@ fn draw(tiles: &Receiver<u64>, len: u64) {
     }
     let style = ProgressStyle::with_template(TEMPLATE).expect("the template is well-formed");
     let bar = ProgressBar::new(len).with_style(style).with_elapsed(begin.elapsed());
+    bar.set_message(unit);
     bar.set_position(done);
     bar.enable_steady_tick(Duration::from_millis(100));
-    for now in tiles {
+    for now in steps {
         bar.set_position(now);
     }
     bar.finish_and_clear();

@@ -6,4 +6,5 @@ mod commands;
 mod denoise;
 mod failures;
 mod ldr;
+mod report;
 mod support;
