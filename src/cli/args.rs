@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand};
 
 use super::budget::BudgetArgs;
-use super::values::{PrecisionArg, QualityArg, positive, side};
+use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, side};
 use crate::files::LayerChoice;
 
 const AFTER_HELP: &str = "\
@@ -118,6 +118,9 @@ pub(super) struct EngineArgs {
     /// Largest side of a tile in pixels [default: what the memory allows]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) tile: Option<u32>,
+    /// Which variant of the convolutions runs, for tests and measurements
+    #[arg(long, value_enum, default_value = "auto", hide_short_help = true)]
+    pub(super) kernels: KernelsArg,
 }
 
 /// `wgdenoise info`.
@@ -267,6 +270,7 @@ mod tests {
             "wgdenoise bench --report a.exr b.exr --quality fast",
             "wgdenoise bench --out folder",
             "wgdenoise bench --no-aux",
+            "wgdenoise bench --kernels best",
             "wgdenoise compare a.exr",
         ] {
             assert!(parse(line).is_err(), "{line}");

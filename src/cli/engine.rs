@@ -35,7 +35,7 @@ impl EngineArgs {
             precision: self.precision.map_or(default.precision, Into::into),
             memory_bytes: self.memory.map_or(default.memory_bytes, |mib| mib << 20),
             tile: self.tile,
-            ..default
+            kernels: self.kernels.into(),
         }
     }
 

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::RangedI64ValueParser;
 
-use crate::{Precision, Quality};
+use crate::{KernelSet, Precision, Quality};
 
 /// [`Quality`] on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -25,6 +25,19 @@ pub(super) enum PrecisionArg {
     F16,
 }
 
+/// [`KernelSet`] on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(super) enum KernelsArg {
+    /// The fastest for the adapter
+    Auto,
+    /// The readable definition
+    Plain,
+    /// For GPUs
+    Tiled,
+    /// For CPU drivers
+    Simd,
+}
+
 impl From<QualityArg> for Quality {
     fn from(quality: QualityArg) -> Self {
         match quality {
@@ -40,6 +53,17 @@ impl From<PrecisionArg> for Precision {
         match precision {
             PrecisionArg::F32 => Self::F32,
             PrecisionArg::F16 => Self::F16,
+        }
+    }
+}
+
+impl From<KernelsArg> for KernelSet {
+    fn from(kernels: KernelsArg) -> Self {
+        match kernels {
+            KernelsArg::Auto => Self::Auto,
+            KernelsArg::Plain => Self::Plain,
+            KernelsArg::Tiled => Self::Tiled,
+            KernelsArg::Simd => Self::Simd,
         }
     }
 }

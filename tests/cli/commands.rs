@@ -96,3 +96,25 @@ fn bench_reports_what_it_measured() {
     let text = Folder::new().run(&bench);
     assert!(text.code == 0 && text.stdout.contains("64×48, tiles: 1"), "{text:?}");
 }
+
+#[test]
+fn kernels_are_what_the_flag_names() {
+    let folder = Folder::new();
+    let bench = ["bench", "--width", "32", "--height", "32", "--runs", "1", "--quality", "fast"];
+    for (flag, name) in [("plain", "Plain"), ("tiled", "Tiled")] {
+        let json = folder.run(&[&bench[..], &["--json", "--kernels", flag]].concat()).json();
+        assert_eq!(json["kernels"], name, "{json}");
+    }
+}
+
+/// With vectors of 128 bits lavapipe has subgroups of 4, for which the simd kernels are not made.
+#[test]
+fn kernels_that_do_not_run_on_the_adapter_are_one_sentence() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let mut command = folder.command(&["plain_rgb.exr", "out.exr", "--kernels", "simd"]);
+    let output = command.env("LP_NATIVE_VECTOR_WIDTH", "128").output().unwrap();
+    let text = String::from_utf8_lossy(&output.stderr);
+    assert!(text.contains("the Simd kernels do not run on") && text.lines().count() == 1, "{text}");
+    assert_eq!((output.status.code(), folder.path("out.exr").exists()), (Some(1), false));
+}
