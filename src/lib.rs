@@ -88,6 +88,7 @@ pub mod plan;
 mod profile;
 pub mod reference;
 mod requirements;
+mod tile_graph;
 pub mod timing;
 mod window;
 

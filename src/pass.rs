@@ -5,12 +5,13 @@ use wgpu::util::DeviceExt as _;
 use crate::denoiser::{Denoiser, MAX_SIDE};
 use crate::error::{Error, Result};
 use crate::frame::check_input_scale;
-use crate::graph::{Model, TileGraph};
+use crate::graph::Model;
 use crate::model::Inputs;
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
 use crate::ops::input_process::Sources;
 use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::TilePlan;
+use crate::tile_graph::{Bound, TileGraph};
 
 /// An image on the GPU.
 #[derive(Clone, Copy, Debug)]
@@ -83,9 +84,13 @@ impl Denoiser {
             normal: d.normal.map(|image| image.buffer()),
             input_scale: &scale,
         };
-        let skip = self.options.skip_clean;
-        let output = d.output.buffer();
-        let graph = TileGraph::new(context, model, plan.tile, skip, &sources, output);
+        let bound = Bound {
+            tile: plan.tile,
+            sources,
+            output: d.output.buffer(),
+            skip_clean: self.options.skip_clean,
+        };
+        let graph = TileGraph::new(context, model, &bound);
         let exposure = d.input_scale.is_none().then(|| {
             let band = Band::whole(d.width, d.height, d.color.layout());
             let uniform = uniform(device, bytemuck::bytes_of(&band));

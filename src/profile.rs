@@ -5,8 +5,9 @@ use std::time::Instant;
 use crate::denoiser::Denoiser;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
-use crate::graph::Call;
 use crate::kernel::Context;
+use crate::tile_graph::Call;
+use crate::timing::median;
 use crate::window::{read, wait};
 
 /// What one kernel call of a frame costs, all tiles together.
@@ -26,7 +27,7 @@ impl CallProfile {
     /// The median run, in seconds.
     #[must_use]
     pub fn median(&self) -> f64 {
-        self.seconds[self.seconds.len() / 2]
+        median(&self.seconds)
     }
 }
 
@@ -59,7 +60,9 @@ impl Denoiser {
                 profile.iter_mut().zip(seconds).for_each(|(row, s)| row.seconds.push(s));
             }
         }
-        profile.iter_mut().for_each(|row| row.seconds.sort_by(f64::total_cmp));
+        for row in &mut profile {
+            row.seconds.sort_by(f64::total_cmp);
+        }
         Ok(profile)
     }
 }
@@ -148,8 +151,7 @@ impl Timestamps {
             encoder.resolve_query_set(&self.queries, 0..2, &self.resolved, 0);
             encoder.copy_buffer_to_buffer(&self.resolved, 0, &self.readback, 0, BYTES);
         });
-        let [begin, end]: [u64; 2] =
-            read(context, &self.readback, |bytes| bytemuck::pod_read_unaligned(bytes))?;
+        let [begin, end]: [u64; 2] = read(context, &self.readback, bytemuck::pod_read_unaligned)?;
         let nanoseconds = f64::from(context.queue.get_timestamp_period());
         Ok(end.saturating_sub(begin) as f64 * nanoseconds * 1e-9)
     }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use crate::error::Result;
 use crate::model::cost::macs_per_pixel;
-use crate::{Denoiser, Frame, Image};
+use crate::{CallProfile, Denoiser, Frame, Image};
 
 /// Times of several runs of one frame.
 #[derive(Clone, Debug)]
@@ -39,22 +39,31 @@ pub fn median(seconds: &[f64]) -> f64 {
     seconds[seconds.len() / 2]
 }
 
-/// Denoises a frame of all images that the weights can read, once to warm up and then `runs` times (at
-/// least once).
+/// Seconds that `run` says it took, once to warm up, which is left out, and then `runs` times (at
+/// least once); shortest first.
+///
+/// # Errors
+/// Those of `run`.
+pub fn repeat(runs: u32, mut run: impl FnMut() -> Result<f64>) -> Result<Vec<f64>> {
+    run()?;
+    let mut seconds = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
+    seconds.sort_by(f64::total_cmp);
+    Ok(seconds)
+}
+
+/// Denoises a frame of all images that the weights can read, once to warm up and then `runs`
+/// times (at least once).
 ///
 /// # Errors
 /// If the frame does not fit the memory budget or the device fails.
 pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Result<Timing> {
     let [color, albedo, normal] = test_card(width, height)?;
     let frame = full_frame(&color, &albedo, &normal);
-    let run = || -> Result<f64> {
+    let seconds = repeat(runs, || {
         let begin = Instant::now();
         denoiser.denoise(&frame, &mut |_, _| {})?;
         Ok(begin.elapsed().as_secs_f64())
-    };
-    run()?;
-    let mut seconds = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
-    seconds.sort_by(f64::total_cmp);
+    })?;
     let inputs = denoiser.weights().metadata().inputs;
     let macs = macs_per_pixel(denoiser.weights().network());
     Ok(Timing {
@@ -65,13 +74,31 @@ pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Resul
     })
 }
 
+/// Each kernel call of the frame that [`measure`] denoises; see [`Denoiser::profile`].
+///
+/// # Errors
+/// As for [`Denoiser::profile`].
+pub fn profile(
+    denoiser: &Denoiser,
+    width: u32,
+    height: u32,
+    runs: u32,
+) -> Result<Vec<CallProfile>> {
+    let [color, albedo, normal] = test_card(width, height)?;
+    denoiser.profile(&full_frame(&color, &albedo, &normal), runs)
+}
+
 /// A frame of all three images.
-pub(crate) fn full_frame<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Frame<'a> {
+fn full_frame<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Frame<'a> {
     Frame { color, albedo: Some(albedo), normal: Some(normal), input_scale: None }
 }
 
-/// Gradients, so that no pixel is special; what a network costs does not depend on its input.
-pub(crate) fn test_card(width: u32, height: u32) -> Result<[Image; 3]> {
+/// Colour, albedo and normal: gradients and a pattern, so that no pixel is special and no block
+/// clean; else what a network costs does not depend on its input.
+///
+/// # Errors
+/// If a side is 0 or too large.
+pub fn test_card(width: u32, height: u32) -> Result<[Image; 3]> {
     let at = |i: u32| {
         let (x, y) = (i % width, i / width);
         [x as f32 / width as f32, y as f32 / height as f32, ((x ^ y) & 15) as f32 / 15.0]

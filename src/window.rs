@@ -2,7 +2,7 @@
 
 use crate::error::{Error, Result};
 use crate::frame::Frame;
-use crate::graph::{Call, Model, TileGraph};
+use crate::graph::Model;
 use crate::image::Image;
 use crate::kernel::Context;
 use crate::model::Inputs;
@@ -10,6 +10,7 @@ use crate::ops::autoexposure::Band;
 use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::{Placed, Rect, TilePlan};
+use crate::tile_graph::{Bound, Call, TileGraph};
 
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
@@ -71,7 +72,8 @@ impl<'a> Window<'a> {
             normal: normal.as_ref(),
             input_scale: &input_scale,
         };
-        let graph = TileGraph::new(context, model, plan.tile, skip_clean, &sources, &output);
+        let bound = Bound { tile: plan.tile, sources, output: &output, skip_clean };
+        let graph = TileGraph::new(context, model, &bound);
         Self { context, graph, color, albedo, normal, output, readback, input_scale, tile, band }
     }
 

@@ -5,6 +5,7 @@ use wgdenoise::wgpu::{AdapterInfo, DeviceType};
 
 /// Times the denoiser on the best adapter of this machine.
 #[derive(Debug, Parser)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag of its own")]
 pub(crate) struct Arguments {
     /// Only verify the results, in seconds
     #[arg(long)]

@@ -121,6 +121,9 @@ pub(super) struct EngineArgs {
     /// Which variant of the convolutions runs, for tests and measurements
     #[arg(long, value_enum, default_value = "auto", hide_short_help = true)]
     pub(super) kernels: KernelsArg,
+    /// Run the network on blocks without noise too, such as an empty background
+    #[arg(long)]
+    pub(super) no_skip: bool,
 }
 
 /// `wgdenoise info`.

@@ -36,6 +36,7 @@ impl EngineArgs {
             memory_bytes: self.memory.map_or(default.memory_bytes, |mib| mib << 20),
             tile: self.tile,
             kernels: self.kernels.into(),
+            skip_clean: !self.no_skip,
         }
     }
 

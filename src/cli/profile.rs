@@ -8,9 +8,7 @@ use crate::{CallProfile, Denoiser, timing};
 
 /// The median time of each kernel call of a frame, its share of the sum, and what it reaches.
 pub(super) fn table(denoiser: &Denoiser, args: &BenchArgs) -> Result<String, Failure> {
-    let [color, albedo, normal] = timing::test_card(args.width, args.height)?;
-    let frame = timing::full_frame(&color, &albedo, &normal);
-    let rows = denoiser.profile(&frame, args.runs)?;
+    let rows = timing::profile(denoiser, args.width, args.height, args.runs)?;
     let total: f64 = rows.iter().map(CallProfile::median).sum();
     let mut text = format!("{:<18}{:>10}{:>8}{:>10}{:>9}\n", "call", "ms", "%", "GFLOP/s", "GB/s");
     for row in &rows {

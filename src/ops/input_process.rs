@@ -30,6 +30,7 @@ pub fn channel_map(channels: usize) -> ChannelMap {
 }
 
 /// What the kernel reads.
+#[derive(Clone, Copy, Debug)]
 pub struct Sources<'a> {
     /// [`Tile`]s, one at each dynamic offset.
     pub tiles: &'a wgpu::Buffer,

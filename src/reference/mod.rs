@@ -20,7 +20,7 @@ mod tensor;
 mod transfer_function;
 mod up_conv;
 
-pub use activity::activity;
+pub use activity::{Activity, activity};
 pub use autoexposure::autoexposure;
 pub use concat::concat;
 pub use conv_transpose::conv_transpose;

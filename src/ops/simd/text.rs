@@ -60,16 +60,19 @@ pub(super) fn source(shape: Shape, quads: usize) -> String {
         Shape::Head => finish(),
     };
     format!(
-        "{head}\n\
-@compute @workgroup_size({LANES}, 1, 1)\n\
-fn main(@builtin(global_invocation_id) id: vec3<u32>,\n\
-        @builtin(subgroup_invocation_id) invocation: u32) {{\n\
-    let lane = i32(invocation & {mask}u);\n\
-    let x = i32(id.x) * {pixels};\n\
-    let y = i32(id.y);\n\
-    let block = i32(id.z);\n\
-    let needed = {needed};\n\
-{accumulators}{walks}{tail}}}\n",
+        "{head}
+@compute @workgroup_size({LANES}, 1, 1)
+fn main(
+    @builtin(global_invocation_id) id: vec3<u32>,
+    @builtin(subgroup_invocation_id) invocation: u32,
+) {{
+    let lane = i32(invocation & {mask}u);
+    let x = i32(id.x) * {pixels};
+    let y = i32(id.y);
+    let block = i32(id.z);
+    let needed = {needed};
+{accumulators}{walks}{tail}}}
+",
         mask = LANES - 1,
         pixels = shape.pixels(),
         accumulators = accumulators(shape, quads),
@@ -78,26 +81,31 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>,\n\
 }
 
 fn accumulators(shape: Shape, quads: usize) -> String {
-    pairs(shape, quads).map(|(k, p)| format!("    var sum{k}_{p} = vec4<f32>();\n")).collect()
+    let mut text = String::new();
+    for (k, p) in pairs(shape, quads) {
+        let _ = writeln!(text, "    var sum{k}_{p} = vec4<f32>();");
+    }
+    text
 }
 
 /// A loop over the steps of a walk: one kernel row of four input channels at a time.
 fn walk_text(shape: Shape, walk: &Walk, quads: usize) -> String {
     let Walk { tensor, rows, first_step, .. } = walk;
     format!(
-        "    {{\n\
-    let in_quads = i32(textureNumLayers({tensor}));\n\
-    let first_step = {first_step};\n\
-    let steps = select(0, {rows} * in_quads, needed);\n\
-    var row = 0;\n\
-    var quad = 0;\n\
-    for (var step = 0; step < steps; step++) {{\n\
-{body}\
-        quad += 1;\n\
-        row += select(0, 1, quad == in_quads);\n\
-        quad = select(quad, 0, quad == in_quads);\n\
-    }}\n\
-    }}\n",
+        "    {{
+    let in_quads = i32(textureNumLayers({tensor}));
+    let first_step = {first_step};
+    let steps = select(0, {rows} * in_quads, needed);
+    var row = 0;
+    var quad = 0;
+    for (var step = 0; step < steps; step++) {{
+{body}
+        quad += 1;
+        row += select(0, 1, quad == in_quads);
+        quad = select(quad, 0, quad == in_quads);
+    }}
+    }}
+",
         body = step(shape, walk, quads),
     )
 }
@@ -143,12 +151,13 @@ fn multiply_add(walk: &Walk, k: usize, p: usize) -> String {
 /// Bias, clamp and stores. What lies outside of the output is not stored.
 fn store(shape: Shape, quads: usize) -> String {
     let mut text = format!(
-        "    if needed {{\n\
-    let size = vec2<i32>(textureDimensions(output));\n\
-    let out_quads = i32(textureNumLayers(output));\n\
-    let first = block * {quads};\n\
-    let floor = vec4(select(-largest, 0.0, relu));\n\
-    let vertical = select(select(1, 2, y == size.y - 1), 0, y == 0);\n"
+        "    if needed {{
+    let size = vec2<i32>(textureDimensions(output));
+    let out_quads = i32(textureNumLayers(output));
+    let first = block * {quads};
+    let floor = vec4(select(-largest, 0.0, relu));
+    let vertical = select(select(1, 2, y == size.y - 1), 0, y == 0);
+"
     );
     let bias = if shape == Shape::UpConv { up_conv_bias } else { conv3x3_bias };
     for k in 0..quads {

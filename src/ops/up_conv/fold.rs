@@ -23,7 +23,7 @@ fn tap([y, x]: [usize; 2], [row, column]: [usize; 2]) -> usize {
 /// pixel of the first parity returned, in the low-resolution pixel of the second.
 fn seen(parity: usize, k: usize) -> [usize; 2] {
     let upsampled = parity + k + 1; // counted from two before the output's own even pixel
-    [upsampled % 2, upsampled / 2 - (parity + 1) / 2]
+    [upsampled % 2, upsampled / 2 - parity.div_ceil(2)]
 }
 
 /// The parts of the parameters of [`super::up_conv`].

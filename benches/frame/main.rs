@@ -1,0 +1,66 @@
+//! How fast frames are denoised, verified before they are timed.
+//!
+//! `cargo bench` prints a row per tier, precision and size: the frame on the GPU, the frame with
+//! upload and readback, and, with `--operators`, each kernel call. Rows are kept as JSON and
+//! compared with those of the run before. `cargo bench -- --check` only verifies, in seconds,
+//! and is part of the project's own checks.
+
+mod on_gpu;
+mod options;
+mod record;
+mod verify;
+
+use clap::Parser as _;
+use wgdenoise::{Denoiser, Gpu, Options, Precision, Quality, Result, Weights, timing};
+
+use crate::options::Arguments;
+use crate::record::Record;
+
+const TIERS: [(&str, Quality); 3] =
+    [("fast", Quality::Fast), ("balanced", Quality::Balanced), ("high", Quality::High)];
+
+fn main() -> Result<()> {
+    let arguments = Arguments::parse();
+    let gpu = Gpu::open(None)?;
+    println!("{} ({:?}), {}", gpu.info.name, gpu.info.backend, gpu.info.driver_info);
+    let mut record = Record::open(&gpu.info);
+    for (tier, quality) in TIERS {
+        for precision in [Precision::F32, Precision::F16] {
+            let weights = Weights::builtin(quality)?;
+            let options = Options { precision, ..Options::default() };
+            let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
+            let error = verify::error(&denoiser, &weights, precision)?;
+            let name = format!("{tier} {precision:?}");
+            println!("{name}: within {error:.1e} of the reference");
+            if !arguments.check {
+                time(&arguments, &gpu, &denoiser, &name, &mut record)?;
+            }
+        }
+    }
+    if !arguments.check {
+        record.save();
+    }
+    Ok(())
+}
+
+fn time(
+    arguments: &Arguments,
+    gpu: &Gpu,
+    denoiser: &Denoiser,
+    name: &str,
+    record: &mut Record,
+) -> Result<()> {
+    for [width, height] in arguments.sizes(&gpu.info) {
+        let name = format!("{name} {width}×{height}");
+        let frame = timing::measure(denoiser, width, height, arguments.runs)?;
+        let on_gpu = on_gpu::measure(gpu, denoiser, width, height, arguments.runs)?;
+        record.row(&format!("{name}, on the GPU"), &on_gpu, frame.flop);
+        record.row(&format!("{name}, with upload and readback"), &frame.seconds, frame.flop);
+        if arguments.operators {
+            for call in timing::profile(denoiser, width, height, arguments.runs)? {
+                record.row(&format!("{name}, {}", call.name), &call.seconds, 2.0 * call.macs);
+            }
+        }
+    }
+    Ok(())
+}

@@ -1,0 +1,189 @@
+//! The network bound to the textures of one tile size and to images: every call of a frame.
+
+use std::ops::Range;
+
+use crate::graph::{BoxedOperator, Model};
+use crate::kernel::{Context, Dispatch};
+use crate::model::cost::layer_macs_per_pixel;
+use crate::model::{INPUT, TensorId};
+use crate::ops::activity::{Activity, activity};
+use crate::ops::head::Images;
+use crate::ops::input_process::{Sources, input_process};
+use crate::ops::need::Need;
+use crate::ops::output_process::output_process;
+use crate::ops::{GpuTensor, Io};
+
+/// One kernel call of a tile.
+#[derive(Debug)]
+pub(crate) struct Call {
+    /// The layer's name, or the operator's.
+    pub(crate) name: String,
+    /// Multiply-accumulates.
+    pub(crate) macs: f64,
+    /// Bytes of the tensors that it reads and writes.
+    pub(crate) bytes: f64,
+    dispatch: Dispatch,
+    /// Whether it reads the tile's uniform.
+    per_tile: bool,
+}
+
+impl Call {
+    fn per_tile(name: &str, dispatch: Dispatch) -> Self {
+        Self { name: name.into(), macs: 0.0, bytes: 0.0, dispatch, per_tile: true }
+    }
+
+    /// Records the call for the tile at `offset` bytes of the uniform.
+    pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
+        if self.per_tile {
+            self.dispatch.record_at(pass, offset);
+        } else {
+            self.dispatch.record(pass);
+        }
+    }
+}
+
+/// What a tile is bound to.
+pub(crate) struct Bound<'a> {
+    /// Size of the tiles, width first; multiples of the model's alignment.
+    pub(crate) tile: [u32; 2],
+    /// What is read.
+    pub(crate) sources: Sources<'a>,
+    /// Where the result goes.
+    pub(crate) output: &'a wgpu::Buffer,
+    /// Whether clean blocks skip the network.
+    pub(crate) skip_clean: bool,
+}
+
+/// All calls of a tile.
+#[derive(Debug)]
+pub(crate) struct TileGraph {
+    calls: Vec<Call>,
+    batches: Vec<Range<usize>>,
+}
+
+/// Most multiply-accumulates of one submission of the blocking call: Windows takes a GPU that
+/// does not answer for two seconds from its program, and this is 0.2 s at 100 GFLOP/s.
+const MACS_PER_SUBMISSION: f64 = 10e9;
+
+impl TileGraph {
+    /// Creates the textures and binds the operators.
+    pub(crate) fn new(context: &Context, model: &Model, bound: &Bound<'_>) -> Self {
+        let Bound { tile, sources, .. } = bound;
+        let tensors = tensors(context, model, *tile);
+        let radius = model.reach.iter().copied().max().unwrap_or(0);
+        let skip = bound.skip_clean && model.head.is_some();
+        let (activity, activity_calls) = activity(context, sources, *tile, radius, skip);
+        let mut calls = Vec::new();
+        if model.head.is_some() {
+            calls.extend(activity_calls.map(|call| Call::per_tile("activity", call)));
+        }
+        let input = input_process(context, sources, &tensors[INPUT]);
+        calls.push(Call::per_tile("input_process", input));
+        calls.extend(layer_calls(context, model, *tile, &tensors, &activity));
+        calls.push(last_call(context, model, bound, &tensors, &activity));
+        let batches = batches(&calls.iter().map(|call| call.macs).collect::<Vec<_>>());
+        Self { calls, batches }
+    }
+
+    /// Records everything for the tile at `offset` bytes of the uniform.
+    pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
+        for call in &self.calls {
+            call.record_at(pass, offset);
+        }
+    }
+
+    /// The same calls in groups, each short enough for a submission of its own.
+    pub(crate) fn batches(&self) -> impl Iterator<Item = &[Call]> {
+        self.batches.iter().map(|batch| &self.calls[batch.clone()])
+    }
+
+    /// All calls in order.
+    pub(crate) fn calls(&self) -> &[Call] {
+        &self.calls
+    }
+}
+
+/// From the last tensor to the image.
+fn last_call(
+    context: &Context,
+    model: &Model,
+    bound: &Bound<'_>,
+    tensors: &[GpuTensor],
+    activity: &Activity,
+) -> Call {
+    let last = &tensors[model.network.output()];
+    let (Sources { tiles, input_scale, color, .. }, output) = (bound.sources, bound.output);
+    let Some(head) = &model.head else {
+        let call = output_process(context, tiles, last, input_scale, output);
+        return Call::per_tile("output_process", call);
+    };
+    let images = Images { tiles, input_scale, color, output };
+    Call::per_tile("head", head.dispatch(&context.device, last, activity, &images))
+}
+
+/// Views of new textures, by tensor.
+fn tensors(context: &Context, model: &Model, tile: [u32; 2]) -> Vec<GpuTensor> {
+    let slots =
+        model.storage.slots.iter().map(|slot| {
+            GpuTensor::texture(context, tile.map(|side| side >> slot.level), slot.quads)
+        });
+    let slots: Vec<_> = slots.collect();
+    let tensor = |id: TensorId| {
+        let place = model.storage.placements[id];
+        GpuTensor::of(&slots[place.slot], place.first_quad, place.quads)
+    };
+    (0..model.network.shapes.len()).map(tensor).collect()
+}
+
+fn layer_calls(
+    context: &Context,
+    model: &Model,
+    tile: [u32; 2],
+    tensors: &[GpuTensor],
+    activity: &Activity,
+) -> Vec<Call> {
+    let Model { network, operators, reach, .. } = model;
+    let pixels = f64::from(tile[0]) * f64::from(tile[1]);
+    let call = |(i, operator): (usize, &BoxedOperator)| {
+        let layer = &network.layers[i];
+        let inputs: Vec<_> = layer.inputs.iter().map(|&input| &tensors[input]).collect();
+        let need =
+            Need { map: &activity.map, level: network.shapes[i + 1].level, reach: reach[i + 1] };
+        if i > 0 && operators[i - 1].pools() {
+            return None;
+        }
+        let io = Io { inputs: &inputs, output: &tensors[i + 1], pooled: tensors.get(i + 2), need };
+        let dispatch = operator.dispatch(&context.device, &io)?;
+        let macs = layer_macs_per_pixel(network, i) * pixels;
+        let tensors = inputs.iter().copied().chain([io.output]);
+        let bytes = tensors.map(|tensor| tensor.bytes(context.precision)).sum();
+        Some(Call { name: layer.name.clone(), macs, bytes, dispatch, per_tile: false })
+    };
+    operators.iter().enumerate().filter_map(call).collect()
+}
+
+/// Consecutive calls whose sum stays below the limit; a call above it stands alone.
+fn batches(macs: &[f64]) -> Vec<Range<usize>> {
+    let mut batches = Vec::new();
+    let (mut begin, mut sum) = (0, 0.0);
+    for (i, macs) in macs.iter().enumerate() {
+        if i > begin && sum + macs > MACS_PER_SUBMISSION {
+            batches.push(begin..i);
+            (begin, sum) = (i, 0.0);
+        }
+        sum += macs;
+    }
+    batches.push(begin..macs.len());
+    batches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_hold_every_call_once_and_stay_below_the_limit() {
+        let macs = [1e9, 8e9, 2e9, 50e9, 1e9, 1e9];
+        assert_eq!(batches(&macs), [0..2, 2..3, 3..4, 4..6]);
+    }
+}
