@@ -1,0 +1,107 @@
+//! Runs wgdenoise's network on Burn's wgpu backend: first on a checked input, then on the clock.
+//!
+//! Prints one line of JSON: the adapter, the compiler of its shaders, the largest difference from
+//! the expected output and the seconds of each run. The network alone is timed, its input and
+//! output on the device; the device is waited for after each run.
+
+mod unet;
+mod weights;
+
+use std::error::Error;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use burn::tensor::{DType, Device, DeviceKind, Tensor, TensorData};
+use clap::{Parser, ValueEnum};
+use safetensors::SafeTensors;
+use unet::UNet;
+
+type Result<T> = std::result::Result<T, Box<dyn Error>>;
+
+#[derive(Parser)]
+struct Args {
+    /// A weights file of wgdenoise.
+    #[arg(long)]
+    weights: PathBuf,
+    /// A safetensors file with the F32 tensors `input` and `output` in NCHW order.
+    #[arg(long)]
+    check: PathBuf,
+    #[arg(long)]
+    width: usize,
+    #[arg(long)]
+    height: usize,
+    /// Timed runs, after one that warms up.
+    #[arg(long, default_value_t = 1)]
+    runs: usize,
+    #[arg(long, value_enum, default_value_t = Precision::F32)]
+    precision: Precision,
+    /// `vulkan` lets Burn write SPIR-V where the driver takes it; `auto` leaves the choice to it.
+    #[arg(long, value_enum, default_value_t = Api::Auto)]
+    api: Api,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Precision {
+    F32,
+    F16,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum Api {
+    Auto,
+    Vulkan,
+    Webgpu,
+}
+
+fn main() -> Result<()> {
+    let args = Args::parse();
+    let device = match args.api {
+        Api::Auto => Device::wgpu(DeviceKind::DefaultDevice),
+        Api::Vulkan => Device::vulkan(DeviceKind::DefaultDevice),
+        Api::Webgpu => Device::webgpu(DeviceKind::DefaultDevice),
+    };
+    let dtype = match args.precision {
+        Precision::F32 => DType::F32,
+        Precision::F16 => DType::F16,
+    };
+    let net = UNet::load(&std::fs::read(&args.weights)?, dtype, &device)?;
+    let error = largest_error(&net, &std::fs::read(&args.check)?, dtype, &device)?;
+    let seconds = time(&net, &args, dtype, &device)?;
+    let identity = device.identity().ok_or("Burn does not say what its device is")?;
+    let report = serde_json::json!({
+        "adapter": identity.name,
+        "compiler": identity.fingerprint,
+        "max_error": error,
+        "seconds": seconds,
+    });
+    println!("{report}");
+    Ok(())
+}
+
+/// How far the network's output is from what the file expects; NaN counts as infinitely far.
+fn largest_error(net: &UNet, file: &[u8], dtype: DType, device: &Device) -> Result<f32> {
+    let file = SafeTensors::deserialize(file)?;
+    let (input, shape) = weights::floats(&file, "input")?;
+    let (expected, _) = weights::floats(&file, "output")?;
+    let input = Tensor::<4>::from_data(TensorData::new(input, shape), device).cast(dtype);
+    let found = net.forward(input).cast(DType::F32).try_into_data()?;
+    let differences = found.as_slice::<f32>()?.iter().zip(&expected).map(|(a, b)| (a - b).abs());
+    Ok(differences.fold(0.0, |most, d| if d.is_nan() { f32::INFINITY } else { most.max(d) }))
+}
+
+/// Seconds per run. What the input holds does not matter: the network does the same work on all.
+fn time(net: &UNet, args: &Args, dtype: DType, device: &Device) -> Result<Vec<f64>> {
+    let shape = [1, net.input_channels(), args.height, args.width];
+    let input = Tensor::<4>::full(shape, 0.5, device).cast(dtype);
+    let run = || -> Result<f64> {
+        device.sync()?;
+        let begin = Instant::now();
+        let output = net.forward(input.clone());
+        device.sync()?;
+        let seconds = begin.elapsed().as_secs_f64();
+        drop(output);
+        Ok(seconds)
+    };
+    run()?;
+    (0..args.runs).map(|_| run()).collect()
+}

@@ -1,0 +1,96 @@
+"""Our networks: their size, from the weights files, and what is right, from PyTorch in 32-bit float."""
+
+import functools
+import hashlib
+import json
+import re
+import sys
+from pathlib import Path
+
+from peers.base import ROOT, TOLERANCE, Unavailable
+
+sys.path.append(str(ROOT / "training"))
+
+SIZE = (64, 96)  # rows and columns of the checked input, multiples of 16
+SEED = 1
+
+
+def weights_file(tier: str) -> Path:
+    return ROOT / "weights" / f"{tier}.safetensors"
+
+
+def digest(tier: str) -> str:
+    """Names what is derived from a weights file, so that new weights get new files."""
+    return hashlib.sha256(weights_file(tier).read_bytes()).hexdigest()[:12]
+
+
+@functools.cache
+def macs(tier: str) -> float:
+    """Multiply-accumulates per pixel with nine input channels, from the header alone: no package is needed."""
+    data = weights_file(tier).read_bytes()
+    header = json.loads(data[8:8 + int.from_bytes(data[:8], "little")])
+    levels = header["__metadata__"]["widths"].count(",")
+    shapes = {name: about["shape"] for name, about in header.items() if name.endswith(".weight")}
+    return sum(_layer_macs(name, shape, levels) for name, shape in shapes.items() if len(shape) == 4)
+
+
+def _layer_macs(name: str, shape: list[int], levels: int) -> float:
+    """Of a layer whose output is half the image's sides `level` times."""
+    level = levels if name.startswith("mid") else int((re.findall(r"\d+", name) or "0")[0])
+    rows, columns, outputs, inputs = shape[2], shape[3], shape[0], shape[1]
+    uses = 4 if name.startswith("dec_up") else 1  # each weight meets one output pixel in four
+    return rows * columns * outputs * inputs / uses / 4**level
+
+
+@functools.cache
+def network(tier: str):
+    """The network in PyTorch, in evaluation mode, as training/ defines it."""
+    try:
+        from quality.networks import Network
+    except ImportError as e:
+        raise Unavailable(f"the expected output needs PyTorch and safetensors: {e}") from None
+    return Network(weights_file(tier)).model
+
+
+def check_file(tier: str, cache: Path) -> Path:
+    """A safetensors file with a fixed random `input` and the `output` that PyTorch gives, both NCHW."""
+    path = cache / f"check-{tier}-{digest(tier)}.safetensors"
+    if not path.exists():
+        _write_check(path, network(tier))
+    return path
+
+
+def _write_check(path: Path, model) -> None:
+    import torch
+    from safetensors.torch import save_file
+
+    noise = torch.rand((1, model.inputs, *SIZE), generator=torch.Generator().manual_seed(SEED))
+    with torch.inference_mode():
+        output = model(noise)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    save_file({"input": noise, "output": output.clone()}, path)
+
+
+def check_program(program: Path, tier: str, precision: str) -> str:
+    """How far the program's image is from PyTorch's, both encoded as the network's output is; through EXR files."""
+    try:
+        error = _program_error(program, tier, precision)
+    except ImportError as e:
+        return f"not checked: {e}"
+    except SystemExit as e:  # how the training scripts report
+        raise Unavailable(str(e)) from None
+    if not error <= TOLERANCE[precision]:
+        raise Unavailable(f"wrong: its output differs by {error:.1e} from PyTorch's, allowed {TOLERANCE[precision]:.1e}")
+    return f"{error:.0e}"
+
+
+def _program_error(program: Path, tier: str, precision: str) -> float:
+    import torch
+    from inference import denoise
+    from quality.precision import run
+    from transfer import autoexposure, transfer
+
+    image = torch.rand((9, *SIZE), generator=torch.Generator().manual_seed(SEED))
+    scale = autoexposure(image[:3])
+    found, expected = run(program, image, weights_file(tier), precision), denoise(network(tier), image)
+    return float((transfer(found * scale) - transfer(expected * scale)).abs().max())

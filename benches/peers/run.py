@@ -1,0 +1,132 @@
+"""Measure the field's denoisers side by side on this machine, wgdenoise first: a Markdown table and JSON.
+
+    python benches/peers/run.py --size 1024x1024 --runs 5 --out results
+
+Each round measures every entry once, one after the other, each in a process of its own with a warm-up; `--runs` is
+the number of rounds. A peer that cannot be built, does not run or gives a wrong image is a row that says why. README.md
+says what each peer needs.
+"""
+
+import argparse
+import json
+import platform
+import subprocess
+import sys
+from datetime import UTC, datetime
+from pathlib import Path
+
+import peers
+import table
+from peers.base import CACHE, ROOT, Entry, Options, Peer, Unavailable
+from workers import common
+
+
+def arguments() -> argparse.Namespace:
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--size", type=_size, default=(1024, 1024), metavar="WxH", help="multiples of 16 [1024x1024]")
+    p.add_argument("--runs", type=_positive, default=5, help="rounds; the median of the rounds counts [5]")
+    p.add_argument("--burst", type=_positive, default=1,
+                   help="timed frames in each round; more on GPUs, where one frame takes milliseconds [1]")
+    p.add_argument("--out", type=Path, default=CACHE / "results", help="folder for peers.md and peers.json")
+    p.add_argument("--only", nargs="+", choices=[peer.name for peer in peers.ALL], metavar="NAME",
+                   help="of " + ", ".join(peer.name for peer in peers.ALL))
+    p.add_argument("--tiers", nargs="+", default=["balanced"], choices=("fast", "balanced", "high"),
+                   help="our networks that the frameworks run [balanced]")
+    p.add_argument("--against", choices=("f32", "f16"), default="f32",
+                   help="precision of our balanced network that the ratios are to [f32]")
+    p.add_argument("--timeout", type=float, default=3600, help="seconds that one command may take [3600]")
+    for program in ("wgdenoise", "oidn-webgpu-native", "burn"):
+        p.add_argument(f"--{program}", type=_path, metavar="PATH", help="built program, instead of building it")
+    p.add_argument("--weights-cache", type=_path, default=CACHE / "weights",
+                   help="folder of fetched weights, exported networks and expected outputs")
+    return p.parse_args()
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = map(int, text.split("x"))
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"{text} is not of the form WIDTHxHEIGHT, such as 1024x1024") from None
+    if min(width, height) < 16 or width % 16 or height % 16:
+        raise argparse.ArgumentTypeError(f"{text}: both sides must be multiples of 16, at least 16")
+    return width, height
+
+
+def _positive(text: str) -> int:
+    if not text.isdigit() or int(text) < 1:
+        raise argparse.ArgumentTypeError(f"{text} is not a whole number of at least 1")
+    return int(text)
+
+
+def _path(text: str) -> Path:
+    return Path(text).resolve()
+
+
+def options_of(o: argparse.Namespace) -> Options:
+    return Options(*o.size, burst=o.burst, tiers=tuple(o.tiers), weights_cache=o.weights_cache, timeout=o.timeout,
+                   wgdenoise=o.wgdenoise, oidn_webgpu_native=o.oidn_webgpu_native, burn=o.burn)
+
+
+def prepare(chosen: list[Peer], options: Options) -> list[Entry]:
+    """The entries of all peers, built and ready; a peer that fails is one entry with the reason."""
+    entries = []
+    for peer in chosen:
+        say(f"preparing {peer.name}")
+        try:
+            entries += peer.entries(options)
+        except Exception as e:  # noqa: BLE001 - whatever a peer does, the others run
+            entries.append(Entry(peer.name, reason=reason_of(e)))
+    return entries
+
+
+def measure(entries: list[Entry], rounds: int) -> None:
+    """Round robin, so that a machine whose clock drifts is as fair to one as to the other."""
+    for number in range(1, rounds + 1):
+        for entry in (e for e in entries if not e.reason):
+            try:
+                entry.take(entry.measure())
+                say(f"round {number} of {rounds}: {entry.peer}, {entry.network}, {entry.precision}: "
+                    f"{entry.ms[-1]:.1f} ms")
+            except Exception as e:  # noqa: BLE001 - as above
+                entry.reason = reason_of(e)
+                say(f"round {number} of {rounds}: {entry.peer}, {entry.network}, {entry.precision}: {entry.reason}")
+
+
+def reason_of(error: Exception) -> str:
+    """One sentence."""
+    return str(error) if isinstance(error, Unavailable) else f"{type(error).__name__}: {error}"
+
+
+def about(o: argparse.Namespace) -> dict:
+    commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, cwd=ROOT,
+                            check=False).stdout.strip()
+    return {"processor": common.processor(), "cores": common.cores(), "system": platform.platform(),
+            "date": datetime.now(UTC).strftime("%Y-%m-%d"), "commit": commit or "unknown",
+            "width": o.size[0], "height": o.size[1], "runs": o.runs, "burst": o.burst, "against": o.against}
+
+
+def write(folder: Path, machine: dict, rows: list[dict]) -> str:
+    """Writes both files and returns the Markdown."""
+    text = (f"{machine['width']}×{machine['height']} pixels, {machine['runs']} rounds of {machine['burst']} timed "
+            f"frames each, {machine['processor']}, {machine['cores']} cores, {machine['date']}, commit "
+            f"{machine['commit']}.\n\n{table.markdown(rows)}")
+    folder.mkdir(parents=True, exist_ok=True)
+    (folder / "peers.md").write_text(text)
+    (folder / "peers.json").write_text(json.dumps({"about": machine, "rows": rows}, indent=1) + "\n")
+    return text
+
+
+def say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
+def main() -> None:
+    o = arguments()
+    chosen = [peer for peer in peers.ALL if o.only is None or peer.name in o.only]
+    entries = prepare(chosen, options_of(o))
+    measure(entries, o.runs)
+    print(write(o.out, about(o), table.rows(entries, o.size[0] * o.size[1], o.against)))
+
+
+if __name__ == "__main__":
+    main()
