@@ -93,7 +93,7 @@ def test_a_wrong_output_is_not_timed():
 def test_a_command_that_fails_says_what_it_said():
     with pytest.raises(Unavailable, match="cannot be started"):
         base.call(["no-such-program-anywhere"], 10)
-    script = "import sys; print('warning: old'); print('error: no adapter', file=sys.stderr); print('bye'); sys.exit(3)"
+    script = "import sys; print('bye'); sys.exit('panicked at main.rs:\\nerror: no adapter\\nnote: see the manual')"
     with pytest.raises(Unavailable, match="^probe failed: error: no adapter$"):
         base.call([sys.executable, "-c", script], 10, name="probe")
     with pytest.raises(Unavailable, match="longer than"):

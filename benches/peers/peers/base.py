@@ -94,11 +94,10 @@ def call(command: list[str | Path], timeout: float, cwd: Path = HERE, environmen
     return done.stdout
 
 
-def _complaint(*texts: str) -> str:
-    """The first line that speaks of an error, or the last line: what most likely says what went wrong."""
-    lines = [line.strip() for text in texts for line in text.splitlines() if line.strip()]
-    errors = [line for line in lines if "error" in line.lower() or "panicked" in line]
-    return errors[0] if errors else lines[-1] if lines else ""
+def _complaint(errors: str, output: str) -> str:
+    """The last line that is no hint: what most likely says what went wrong."""
+    lines = [line.strip() for line in (errors.strip() or output).splitlines()]
+    return next((line for line in reversed(lines) if line and not line.startswith("note:")), "")
 
 
 def last_json(text: str) -> dict:
