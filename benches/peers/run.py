@@ -9,16 +9,13 @@ says what each peer needs.
 
 import argparse
 import json
-import platform
-import subprocess
 import sys
-from datetime import UTC, datetime
 from pathlib import Path
 
 import peers
 import table
-from peers.base import CACHE, ROOT, Entry, Options, Peer, Unavailable
-from workers import common
+from peers import machine
+from peers.base import CACHE, Entry, Options, Peer, Unavailable
 
 
 def arguments() -> argparse.Namespace:
@@ -76,20 +73,19 @@ def prepare(chosen: list[Peer], options: Options) -> list[Entry]:
             entries += peer.entries(options)
         except Exception as e:  # noqa: BLE001 - whatever a peer does, the others run
             entries.append(Entry(peer.name, reason=reason_of(e)))
+            say(f"{peer.name}: {reason_of(e)}")
     return entries
 
 
-def measure(entries: list[Entry], rounds: int) -> None:
-    """Round robin, so that a machine whose clock drifts is as fair to one as to the other."""
-    for number in range(1, rounds + 1):
-        for entry in (e for e in entries if not e.reason):
-            try:
-                entry.take(entry.measure())
-                say(f"round {number} of {rounds}: {entry.peer}, {entry.network}, {entry.precision}: "
-                    f"{entry.ms[-1]:.1f} ms")
-            except Exception as e:  # noqa: BLE001 - as above
-                entry.reason = reason_of(e)
-                say(f"round {number} of {rounds}: {entry.peer}, {entry.network}, {entry.precision}: {entry.reason}")
+def measure(entries: list[Entry], number: int) -> None:
+    """One round: each entry once, so that a machine whose clock drifts is as fair to one as to the other."""
+    for entry in (e for e in entries if not e.reason):
+        try:
+            entry.take(entry.measure())
+            result = f"{entry.ms[-1]:.1f} ms"
+        except Exception as e:  # noqa: BLE001 - as above
+            result = entry.reason = reason_of(e)
+        say(f"round {number}: {entry.peer}, {entry.network}, {entry.precision}: {result}")
 
 
 def reason_of(error: Exception) -> str:
@@ -97,22 +93,16 @@ def reason_of(error: Exception) -> str:
     return str(error) if isinstance(error, Unavailable) else f"{type(error).__name__}: {error}"
 
 
-def about(o: argparse.Namespace) -> dict:
-    commit = subprocess.run(["git", "describe", "--always", "--dirty"], capture_output=True, text=True, cwd=ROOT,
-                            check=False).stdout.strip()
-    return {"processor": common.processor(), "cores": common.cores(), "system": platform.platform(),
-            "date": datetime.now(UTC).strftime("%Y-%m-%d"), "commit": commit or "unknown",
-            "width": o.size[0], "height": o.size[1], "runs": o.runs, "burst": o.burst, "against": o.against}
-
-
-def write(folder: Path, machine: dict, rows: list[dict]) -> str:
+def write(o: argparse.Namespace, rounds: int, entries: list[Entry]) -> str:
     """Writes both files and returns the Markdown."""
-    text = (f"{machine['width']}×{machine['height']} pixels, {machine['runs']} rounds of {machine['burst']} timed "
-            f"frames each, {machine['processor']}, {machine['cores']} cores, {machine['date']}, commit "
-            f"{machine['commit']}.\n\n{table.markdown(rows)}")
-    folder.mkdir(parents=True, exist_ok=True)
-    (folder / "peers.md").write_text(text)
-    (folder / "peers.json").write_text(json.dumps({"about": machine, "rows": rows}, indent=1) + "\n")
+    width, height = o.size
+    rows, here = table.rows(entries, width * height, o.against), machine.about()
+    text = (f"{width}×{height} pixels, {rounds} rounds of {o.burst} timed frames each, {here['processor']}, "
+            f"{here['cores']} cores, {here['date']}, commit {here['commit']}.\n\n{table.markdown(rows)}")
+    asked = {"width": width, "height": height, "rounds": rounds, "burst": o.burst, "against": o.against}
+    o.out.mkdir(parents=True, exist_ok=True)
+    (o.out / "peers.md").write_text(text)
+    (o.out / "peers.json").write_text(json.dumps({"about": here | asked, "rows": rows}, indent=1) + "\n")
     return text
 
 
@@ -124,8 +114,10 @@ def main() -> None:
     o = arguments()
     chosen = [peer for peer in peers.ALL if o.only is None or peer.name in o.only]
     entries = prepare(chosen, options_of(o))
-    measure(entries, o.runs)
-    print(write(o.out, about(o), table.rows(entries, o.size[0] * o.size[1], o.against)))
+    for number in range(1, o.runs + 1):
+        measure(entries, number)
+        text = write(o, number, entries)  # after each round: a run that is stopped leaves what it has
+    print(text)
 
 
 if __name__ == "__main__":

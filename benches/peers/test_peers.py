@@ -54,6 +54,7 @@ def test_a_peer_that_cannot_be_prepared_is_a_row_and_the_others_run():
         return [Entry("works", "net", "f32", macs=1.0, measure=lambda: Sample(7.0, "cpu", "1e-06"))]
 
     entries = run.prepare([Peer("broken", broken), Peer("crashing", crashing), Peer("works", works)], OPTIONS)
+    run.measure(entries, 1)
     run.measure(entries, 2)
     first, second, third = table.rows(entries, 1, "f32")
     assert first["reason"] == "it is not installed" and first["ms"] == []
@@ -72,7 +73,8 @@ def test_an_entry_that_fails_in_a_later_round_loses_its_figures():
             raise Unavailable("the device is lost") from None
 
     entries = [Entry("flaky", "net", macs=1.0, measure=measure)]
-    run.measure(entries, 3)
+    run.measure(entries, 1)
+    run.measure(entries, 2)
     (row,) = table.rows(entries, 1, "f32")
     assert row["ms"] == [] and row["reason"] == "the device is lost" and "median_ms" not in row
 

@@ -1,14 +1,15 @@
-"""What the workers share: their arguments, the cores they may use, the check before the clock and the clock."""
+"""What the workers share: their arguments, the check before the clock and the clock."""
 
 import argparse
 import json
-import os
 import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 from safetensors.numpy import load_file
+
+from peers.machine import cores, processor
 
 
 def parser() -> argparse.ArgumentParser:
@@ -20,15 +21,8 @@ def parser() -> argparse.ArgumentParser:
     return p
 
 
-def cores() -> int:
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-
-
-def processor() -> str:
-    about = Path("/proc/cpuinfo")
-    names = [line.split(":")[1].strip() for line in about.read_text().splitlines()
-             if line.startswith("model name")] if about.exists() else []
-    return names[0] if names else "CPU"
+def cpu_adapter() -> str:
+    return f"{processor()}, {cores()} threads"
 
 
 def largest_error(path: Path, forward: Callable[[np.ndarray], np.ndarray]) -> float:

@@ -5,6 +5,7 @@ from pathlib import Path
 import numpy as np
 import onnxruntime
 
+from peers.machine import cores
 from workers import common
 
 
@@ -20,13 +21,12 @@ def main() -> None:
 
     frame = np.random.default_rng(1).random((1, source.shape[1], o.height, o.width), np.float32)
     error = common.largest_error(o.check, run)
-    adapter = f"{common.processor()}, {common.cores()} threads"
-    common.report(adapter, error, common.timed(lambda: run(frame), o.runs))
+    common.report(common.cpu_adapter(), error, common.timed(lambda: run(frame), o.runs))
 
 
 def _session(model: Path) -> onnxruntime.InferenceSession:
     options = onnxruntime.SessionOptions()
-    options.intra_op_num_threads = common.cores()
+    options.intra_op_num_threads = cores()
     return onnxruntime.InferenceSession(model, options, providers=["CPUExecutionProvider"])
 
 

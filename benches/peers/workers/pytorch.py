@@ -4,6 +4,7 @@ import torch
 from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_weights
 
+from peers.machine import cores
 from peers.reference import network
 from workers import common
 
@@ -22,7 +23,7 @@ def main() -> None:
     if o.probe:
         common.report(o.device, 0.0, [])
         return
-    torch.set_num_threads(common.cores())
+    torch.set_num_threads(cores())
     torch.backends.cudnn.benchmark = True
     with torch.inference_mode():
         _measure(o)
@@ -54,7 +55,7 @@ def _folded(model: nn.Module) -> nn.Module:
 
 
 def _adapter(device: str) -> str:
-    return torch.cuda.get_device_name() if device == "cuda" else f"{common.processor()}, {common.cores()} threads"
+    return torch.cuda.get_device_name() if device == "cuda" else common.cpu_adapter()
 
 
 if __name__ == "__main__":
