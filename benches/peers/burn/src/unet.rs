@@ -31,7 +31,9 @@ impl UNet {
     pub fn load(file: &[u8], dtype: DType, device: &Device) -> Result<Self> {
         let (widths, eps) = weights::metadata(file)?;
         let file = SafeTensors::deserialize(file)?;
-        let conv = |name: &str| Ok(Conv::new(weights::layer(&file, name, eps)?, dtype, device));
+        let conv = |name: &str| -> Result<Conv> {
+            Ok(Conv::new(weights::layer(&file, name, eps)?, dtype, device))
+        };
         let block = |name: &str| -> Result<Block> {
             Ok(Block([conv(&format!("{name}a"))?, conv(&format!("{name}b"))?]))
         };
@@ -77,11 +79,9 @@ impl Block {
 impl Conv {
     fn new(layer: Layer, dtype: DType, device: &Device) -> Self {
         let bias_shape = [layer.bias.len()];
-        Self {
-            weight: Tensor::from_data(TensorData::new(layer.weight, layer.shape), device)
-                .cast(dtype),
-            bias: Tensor::from_data(TensorData::new(layer.bias, bias_shape), device).cast(dtype),
-        }
+        let weight = Tensor::<4>::from_data(TensorData::new(layer.weight, layer.shape), device);
+        let bias = Tensor::<1>::from_data(TensorData::new(layer.bias, bias_shape), device);
+        Self { weight: weight.cast(dtype), bias: bias.cast(dtype) }
     }
 
     fn forward(&self, x: Tensor<4>, padding: usize) -> Tensor<4> {
