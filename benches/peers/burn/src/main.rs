@@ -8,7 +8,8 @@ mod unet;
 mod weights;
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
 use std::time::Instant;
 
 use burn::tensor::{DType, Device, DeviceKind, Tensor, TensorData};
@@ -35,9 +36,6 @@ struct Args {
     runs: usize,
     #[arg(long, value_enum, default_value_t = Precision::F32)]
     precision: Precision,
-    /// `vulkan` lets Burn write SPIR-V where the driver takes it; `auto` leaves the choice to it.
-    #[arg(long, value_enum, default_value_t = Api::Auto)]
-    api: Api,
 }
 
 #[derive(Clone, Copy, ValueEnum)]
@@ -46,36 +44,42 @@ enum Precision {
     F16,
 }
 
-#[derive(Clone, Copy, ValueEnum)]
-enum Api {
-    Auto,
-    Vulkan,
-    Webgpu,
+fn main() -> ExitCode {
+    match run(&Args::parse()) {
+        Ok(report) => {
+            println!("{report}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
 }
 
-fn main() -> Result<()> {
-    let args = Args::parse();
-    let device = match args.api {
-        Api::Auto => Device::wgpu(DeviceKind::DefaultDevice),
-        Api::Vulkan => Device::vulkan(DeviceKind::DefaultDevice),
-        Api::Webgpu => Device::webgpu(DeviceKind::DefaultDevice),
-    };
+fn run(args: &Args) -> Result<serde_json::Value> {
+    let device = Device::wgpu(DeviceKind::DefaultDevice);
     let dtype = match args.precision {
         Precision::F32 => DType::F32,
         Precision::F16 => DType::F16,
     };
-    let net = UNet::load(&std::fs::read(&args.weights)?, dtype, &device)?;
-    let error = largest_error(&net, &std::fs::read(&args.check)?, dtype, &device)?;
-    let seconds = time(&net, &args, dtype, &device)?;
+    let net = from_file(&args.weights, |data| UNet::load(data, dtype, &device))?;
+    let error = from_file(&args.check, |data| largest_error(&net, data, dtype, &device))?;
+    let seconds = time(&net, args, dtype, &device)?;
     let identity = device.identity().ok_or("Burn does not say what its device is")?;
-    let report = serde_json::json!({
+    Ok(serde_json::json!({
         "adapter": identity.name,
         "compiler": identity.fingerprint,
         "max_error": error,
         "seconds": seconds,
-    });
-    println!("{report}");
-    Ok(())
+    }))
+}
+
+/// What `parse` makes of a file; an error names the file.
+fn from_file<T>(path: &Path, parse: impl Fn(&[u8]) -> Result<T>) -> Result<T> {
+    let named = |error: Box<dyn Error>| format!("{}: {error}", path.display());
+    let data = std::fs::read(path).map_err(|error| named(error.into()))?;
+    Ok(parse(&data).map_err(named)?)
 }
 
 /// How far the network's output is from what the file expects; NaN counts as infinitely far.
