@@ -109,7 +109,7 @@ pub(super) struct EngineArgs {
     /// Which adapter, as `wgdenoise devices` lists them [default: the fastest kind]
     #[arg(long, value_name = "NAME|INDEX")]
     pub(super) adapter: Option<String>,
-    /// How intermediate values are stored [default: f32]
+    /// How intermediate values are stored [default: f16]
     #[arg(long, value_enum)]
     pub(super) precision: Option<PrecisionArg>,
     /// Most GPU memory to use, in MiB [default: 2048]

@@ -34,7 +34,7 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
     let entries = kept.as_object_mut().unwrap();
     assert_eq!(entries.len(), 1, "{entries:?}");
     let (key, entry) = entries.iter_mut().next().unwrap();
-    assert!(key.contains("; F32; ") && key.ends_with(env!("CARGO_PKG_VERSION")), "{key}");
+    assert!(key.contains("; F16; ") && key.ends_with(env!("CARGO_PKG_VERSION")), "{key}");
     let slope = |name: &str| entry[name]["per_pixel"].as_f64().unwrap();
     assert!(0.0 < slope("fast") && slope("fast") < slope("high"), "{entry}");
 

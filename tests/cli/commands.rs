@@ -112,7 +112,7 @@ fn kernels_are_what_the_flag_names() {
 fn kernels_that_do_not_run_on_the_adapter_are_one_sentence() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
-    let mut command = folder.command(&["plain_rgb.exr", "out.exr", "--kernels", "simd"]);
+    let mut command = folder.command(&["plain_rgb.exr", "out.exr", "-q", "--kernels", "simd"]);
     let output = command.env("LP_NATIVE_VECTOR_WIDTH", "128").output().unwrap();
     let text = String::from_utf8_lossy(&output.stderr);
     assert!(text.contains("the Simd kernels do not run on") && text.lines().count() == 1, "{text}");

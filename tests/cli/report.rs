@@ -68,14 +68,19 @@ fn the_errors_are_those_that_compare_finds() {
 #[test]
 fn a_configuration_that_fails_is_a_row_that_says_why() {
     let folder = Folder::new();
+    // Of this size, 1 MiB holds the tensors of all configurations but one.
+    let picture = image::RgbImage::from_fn(48, 40, |x, y| image::Rgb([x as u8, y as u8, 90]));
+    picture.save(folder.path("picture.png")).unwrap();
+    let files = ["bench", "--report", "picture.png", "picture.png"];
     let args = ["--runs", "1", "--no-aux", "--memory", "1"];
-    let json = report(&folder, &[&args[..], &["--json"]].concat()).json();
+    let report = |more: &[&str]| folder.run(&[&files[..], &args, more].concat());
+    let json = report(&["--json"]).json();
     let failed: Vec<_> = rows(&json).iter().filter(|row| row["error"].is_string()).collect();
     assert_eq!((rows(&json).len(), failed.len()), (6, 1), "{json}");
     assert_eq!((name(failed[0]).as_str(), &failed[0]["front"]), ("high f32", &false.into()));
     let error = failed[0]["error"].as_str().unwrap();
     assert!(error.contains("the memory budget is 1 MiB"), "{error}");
-    let text = report(&folder, &args).stdout;
+    let text = report(&[]).stdout;
     assert!(text.contains("| high | f32 | color | failed: memory: a tile needs"), "{text}");
 }
 

@@ -1,6 +1,6 @@
 //! The weights that the program carries, end to end against `PyTorch`, which trained them.
 
-use wgdenoise::{Denoiser, Frame, Options, Quality, Result, Weights, reference};
+use wgdenoise::{Denoiser, Frame, Options, Precision, Quality, Result, Weights, reference};
 
 use crate::common::fixture::Fixture;
 use crate::common::gpu::gpu;
@@ -18,10 +18,11 @@ fn every_tier_denoises_as_it_did_where_it_was_trained() -> Result<()> {
     let scale = reference::autoexposure(&color);
     let frame =
         Frame { color: &color, albedo: Some(&albedo), normal: Some(&normal), input_scale: None };
+    let options = Options { precision: Precision::F32, ..Options::default() };
     run_cases(TIERS, |&(name, quality)| {
         let weights = Weights::builtin(quality).map_err(|e| e.to_string())?;
         let (device, queue) = (&gpu().device, &gpu().queue);
-        let denoiser = Denoiser::new(device, queue, &weights, &Options::default())
+        let denoiser = Denoiser::new(device, queue, &weights, &options)
             .map_err(|e| e.to_string())?;
         let found = denoiser.denoise(&frame, &mut |_, _| {}).map_err(|e| e.to_string())?;
         let expected = f.image(&format!("expected.{name}")).map_err(|e| e.to_string())?;

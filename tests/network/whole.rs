@@ -73,7 +73,8 @@ fn the_same_input_makes_the_same_bits_every_time() {
 fn an_input_scale_replaces_the_measured_exposure() {
     let images = images(37, 22);
     let frame = Frame { input_scale: Some(0.05), ..frame(&images, Inputs::ALL) };
-    let found = run(&Options::default(), &frame);
+    let options = Options { precision: Precision::F32, ..Options::default() };
+    let found = run(&options, &frame);
     let expected = expected(&tiny(), &frame);
     compare(&encoded(&found, 0.05), &encoded(&expected, 0.05), F32).unwrap();
 }
