@@ -7,18 +7,21 @@ use crate::error::{Error, Result};
 use crate::graph::Model;
 use crate::kernel::Context;
 use crate::model::{Inputs, Weights};
-use crate::options::Options;
+use crate::ops::conv3x3::conv3x3;
+use crate::ops::self_test::self_test;
+use crate::options::{KernelSet, Options, Precision};
 use crate::plan::tiles::{Constraints, TilePlan};
 
 /// Compiled kernels and weights on a device of the caller's.
 ///
 /// Denoises images on the CPU by [`denoise`](Self::denoise), and makes a
 /// [`Pass`](crate::Pass) for images on the GPU by [`pass`](Self::pass). The queue is written
-/// to; only the blocking call submits.
+/// to; only the blocking call and the test of matrix kernels submit.
 #[derive(Debug)]
 pub struct Denoiser {
     pub(crate) context: Context,
     pub(crate) options: Options,
+    notices: Vec<String>,
     weights: Weights,
     models: Mutex<HashMap<Inputs, Arc<Model>>>,
 }
@@ -36,7 +39,8 @@ pub(crate) const MAX_SIDE: u32 = 1 << 16;
 impl Denoiser {
     /// Compiles the kernels for all inputs that the weights were trained with. For the fastest
     /// kernels the device needs [`required_features`](crate::required_features) and, for large
-    /// tiles, [`required_limits`](crate::required_limits).
+    /// tiles, [`required_limits`](crate::required_limits). Matrix kernels are tested first by a
+    /// small convolution, which is submitted and waited for.
     ///
     /// # Errors
     /// If the device cannot hold the weights or compile the kernels.
@@ -46,17 +50,18 @@ impl Denoiser {
         weights: &Weights,
         options: &Options,
     ) -> Result<Self> {
-        if !options.kernels.runs_on(device) {
-            return Err(Error::Device(format!(
-                "the {:?} kernels do not run on {}; they need a CPU driver with subgroups of at \
-                 least 8 and the feature SUBGROUP; choose Auto",
-                options.kernels,
-                device.adapter_info().name
-            )));
-        }
+        let context = Context::new(device, queue, options.precision);
+        let test = |shape| {
+            self_test(&context, |params, map| {
+                conv3x3(&context, KernelSet::Matrix(shape), params, map, true, false)
+            })
+        };
+        let name = device.adapter_info().name;
+        let chosen = options.choose(&name, |set| set.runs_on(device), test)?;
         let denoiser = Self {
-            context: Context::new(device, queue, options.precision),
-            options: options.clone(),
+            context,
+            options: Options { kernels: chosen.kernels, ..options.clone() },
+            notices: chosen.notices,
             weights: weights.clone(),
             models: Mutex::default(),
         };
@@ -68,6 +73,25 @@ impl Denoiser {
     #[must_use]
     pub fn weights(&self) -> &Weights {
         &self.weights
+    }
+
+    /// The kernels that run: [`Options::kernels`] unless that was `Auto` or failed its test.
+    #[must_use]
+    pub fn kernels(&self) -> KernelSet {
+        self.options.kernels
+    }
+
+    /// How tensors are stored.
+    #[must_use]
+    pub fn precision(&self) -> Precision {
+        self.options.precision
+    }
+
+    /// What the caller may want to know, one sentence each: that the matrix kernels of the options
+    /// gave wrong results in their test, so that others run.
+    #[must_use]
+    pub fn notices(&self) -> &[String] {
+        &self.notices
     }
 
     /// How an image of this size would be cut into tiles by the blocking call.

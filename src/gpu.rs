@@ -2,6 +2,7 @@
 //! A renderer that embeds wgdenoise brings its own device and never needs this module.
 
 use crate::error::{Error, Result};
+use crate::unsafe_calls::leave_for;
 
 /// A device with everything that the fastest kernels of its adapter can use.
 #[derive(Clone, Debug)]
@@ -12,6 +13,8 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// What the adapter says of itself.
     pub info: wgpu::AdapterInfo,
+    /// The adapter, which alone knows its [`MatrixShape`](crate::MatrixShape).
+    pub adapter: wgpu::Adapter,
 }
 
 impl Gpu {
@@ -37,15 +40,17 @@ impl Gpu {
 
     fn request(adapter: &wgpu::Adapter) -> Result<Self> {
         let info = adapter.get_info();
+        let required_features = crate::required_features(adapter) | crate::matrix_features(adapter);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("wgdenoise"),
-            required_features: crate::required_features(adapter),
+            required_features,
             required_limits: crate::required_limits(adapter),
+            experimental_features: leave_for(required_features),
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
             .map_err(|e| Error::Adapter(format!("`{}` gives no device: {e}", info.name)))?;
-        Ok(Self { device, queue, info })
+        Ok(Self { device, queue, info, adapter: adapter.clone() })
     }
 }
 

@@ -99,6 +99,16 @@ impl Kernel {
     pub fn dispatch(&self, bind_group: wgpu::BindGroup, invocations: [u32; 3]) -> Dispatch {
         let workgroups =
             std::array::from_fn(|axis| invocations[axis].div_ceil(self.workgroup[axis]));
+        self.dispatch_workgroups(bind_group, workgroups)
+    }
+
+    /// A dispatch of this many workgroups.
+    #[must_use]
+    pub fn dispatch_workgroups(
+        &self,
+        bind_group: wgpu::BindGroup,
+        workgroups: [u32; 3],
+    ) -> Dispatch {
         Dispatch { pipeline: self.pipeline.clone(), bind_group, workgroups }
     }
 }

@@ -1,8 +1,11 @@
 //! What a caller can choose.
 
+use crate::error::{Error, Result};
+use crate::ops::matrix::MatrixShape;
 use crate::ops::simd;
 
-/// How tensors are stored between layers. Arithmetic is in 32-bit float either way.
+/// How tensors are stored between layers. Arithmetic is in 32-bit float either way, except that
+/// [`KernelSet::Matrix`] may round what it multiplies to 16 bits; its sums have 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// 32-bit float: four bytes per channel.
@@ -45,7 +48,8 @@ impl Precision {
 /// Which variant of the convolutions runs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum KernelSet {
-    /// The fastest for the adapter: `Simd` where it runs, else `Tiled`.
+    /// The fastest for the adapter: `Simd` where it runs, else `Matrix` where [`Options::matrix`]
+    /// names a shape and its test passes, else `Tiled`.
     #[default]
     Auto,
     /// The readable definition: one pixel and four output channels per invocation.
@@ -54,10 +58,13 @@ pub enum KernelSet {
     Tiled,
     /// For CPU drivers (lavapipe): straight-line code, weights by subgroup broadcast.
     Simd,
+    /// For GPUs with matrix units: 3×3 convolutions as products of matrices of this shape.
+    Matrix(MatrixShape),
 }
 
 impl KernelSet {
-    /// `Auto` replaced by what it stands for on this device.
+    /// `Auto` replaced by the fastest of the sets that need no proof on this device: `Simd` where
+    /// it runs, else `Tiled`. A [`Denoiser`](crate::Denoiser) takes `Matrix` into account as well.
     #[must_use]
     pub fn resolve(self, device: &wgpu::Device) -> Self {
         match self {
@@ -67,17 +74,47 @@ impl KernelSet {
         }
     }
 
-    /// Whether the variant gives right results on this device. `Simd` needs a CPU driver, which
-    /// reads 0 outside of textures, with subgroups of at least eight invocations and the feature
-    /// `SUBGROUP`; the others run everywhere.
+    /// Whether the variant can run on this device. `Simd` needs a CPU driver, which reads 0 outside
+    /// of textures, with subgroups of at least eight invocations and the feature `SUBGROUP`;
+    /// for `Matrix` see [`MatrixShape::runs_on`]; the others run everywhere.
     #[must_use]
     pub fn runs_on(self, device: &wgpu::Device) -> bool {
         let info = device.adapter_info();
-        self != Self::Simd
-            || info.device_type == wgpu::DeviceType::Cpu
-                && info.subgroup_min_size >= simd::LANES
-                && device.features().contains(wgpu::Features::SUBGROUP)
+        match self {
+            Self::Auto | Self::Plain | Self::Tiled => true,
+            Self::Simd => {
+                info.device_type == wgpu::DeviceType::Cpu
+                    && info.subgroup_min_size >= simd::LANES
+                    && device.features().contains(wgpu::Features::SUBGROUP)
+            }
+            Self::Matrix(shape) => shape.runs_on(device),
+        }
     }
+
+    /// What the variant needs of a device, for the message that it is not there.
+    fn needs(self) -> &'static str {
+        match self {
+            Self::Auto | Self::Plain | Self::Tiled => "nothing",
+            Self::Simd => "a CPU driver with subgroups of at least 8 and the feature SUBGROUP",
+            Self::Matrix(_) => "the features of the shape and subgroups of its one size",
+        }
+    }
+}
+
+impl std::fmt::Display for KernelSet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Matrix(shape) => write!(f, "Matrix {0}×{0} {1:?}", shape.side, shape.factor),
+            other => write!(f, "{other:?}"),
+        }
+    }
+}
+
+/// What [`Options::kernels`] came to, and what the caller should know of it.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Chosen {
+    pub(crate) kernels: KernelSet,
+    pub(crate) notices: Vec<String>,
 }
 
 /// How a [`Denoiser`](crate::Denoiser) works.
@@ -96,6 +133,45 @@ pub struct Options {
     /// their colour and skip the network; see [`ops::activity`](crate::ops::activity). The
     /// plain kernels never skip.
     pub skip_clean: bool,
+    /// The matrices that `Auto` may use: [`MatrixShape::of`] the adapter, since a device does not
+    /// know. `None` unless said: no matrices.
+    pub matrix: Option<MatrixShape>,
+}
+
+impl Options {
+    /// The set that runs: `Auto` replaced by the first of `Simd`, `Matrix` and `Tiled` that
+    /// `runs`, and `Matrix` by `Tiled` where its `test` fails.
+    ///
+    /// # Errors
+    /// If the set does not run on the device called `name`.
+    pub(crate) fn choose(
+        &self,
+        name: &str,
+        runs: impl Fn(KernelSet) -> bool,
+        test: impl FnOnce(MatrixShape) -> Result<()>,
+    ) -> Result<Chosen> {
+        let matrix = self.matrix.map(KernelSet::Matrix);
+        let fastest = [Some(KernelSet::Simd), matrix].into_iter().flatten().find(|set| runs(*set));
+        let kernels = match self.kernels {
+            KernelSet::Auto => fastest.unwrap_or(KernelSet::Tiled),
+            set if runs(set) => set,
+            set => {
+                return Err(Error::Device(format!(
+                    "the {set} kernels do not run on {name}; they need {}; choose Auto",
+                    set.needs()
+                )));
+            }
+        };
+        let failure = match kernels {
+            KernelSet::Matrix(shape) => test(shape).err(),
+            _ => None,
+        };
+        let notice = |error| format!("the matrix kernels fail on {name}, Tiled runs: {error}");
+        Ok(match failure {
+            None => Chosen { kernels, notices: Vec::new() },
+            Some(error) => Chosen { kernels: KernelSet::Tiled, notices: vec![notice(error)] },
+        })
+    }
 }
 
 impl Default for Options {
@@ -106,6 +182,56 @@ impl Default for Options {
             tile: None,
             kernels: KernelSet::Auto,
             skip_clean: true,
+            matrix: None,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ops::matrix::Factor;
+
+    const SHAPE: MatrixShape = MatrixShape { side: 16, factor: Factor::F16, lanes: 32 };
+    const MATRIX: KernelSet = KernelSet::Matrix(SHAPE);
+
+    fn choose(kernels: KernelSet, runs: &[KernelSet], passes: bool) -> Result<Chosen> {
+        let test = |shape| {
+            assert_eq!(shape, SHAPE);
+            let failure = || Error::Device("2 of 3 results are wrong".into());
+            if passes { Ok(()) } else { Err(failure()) }
+        };
+        let options = Options { kernels, matrix: Some(SHAPE), ..Options::default() };
+        options.choose("GPU 7", |set| runs.contains(&set), test)
+    }
+
+    #[test]
+    fn auto_is_simd_before_matrix_before_tiled() {
+        let (simd, tiled) = (KernelSet::Simd, KernelSet::Tiled);
+        for (runs, expected) in
+            [(&[simd, MATRIX, tiled][..], simd), (&[MATRIX, tiled], MATRIX), (&[tiled], tiled)]
+        {
+            let chosen = choose(KernelSet::Auto, runs, true).unwrap();
+            assert_eq!(chosen, Chosen { kernels: expected, notices: Vec::new() });
+        }
+    }
+
+    #[test]
+    fn matrix_kernels_that_fail_their_test_are_replaced_and_the_caller_is_told() {
+        for kernels in [KernelSet::Auto, MATRIX] {
+            let chosen = choose(kernels, &[MATRIX, KernelSet::Tiled], false).unwrap();
+            assert_eq!(chosen.kernels, KernelSet::Tiled);
+            assert!(chosen.notices[0].contains("2 of 3 results are wrong"), "{chosen:?}");
+        }
+    }
+
+    #[test]
+    fn a_set_that_does_not_run_is_an_error_that_says_what_it_needs() {
+        for (kernels, word) in
+            [(KernelSet::Simd, "SUBGROUP"), (MATRIX, "subgroups of its one size")]
+        {
+            let error = choose(kernels, &[KernelSet::Tiled], true).unwrap_err().to_string();
+            assert!(error.contains(word) && error.contains("GPU 7"), "{error}");
         }
     }
 }

@@ -1,6 +1,8 @@
 //! What to ask an adapter for, and errors of a device as errors of this crate.
 
 use crate::error::{Error, Result};
+use crate::ops::matrix::MatrixShape;
+use crate::options::Precision;
 
 /// Features that make the kernels faster on this adapter, and timestamps for
 /// [`Denoiser::profile`](crate::Denoiser::profile). None is needed: without `SUBGROUP`, CPU
@@ -8,6 +10,16 @@ use crate::error::{Error, Result};
 #[must_use]
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     adapter.features() & (wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY)
+}
+
+/// Features that the matrix kernels need on top, none where the adapter has no matrices that fit.
+/// They are experimental in wgpu: who asks for them has to fill
+/// `DeviceDescriptor::experimental_features`, which takes an `unsafe` block of the caller's.
+#[must_use]
+pub fn matrix_features(adapter: &wgpu::Adapter) -> wgpu::Features {
+    let shapes = [Precision::F32, Precision::F16].map(|p| MatrixShape::of(adapter, p));
+    let features = shapes.into_iter().flatten().map(MatrixShape::features);
+    features.fold(wgpu::Features::empty(), |all, one| all | one)
 }
 
 /// WebGPU's default limits, with those raised to the adapter's that decide how large a tile

@@ -152,7 +152,12 @@ fn layer_calls(
         if i > 0 && operators[i - 1].pools() {
             return None;
         }
-        let io = Io { inputs: &inputs, output: &tensors[i + 1], pooled: tensors.get(i + 2), need };
+        let io = Io {
+            inputs: &inputs,
+            output: &tensors[i + 1],
+            pooled: tensors.get(i + 2),
+            need: Some(need),
+        };
         let dispatch = operator.dispatch(&context.device, &io)?;
         let macs = layer_macs_per_pixel(network, i) * pixels;
         let tensors = inputs.iter().copied().chain([io.output]);

@@ -11,7 +11,7 @@ mod record;
 mod verify;
 
 use clap::Parser as _;
-use wgdenoise::{Denoiser, Gpu, Options, Precision, Quality, Result, Weights, timing};
+use wgdenoise::{Denoiser, Gpu, MatrixShape, Options, Precision, Quality, Result, Weights, timing};
 
 use crate::options::Arguments;
 use crate::record::Record;
@@ -27,7 +27,8 @@ fn main() -> Result<()> {
     for (tier, quality) in TIERS {
         for precision in [Precision::F32, Precision::F16] {
             let weights = Weights::builtin(quality)?;
-            let options = Options { precision, ..Options::default() };
+            let matrix = MatrixShape::of(&gpu.adapter, precision);
+            let options = Options { precision, matrix, ..Options::default() };
             let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
             let error = verify::error(&denoiser, &weights, precision)?;
             let name = format!("{tier} {precision:?}");

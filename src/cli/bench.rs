@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
-use super::{print, profile, report};
+use super::{print, profile, report, say};
 use crate::model::cost::macs_per_pixel;
 use crate::timing::{Timing, measure};
 use crate::{Denoiser, Gpu};
@@ -15,6 +15,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         return report::run(args, noisy, reference);
     }
     let (gpu, denoiser) = args.engine.denoiser()?;
+    denoiser.notices().iter().for_each(|notice| say(notice));
     if args.profile {
         return print(&profile::table(&denoiser, args)?);
     }
@@ -24,18 +25,17 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
 }
 
 fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {
-    let options = args.engine.options();
     let weights = denoiser.weights();
     let (fastest, slowest) = (timing.seconds[0], timing.seconds[timing.seconds.len() - 1]);
     format!(
-        "{} ({:?}), kernels {:?}, tensors in {:?}\n\
+        "{} ({:?}), kernels {}, tensors in {:?}\n\
          weights `{}`, {:.1} kMAC per pixel, color, albedo and normal\n\
          {}×{}, tiles: {}, planned memory: {} MiB: median {:.4} s ({fastest:.4} to {slowest:.4} in {} runs), \
          {:.1} GFLOP/s, {:.3} megapixels/s",
         gpu.info.name,
         gpu.info.backend,
-        options.kernels.resolve(&gpu.device),
-        options.precision,
+        denoiser.kernels(),
+        denoiser.precision(),
         weights.metadata().name,
         macs_per_pixel(weights.network()) / 1e3,
         args.width,
@@ -50,12 +50,11 @@ fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) ->
 }
 
 fn as_json(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {
-    let options = args.engine.options();
     json!({
         "adapter": gpu.info.name,
         "backend": format!("{:?}", gpu.info.backend),
-        "kernels": format!("{:?}", options.kernels.resolve(&gpu.device)),
-        "precision": format!("{:?}", options.precision),
+        "kernels": denoiser.kernels().to_string(),
+        "precision": format!("{:?}", denoiser.precision()),
         "weights": denoiser.weights().metadata().name,
         "macs_per_pixel": macs_per_pixel(denoiser.weights().network()),
         "width": args.width,

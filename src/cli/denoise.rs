@@ -28,7 +28,8 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     let read = watch.lap();
 
     let (gpu, denoiser) = args.denoiser(&frame)?;
-    args.details(|| adapter_and_kernels(&gpu, args));
+    args.details(|| adapter_and_kernels(&gpu, &denoiser));
+    args.notices(denoiser.notices());
     args.notices(&unread_inputs(&denoiser, &frame));
     let prepared = watch.lap();
 
@@ -51,7 +52,7 @@ impl DenoiseArgs {
     fn denoiser(&self, frame: &Frame<'_>) -> Result<(Gpu, Denoiser), Failure> {
         let Some(limit) = self.budget.limit() else { return self.engine.denoiser() };
         let gpu = self.engine.open_gpu()?;
-        let options = self.engine.options();
+        let options = self.engine.options(&gpu)?;
         let anew = self.budget.recalibrate;
         let kept = budget::calibration(&gpu, &options, anew, |text| self.notices(&[text]))?;
         let (denoiser, chosen) = budget::choose(&kept, limit, &gpu, &options, frame)?;
@@ -113,12 +114,11 @@ fn unread_inputs(denoiser: &Denoiser, frame: &Frame<'_>) -> Vec<String> {
     vec![format!("the weights `{}` read {} and nothing else", metadata.name, metadata.inputs)]
 }
 
-fn adapter_and_kernels(gpu: &Gpu, args: &DenoiseArgs) -> String {
-    let options = args.engine.options();
-    let kernels = options.kernels.resolve(&gpu.device);
+fn adapter_and_kernels(gpu: &Gpu, denoiser: &Denoiser) -> String {
+    let (kernels, precision) = (denoiser.kernels(), denoiser.precision());
     format!(
-        "on {} ({:?}, {:?}), kernels {kernels:?}, tensors in {:?}",
-        gpu.info.name, gpu.info.backend, gpu.info.device_type, options.precision
+        "on {} ({:?}, {:?}), kernels {kernels}, tensors in {precision:?}",
+        gpu.info.name, gpu.info.backend, gpu.info.device_type
     )
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::args::EngineArgs;
 use super::failure::Failure;
-use crate::{Denoiser, Gpu, Options, Weights};
+use crate::{Denoiser, Gpu, MatrixShape, Options, Weights};
 
 /// The longest weights file that is read.
 const MAX_WEIGHTS_BYTES: u64 = 1 << 30;
@@ -29,22 +29,30 @@ impl EngineArgs {
     }
 
     /// The engine's own defaults with what the flags change.
-    pub(super) fn options(&self) -> Options {
+    pub(super) fn options(&self, gpu: &Gpu) -> Result<Options, Failure> {
         let default = Options::default();
-        Options {
-            precision: self.precision.map_or(default.precision, Into::into),
+        let precision = self.precision.map_or(default.precision, Into::into);
+        let matrix = MatrixShape::of(&gpu.adapter, precision);
+        let lacking = || {
+            let name = &gpu.info.name;
+            Failure::Work(format!("{name} reports no matrices that fit; choose --kernels auto"))
+        };
+        Ok(Options {
+            precision,
             memory_bytes: self.memory.map_or(default.memory_bytes, |mib| mib << 20),
             tile: self.tile,
-            kernels: self.kernels.into(),
+            kernels: self.kernels.set(matrix).ok_or_else(lacking)?,
+            matrix,
             skip_clean: !self.no_skip,
-        }
+        })
     }
 
     /// All of it.
     pub(super) fn denoiser(&self) -> Result<(Gpu, Denoiser), Failure> {
         let weights = self.load_weights()?;
         let gpu = self.open_gpu()?;
-        let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &self.options())?;
+        let options = self.options(&gpu)?;
+        let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
         Ok((gpu, denoiser))
     }
 }

@@ -15,7 +15,6 @@ mod devices;
 mod engine;
 mod failure;
 mod info;
-mod loader;
 mod profile;
 mod progress;
 mod report;
@@ -28,7 +27,7 @@ use self::failure::Failure;
 /// 3 no usable adapter.
 #[must_use]
 pub fn main() -> ExitCode {
-    loader::silence();
+    crate::unsafe_calls::silence_loader();
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use clap::builder::RangedI64ValueParser;
 
-use crate::{KernelSet, Precision, Quality};
+use crate::{KernelSet, MatrixShape, Precision, Quality};
 
 /// [`Quality`] on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
@@ -36,6 +36,8 @@ pub(super) enum KernelsArg {
     Tiled,
     /// For CPU drivers
     Simd,
+    /// For GPUs with matrix units
+    Matrix,
 }
 
 impl From<QualityArg> for Quality {
@@ -57,13 +59,15 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-impl From<KernelsArg> for KernelSet {
-    fn from(kernels: KernelsArg) -> Self {
-        match kernels {
-            KernelsArg::Auto => Self::Auto,
-            KernelsArg::Plain => Self::Plain,
-            KernelsArg::Tiled => Self::Tiled,
-            KernelsArg::Simd => Self::Simd,
+impl KernelsArg {
+    /// The set, where `matrix` is what the adapter can do; `None` if it cannot.
+    pub(super) fn set(self, matrix: Option<MatrixShape>) -> Option<KernelSet> {
+        match self {
+            Self::Auto => Some(KernelSet::Auto),
+            Self::Plain => Some(KernelSet::Plain),
+            Self::Tiled => Some(KernelSet::Tiled),
+            Self::Simd => Some(KernelSet::Simd),
+            Self::Matrix => matrix.map(KernelSet::Matrix),
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::convolution::{Convolution, Variant, Weights, plain_spec};
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{ChannelMap, need, simd};
+use super::{ChannelMap, matrix, need, simd};
 use crate::kernel::{Binding, Context, KernelSpec};
 use crate::model::Params;
 use crate::options::KernelSet;
@@ -61,6 +61,7 @@ pub fn conv3x3(
     let taps = Taps { outputs, taps: 9, map, weight: &weight };
     let variant = match kernels.resolve(&context.device) {
         KernelSet::Simd => generated(context, &taps),
+        KernelSet::Matrix(shape) => matrix::variant(context, shape, &taps),
         KernelSet::Plain => Variant::plain(context, PLAIN, &taps),
         KernelSet::Tiled | KernelSet::Auto => tiled(context, &taps, pools),
     };

@@ -11,7 +11,8 @@ pub struct Convolution {
     kernel: Kernel,
     weights: Weights,
     bias: wgpu::Buffer,
-    grid: [u32; 3],
+    tile: [u32; 2],
+    blocks: u32,
     footprint: Option<u32>,
     pools: bool,
 }
@@ -25,15 +26,17 @@ pub enum Weights {
     Texture(wgpu::TextureView),
 }
 
-/// A variant of a convolution.
+/// A variant of a convolution, and what a workgroup does of the whole.
 pub struct Variant {
     /// The kernel.
     pub spec: KernelSpec,
     /// Its weights.
     pub weights: Weights,
-    /// Pixels per invocation along x and y, of whichever of the first input and the output is
-    /// smaller, then invocations along z.
-    pub grid: [u32; 3],
+    /// Pixels per workgroup along x and y, of whichever of the first input and the output is
+    /// smaller.
+    pub tile: [u32; 2],
+    /// Workgroups per tile, for parts of the output channels.
+    pub blocks: u32,
     /// Columns for which the kernel decides at once whether they are needed; `None` if it
     /// computes all there is.
     pub footprint: Option<u32>,
@@ -46,15 +49,16 @@ impl Variant {
     #[must_use]
     pub fn plain(context: &Context, spec: KernelSpec, taps: &Taps<'_>) -> Self {
         let weights = Weights::Buffer(plain_buffer(context, taps));
-        Self { spec, weights, grid: [1, 1, taps.out_quads() as u32], footprint: None, pools: false }
+        let blocks = taps.out_quads() as u32;
+        Self { spec, weights, tile: [8, 8], blocks, footprint: None, pools: false }
     }
 
     /// For GPUs: a workgroup makes 16×16 pixels, each invocation 2×2, of one of `blocks` blocks
     /// of output quads.
     #[must_use]
     pub fn tiled(spec: KernelSpec, weights: Weights, blocks: usize) -> Self {
-        let grid = [2, 2, blocks as u32];
-        Self { spec, weights, grid, footprint: Some(16), pools: false }
+        let blocks = blocks as u32;
+        Self { spec, weights, tile: [16, 16], blocks, footprint: Some(16), pools: false }
     }
 
     /// The generated code for CPU drivers; `weight` as in [`simd::pack`].
@@ -68,8 +72,9 @@ impl Variant {
     ) -> Self {
         let spec = simd::spec(shape, shape.quads(outputs));
         let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
-        let grid = [shape.pixels(), 1, simd::blocks(shape, outputs) as u32];
-        Self { spec, weights, grid, footprint: Some(shape.pixels()), pools: false }
+        let tile = [shape.pixels() * simd::LANES, 1];
+        let blocks = simd::blocks(shape, outputs) as u32;
+        Self { spec, weights, tile, blocks, footprint: Some(shape.pixels()), pools: false }
     }
 }
 
@@ -83,8 +88,8 @@ impl Convolution {
         constants: &[(&str, f64)],
     ) -> Self {
         let kernel = context.kernel(&variant.spec, constants);
-        let Variant { weights, grid, footprint, pools, .. } = variant;
-        Self { kernel, weights, bias, grid, footprint, pools }
+        let Variant { weights, tile, blocks, footprint, pools, .. } = variant;
+        Self { kernel, weights, bias, tile, blocks, footprint, pools }
     }
 }
 
@@ -111,22 +116,25 @@ impl Operator for Convolution {
             Weights::Buffer(buffer) => buffer.as_entire_binding(),
             Weights::Texture(view) => wgpu::BindingResource::TextureView(view),
         };
-        let need = self.footprint.map(|footprint| io.need.buffer(device, footprint));
+        let need = self.footprint.map(|footprint| {
+            let need = io.need.expect("the variant asks what is needed");
+            (need.map, need.buffer(device, footprint))
+        });
         let mut resources: Vec<_> = io.inputs.iter().map(|input| input.resource()).collect();
         resources.extend([io.output.resource(), weights, self.bias.as_entire_binding()]);
-        if let Some(need) = &need {
-            resources.push(wgpu::BindingResource::TextureView(io.need.map));
+        if let Some((map, need)) = &need {
+            resources.push(wgpu::BindingResource::TextureView(map));
             resources.push(need.as_entire_binding());
         }
         if self.pools {
             resources.push(io.pooled.expect("a pooling convolution has two outputs").resource());
         }
-        // A transposed convolution has an invocation per input pixel, all others per output.
-        let [x, y, z] = self.grid;
+        // A transposed convolution goes by input pixels, all others by output pixels.
         let width = io.inputs[0].width.min(io.output.width);
         let height = io.inputs[0].height.min(io.output.height);
-        let invocations = [width.div_ceil(x), height.div_ceil(y), z];
-        Some(self.kernel.dispatch(self.kernel.bind(device, &resources), invocations))
+        let [x, y] = self.tile;
+        let workgroups = [width.div_ceil(x), height.div_ceil(y), self.blocks];
+        Some(self.kernel.dispatch_workgroups(self.kernel.bind(device, &resources), workgroups))
     }
 
     fn pools(&self) -> bool {

@@ -11,15 +11,20 @@ pub mod convolution;
 pub mod elementwise;
 pub mod head;
 pub mod input_process;
+pub mod matrix;
 pub mod max_pool;
 pub mod need;
 pub mod output_process;
 pub mod packing;
+pub mod self_test;
 pub mod sigmoid;
 pub mod simd;
 pub mod tile;
+mod transfer;
 pub mod up_conv;
 
+use self::matrix::Factor::{F16, F32};
+use self::matrix::MatrixShape;
 use self::need::Need;
 use crate::kernel::{Context, Dispatch, KernelSpec};
 use crate::model::{Op, Params};
@@ -102,8 +107,8 @@ pub struct Io<'a> {
     pub output: &'a GpuTensor,
     /// Where the max-pool of the output goes, if the operator [pools](Operator::pools).
     pub pooled: Option<&'a GpuTensor>,
-    /// Which part of the output must be made.
-    pub need: Need<'a>,
+    /// Which part of the output must be made; variants that can leave out the rest need it.
+    pub need: Option<Need<'a>>,
 }
 
 /// One layer's kernel with its weights, ready to be bound to tensors of any size.
@@ -112,7 +117,8 @@ pub trait Operator: Send + Sync + std::fmt::Debug {
     /// place.
     ///
     /// # Panics
-    /// If the operator pools and `io` has no place for it.
+    /// If the operator pools and `io` has no place for it, or asks what is needed and `io` does
+    /// not say.
     fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch>;
 
     /// Whether the call also makes the max-pool of its output.
@@ -160,6 +166,10 @@ pub fn all_specs() -> Vec<KernelSpec> {
     specs.extend([up_conv::TILED, head::SPEC]);
     for shape in simd::Shape::ALL {
         specs.extend(shape.all_quads().map(|out_quads| simd::spec(shape, out_quads)));
+    }
+    for (side, factor) in [(8, F16), (8, F32), (16, F16), (16, F32)] {
+        let shape = MatrixShape { side, factor, lanes: 32 };
+        specs.extend([16, 32].map(|channels| matrix::spec(shape, channels)));
     }
     specs
 }

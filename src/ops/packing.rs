@@ -66,7 +66,11 @@ impl Taps<'_> {
 
 /// A read-only storage buffer.
 #[must_use]
-pub fn storage_buffer(context: &Context, label: &str, data: &[f32]) -> wgpu::Buffer {
+pub fn storage_buffer<T: bytemuck::NoUninit>(
+    context: &Context,
+    label: &str,
+    data: &[T],
+) -> wgpu::Buffer {
     context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: Some(label),
         contents: bytemuck::cast_slice(data),

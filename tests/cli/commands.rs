@@ -107,6 +107,24 @@ fn kernels_are_what_the_flag_names() {
     }
 }
 
+/// Where the adapter has matrices they run, elsewhere one sentence says that it has none.
+#[test]
+fn matrix_kernels_run_or_are_refused() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let args = ["plain_rgb.exr", "out.exr", "-v", "--quality", "fast", "--kernels", "matrix"];
+    let gpu = wgdenoise::Gpu::open(None).expect("the tests need an adapter");
+    let run = folder.denoise(&args);
+    match wgdenoise::MatrixShape::of(&gpu.adapter, wgdenoise::Precision::F32) {
+        Some(shape) => {
+            run.assert_done();
+            let side = shape.side;
+            assert!(run.stderr.contains(&format!("kernels Matrix {side}×{side}")), "{run:?}");
+        }
+        None => run.assert_failed(1, &["no matrices that fit", "choose --kernels auto"]),
+    }
+}
+
 /// With vectors of 128 bits lavapipe has subgroups of 4, for which the simd kernels are not made.
 #[test]
 fn kernels_that_do_not_run_on_the_adapter_are_one_sentence() {

@@ -4,36 +4,55 @@ use std::sync::OnceLock;
 
 use wgdenoise::kernel::Context;
 use wgdenoise::ops::activity::LAYERS;
+use wgdenoise::ops::matrix::Factor;
 use wgdenoise::ops::need::Need;
 use wgdenoise::ops::{ChannelMap, GpuTensor, Io, Operator, channel_map};
 use wgdenoise::reference::Tensor;
-use wgdenoise::{Gpu, KernelSet, Precision, wgpu};
+use wgdenoise::{Gpu, KernelSet, MatrixShape, Precision, wgpu};
 use wgpu::util::DeviceExt as _;
 
 use super::Tolerance;
 
-/// The kernel sets that run on this adapter; on lavapipe these are all there are.
-pub(crate) fn kernel_sets() -> Vec<KernelSet> {
-    let all = [KernelSet::Plain, KernelSet::Tiled, KernelSet::Simd];
-    let found: Vec<_> = all.into_iter().filter(|set| set.runs_on(&gpu().device)).collect();
-    let lavapipe = gpu().info.name.contains("256 bits");
-    assert_eq!(found.len(), if lavapipe { 3 } else { 2 }, "{found:?} on {}", gpu().info.name);
+/// The kernel sets that run on this adapter; on lavapipe these are all there are, but without
+/// `Matrix` where it reports no matrices, as before Mesa 25.
+pub(crate) fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
+    let gpu = gpu();
+    let mut all = vec![KernelSet::Plain, KernelSet::Tiled, KernelSet::Simd];
+    all.extend(MatrixShape::of(&gpu.adapter, precision).map(KernelSet::Matrix));
+    let found: Vec<_> = all.into_iter().filter(|set| set.runs_on(&gpu.device)).collect();
+    let lavapipe = gpu.info.name.contains("256 bits");
+    let matrices = gpu.adapter.cooperative_matrix_properties();
+    let matrices = matrices.iter().any(|p| p.cr_type == wgpu::CooperativeScalarType::F32);
+    let expected = 2 + usize::from(lavapipe) + usize::from(matrices);
+    assert_eq!(found.len(), expected, "{found:?} on {}", gpu.info.name);
     found
 }
 
 /// Those of them that run the network with fused operators.
-pub(crate) fn fused_sets() -> Vec<KernelSet> {
-    kernel_sets().into_iter().filter(|&set| set != KernelSet::Plain).collect()
+pub(crate) fn fused_sets(precision: Precision) -> Vec<KernelSet> {
+    kernel_sets(precision).into_iter().filter(|&set| set != KernelSet::Plain).collect()
 }
 
 /// Every way in which an operator can run here.
 pub(crate) fn variants() -> Vec<(KernelSet, Precision)> {
-    variants_of(&kernel_sets())
+    variants_of(kernel_sets)
+}
+
+/// What the kernels of a set multiply: 16-bit floats if these are the factors of its matrices.
+pub(crate) fn factors(kernels: KernelSet, values: &[f32]) -> Vec<f32> {
+    let half = |v: &f32| half::f16::from_f32(*v).to_f32();
+    match kernels {
+        KernelSet::Matrix(MatrixShape { factor: Factor::F16, .. }) => {
+            values.iter().map(half).collect()
+        }
+        _ => values.to_vec(),
+    }
 }
 
 /// Kernel sets in both precisions.
-pub(crate) fn variants_of(sets: &[KernelSet]) -> Vec<(KernelSet, Precision)> {
-    sets.iter().flat_map(|&set| PRECISIONS.map(|precision| (set, precision))).collect()
+pub(crate) fn variants_of(sets: fn(Precision) -> Vec<KernelSet>) -> Vec<(KernelSet, Precision)> {
+    let of = |precision| sets(precision).into_iter().map(move |set| (set, precision));
+    PRECISIONS.into_iter().flat_map(of).collect()
 }
 
 /// How tensors can be stored.
@@ -128,7 +147,7 @@ pub(crate) fn run_where(
     // What the kernel does not write stays visible.
     let unwritten = Tensor::from_fn(channels, height, width, |_, _, _| -77.0);
     let output = upload(context, &unwritten, &channel_map(channels));
-    let io = Io { inputs: &inputs, output: &output, pooled: None, need };
+    let io = Io { inputs: &inputs, output: &output, pooled: None, need: Some(need) };
     let call = operator.dispatch(&context.device, &io).expect("a kernel to run");
     submit(context, |pass| call.record(pass));
     download(context, &output, &channel_map(channels))
@@ -148,7 +167,7 @@ pub(crate) fn run_pooling(
         .map(|(height, width)| upload(context, &unwritten(height, width), &map));
     let map_of_zero = activity_map(context, [1, 1], &[0]);
     let need = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
-    let io = Io { inputs: &[&input], output: &output, pooled: Some(&pooled), need };
+    let io = Io { inputs: &[&input], output: &output, pooled: Some(&pooled), need: Some(need) };
     let call = operator.dispatch(&context.device, &io).expect("a kernel to run");
     submit(context, |pass| call.record(pass));
     [output, pooled].map(|tensor| download(context, &tensor, &map))

@@ -22,8 +22,8 @@ fn every_tier_denoises_as_it_did_where_it_was_trained() -> Result<()> {
     run_cases(TIERS, |&(name, quality)| {
         let weights = Weights::builtin(quality).map_err(|e| e.to_string())?;
         let (device, queue) = (&gpu().device, &gpu().queue);
-        let denoiser = Denoiser::new(device, queue, &weights, &options)
-            .map_err(|e| e.to_string())?;
+        let denoiser =
+            Denoiser::new(device, queue, &weights, &options).map_err(|e| e.to_string())?;
         let found = denoiser.denoise(&frame, &mut |_, _| {}).map_err(|e| e.to_string())?;
         let expected = f.image(&format!("expected.{name}")).map_err(|e| e.to_string())?;
         compare(&encoded(&found, scale), &encoded(&expected, scale), F32)

@@ -2,7 +2,7 @@
 
 use wgdenoise::{Image, Inputs, Options, Precision};
 
-use crate::common::gpu::fused_sets;
+use crate::common::gpu::{fused_sets, variants_of};
 use crate::common::{Random, run_cases};
 use crate::support::{denoiser, frame, images, run, same_bits};
 
@@ -33,7 +33,7 @@ fn clean_blocks_keep_their_bits_and_the_others_get_the_same_as_without_skipping(
     let images = disc();
     for inputs in [Inputs::ALL, Inputs::default()] {
         let frame = frame(&images, inputs);
-        run_cases(fused_sets(), |&kernels| {
+        run_cases(fused_sets(Precision::F16), |&kernels| {
             let options = Options { kernels, ..Options::default() };
             let skipping = run(&options, &frame);
             let full = run(&Options { skip_clean: false, ..options }, &frame);
@@ -59,9 +59,7 @@ fn clean_blocks_keep_their_bits_and_the_others_get_the_same_as_without_skipping(
 fn tiles_skip_the_same_blocks_as_the_whole_image() {
     let images = disc();
     let frame = frame(&images, Inputs::ALL);
-    let sets =
-        fused_sets().into_iter().flat_map(|k| [Precision::F32, Precision::F16].map(|p| (k, p)));
-    run_cases(sets, |&(kernels, precision)| {
+    run_cases(variants_of(fused_sets), |&(kernels, precision)| {
         let options = Options { kernels, precision, ..Options::default() };
         let tiled = Options { tile: Some(112), ..options.clone() };
         let plan = denoiser(&tiled).tile_plan(SIZE[0], SIZE[1], Inputs::ALL).unwrap();

@@ -1,7 +1,7 @@
 //! A small network, frames for it, and what the reference makes of them.
 
 use wgdenoise::reference::{self, Tensor};
-use wgdenoise::{Denoiser, Frame, Image, Inputs, Options, Weights};
+use wgdenoise::{Denoiser, Frame, Image, Inputs, KernelSet, Options, Precision, Weights};
 
 use crate::common::gpu::gpu;
 use crate::common::{Random, Tolerance, image_tensor};
@@ -13,7 +13,10 @@ pub(crate) fn tiny() -> Weights {
 }
 
 pub(crate) fn denoiser(options: &Options) -> Denoiser {
-    Denoiser::new(&gpu().device, &gpu().queue, &tiny(), options).expect("the device works")
+    let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &tiny(), options);
+    let denoiser = denoiser.expect("the device works");
+    assert_eq!(denoiser.notices(), [""; 0], "what was asked for must run");
+    denoiser
 }
 
 pub(crate) fn images(width: u32, height: u32) -> [Image; 3] {
@@ -62,6 +65,14 @@ pub(crate) fn encoded(image: &Image, scale: f32) -> Tensor {
 pub(crate) const F32: Tolerance = Tolerance { absolute: 4e-6, relative: 0.0 };
 /// Each of twelve stores rounds by 2⁻¹¹ of a value of about 1. Measured: 2e-3.
 pub(crate) const F16: Tolerance = Tolerance { absolute: 6e-3, relative: 0.0 };
+
+/// The tolerance for a set: 16-bit factors round what a layer reads as 16-bit tensors do.
+pub(crate) fn tolerance(kernels: KernelSet, precision: Precision) -> Tolerance {
+    match (kernels, precision) {
+        (KernelSet::Matrix(_), _) | (_, Precision::F16) => F16,
+        _ => F32,
+    }
+}
 
 pub(crate) const SETS: [Inputs; 4] = [
     Inputs { albedo: false, normal: false },

@@ -21,7 +21,7 @@ const CASES: [(usize, u32, u32); 5] =
 
 #[test]
 fn head_equals_its_plain_operators_and_keeps_clean_blocks() {
-    let variants = variants_of(&fused_sets());
+    let variants = variants_of(fused_sets);
     let cases = CASES.iter().flat_map(|case| variants.iter().map(|variant| (*case, *variant)));
     run_cases(cases, |&(case, variant)| check(case, variant));
 }

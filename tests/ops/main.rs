@@ -13,5 +13,6 @@ mod head;
 mod input_process;
 mod max_pool;
 mod output_process;
+mod self_test;
 mod sigmoid;
 mod up_conv;

@@ -31,7 +31,7 @@ const CASES: [Case; 9] = [
 
 #[test]
 fn up_conv_equals_the_three_plain_operators_in_every_variant() {
-    let variants = variants_of(&fused_sets());
+    let variants = variants_of(fused_sets);
     let cases = CASES.iter().flat_map(|case| variants.iter().map(|variant| (*case, *variant)));
     run_cases(cases, |&(case, variant)| check(case, variant));
 }
@@ -42,7 +42,7 @@ proptest! {
     fn up_conv_equals_the_three_plain_operators_at_any_shape(
         channels in (1_usize..30, 1_usize..30, 1_usize..20, 1_usize..40),
         (height, width, relu) in (1_usize..18, 1_usize..36, any::<bool>()),
-        variant in sample::select(variants_of(&fused_sets())),
+        variant in sample::select(variants_of(fused_sets)),
     ) {
         let (skips, lows, ups, outputs) = channels;
         let case = (skips, lows, ups, outputs, height, width, relu);

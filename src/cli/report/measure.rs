@@ -6,7 +6,9 @@ use super::super::progress::Progress;
 use super::front;
 use crate::metrics::{self, Metrics};
 use crate::timing::median;
-use crate::{Denoiser, Frame, Gpu, Image, Inputs, Options, Precision, Quality, Weights};
+use crate::{
+    Denoiser, Frame, Gpu, Image, Inputs, MatrixShape, Options, Precision, Quality, Weights,
+};
 
 /// A configuration and what came of it.
 pub(super) struct Row {
@@ -95,7 +97,8 @@ struct Contender {
 
 fn denoisers(gpu: &Gpu, options: &Options) -> Vec<Contender> {
     let contender = |quality, precision| {
-        let options = Options { precision, ..options.clone() };
+        let matrix = MatrixShape::of(&gpu.adapter, precision);
+        let options = Options { precision, matrix, ..options.clone() };
         let denoiser = Weights::builtin(quality)
             .and_then(|weights| Denoiser::new(&gpu.device, &gpu.queue, &weights, &options))
             .map_err(|error| error.to_string());

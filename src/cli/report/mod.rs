@@ -50,7 +50,7 @@ pub(super) fn run(args: &BenchArgs, noisy: &Path, reference: &Path) -> Result<()
     let truth = Picture::open(reference, &finished)?;
     let before = metrics::compare(picture.color(), truth.color())?;
     let gpu = args.engine.open_gpu()?;
-    let options = args.engine.options();
+    let options = args.engine.options(&gpu)?;
     let (width, height) = picture.color().size();
     let frame = Frame {
         color: picture.color(),

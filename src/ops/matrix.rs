@@ -1,0 +1,169 @@
+//! 3×3 convolution on matrix units (cooperative matrices of `wgpu`) as generated code.
+//!
+//! A convolution is a sum over taps and input channels of products of matrices: pixels × input
+//! channels by input channels × output channels. A subgroup multiplies square tiles of them with
+//! one instruction. WGSL fixes their size and type in the text, so this module writes it, for
+//! tiles of 16×16 (NVIDIA, AMD) and 8×8 (Apple, lavapipe).
+//!
+//! A workgroup of four subgroups makes 32×8 pixels of 16 or 32 output channels. For each slice of
+//! input channels, as many as a tile is wide, it stages the pixels with their border in workgroup
+//! memory; the tiles of pixels are rows of it, shifted by the tap. Weights come from their buffer.
+//! Sums are in 32-bit float. A tile's elements have no address, so sums go through workgroup
+//! memory too, for bias, clamp and store. Workgroup memory: 14976 bytes at most, of the 16384
+//! that every device has.
+
+mod wgsl;
+
+use super::convolution::{Variant, Weights};
+use super::packing::{Taps, storage_buffer};
+use crate::kernel::{Binding, Context, KernelSpec};
+use crate::options::Precision;
+
+/// What the factors of a product are rounded to.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Factor {
+    /// 16-bit float; values beyond ±65504 are clamped.
+    F16,
+    /// 32-bit float.
+    F32,
+}
+
+/// A shape of matrix that an adapter multiplies, with sums in 32-bit float.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct MatrixShape {
+    /// Rows and columns of every tile: 8 or 16.
+    pub side: u32,
+    /// Type of the factors.
+    pub factor: Factor,
+    /// Invocations of a subgroup.
+    pub lanes: u32,
+}
+
+/// Columns of pixels that one workgroup makes.
+const WIDTH: u32 = 32;
+/// Subgroups of a workgroup.
+const SUBGROUPS: u32 = 4;
+/// Rows of pixels that one subgroup makes.
+const ROWS: u32 = 2;
+/// Columns and rows with the border.
+const STAGED: [u32; 2] = [WIDTH + 2, SUBGROUPS * ROWS + 2];
+/// Sums of a subgroup that are on their way to the output at a time.
+const SUMS: u32 = 256;
+
+impl MatrixShape {
+    /// The shape to use on an adapter, or `None` if it reports none that fits. 32-bit factors
+    /// are taken where tensors are of 32 bits and the adapter has them, else 16-bit ones.
+    #[must_use]
+    pub fn of(adapter: &wgpu::Adapter, precision: Precision) -> Option<Self> {
+        let info = adapter.get_info();
+        let (lanes, reported) = (info.subgroup_min_size, adapter.cooperative_matrix_properties());
+        let fits = |shape: &Self| {
+            shape.is_reported(&reported)
+                && shape.lanes == info.subgroup_max_size
+                && adapter.features().contains(shape.features())
+        };
+        let factors = match precision {
+            Precision::F32 => &[Factor::F32, Factor::F16][..],
+            Precision::F16 => &[Factor::F16],
+        };
+        let shapes =
+            factors.iter().flat_map(|&factor| [16, 8].map(|side| Self { side, factor, lanes }));
+        shapes.into_iter().find(fits)
+    }
+
+    /// Features that a device needs for this shape.
+    #[must_use]
+    pub fn features(self) -> wgpu::Features {
+        let half = match self.factor {
+            Factor::F16 => wgpu::Features::SHADER_F16,
+            Factor::F32 => wgpu::Features::empty(),
+        };
+        wgpu::Features::EXPERIMENTAL_COOPERATIVE_MATRIX | wgpu::Features::SUBGROUP | half
+    }
+
+    /// Whether a device can run the kernels: it needs the features and subgroups of exactly
+    /// `lanes` invocations, at most 32. That the adapter multiplies this shape is for the caller
+    /// to know, from [`MatrixShape::of`]: devices do not tell.
+    #[must_use]
+    pub fn runs_on(self, device: &wgpu::Device) -> bool {
+        let info = device.adapter_info();
+        device.features().contains(self.features())
+            && [info.subgroup_min_size, info.subgroup_max_size] == [self.lanes; 2]
+            && WIDTH.is_multiple_of(self.lanes)
+    }
+
+    fn is_reported(self, reported: &[wgpu::CooperativeMatrixProperties]) -> bool {
+        use wgpu::CooperativeScalarType::{F16, F32};
+        let factor = if self.factor == Factor::F16 { F16 } else { F32 };
+        reported.iter().any(|p| {
+            [p.m_size, p.n_size, p.k_size] == [self.side; 3]
+                && (p.ab_type, p.cr_type) == (factor, F32)
+        })
+    }
+
+    fn wgsl_type(self) -> &'static str {
+        match self.factor {
+            Factor::F16 => "f16",
+            Factor::F32 => "f32",
+        }
+    }
+}
+
+/// Output channels of a workgroup: 32 reuse pixels best, fewer waste none.
+#[must_use]
+pub fn channels_per_workgroup(outputs: usize) -> u32 {
+    if outputs <= 16 { 16 } else { 32 }
+}
+
+/// The generated kernel.
+#[must_use]
+pub fn spec(shape: MatrixShape, channels: u32) -> KernelSpec {
+    let MatrixShape { side, lanes, .. } = shape;
+    KernelSpec {
+        name: format!("conv3x3_matrix{side}_{}_{lanes}_{channels}", shape.wgsl_type()).into(),
+        source: wgsl::source(shape, channels).into(),
+        entry: "main",
+        bindings: &[Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer],
+        overrides: &["largest", "relu"],
+        workgroup: [lanes * SUBGROUPS, 1, 1],
+    }
+}
+
+/// The kernel with its weights.
+#[must_use]
+pub fn variant(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> Variant {
+    let channels = channels_per_workgroup(taps.outputs);
+    Variant {
+        spec: spec(shape, channels),
+        weights: Weights::Buffer(pack(context, shape, taps)),
+        tile: [WIDTH, SUBGROUPS * ROWS],
+        blocks: (taps.outputs as u32).div_ceil(channels),
+        footprint: None,
+        pools: false,
+    }
+}
+
+/// Weights as `[block][slice of input channels][tap][output channel][input channel]`, so that
+/// the tile of some output channels is a matrix by columns.
+fn pack(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> wgpu::Buffer {
+    let side = shape.side as usize;
+    let channels = channels_per_workgroup(taps.outputs) as usize;
+    let mut data = Vec::new();
+    for block in 0..taps.outputs.div_ceil(channels) {
+        for slice in 0..taps.map.len().div_ceil(side) {
+            for (tap, o) in (0..9).flat_map(|tap| (0..channels).map(move |o| (tap, o))) {
+                let output = block * channels + o;
+                data.extend((0..side).map(|i| taps.at(output, slice * side + i, tap)));
+            }
+        }
+    }
+    match shape.factor {
+        Factor::F32 => storage_buffer(context, "weights", &data),
+        Factor::F16 => storage_buffer(context, "weights", &halves(&data)),
+    }
+}
+
+fn halves(values: &[f32]) -> Vec<half::f16> {
+    let largest = half::f16::MAX.to_f32();
+    values.iter().map(|v| half::f16::from_f32(v.clamp(-largest, largest))).collect()
+}

@@ -1,0 +1,86 @@
+//! Whether a driver computes what the matrix kernels say. Cooperative matrices are new in
+//! drivers and experimental in wgpu, so one small convolution is held against the CPU's.
+
+use super::convolution::Convolution;
+use super::transfer::{download, upload};
+use super::{ChannelMap, GpuTensor, Io, Operator as _, channel_map};
+use crate::error::{Error, Result};
+use crate::kernel::Context;
+use crate::model::Params;
+use crate::reference::{self, Tensor};
+use crate::requirements::catch;
+
+/// Input and output channels: several slices of either side of a tile, the last of them cut, and
+/// two blocks of output channels, the second cut.
+const CHANNELS: [usize; 2] = [40, 44];
+/// Columns and rows: several workgroups, the last ones cut.
+const SIZE: [usize; 2] = [37, 18];
+
+/// By how much a result may be off. All factors are 16-bit floats in `[−1, 1]`, so that products
+/// are exact in 32 bits, and what is left is the rounding of a sum of `n = 9 · 40` of them: at
+/// most `n · 2⁻²³ · Σ|product|` even where every addition truncates, with `Σ|product|` about `n / 4`
+/// for evenly spread factors; the same again covers an uneven draw.
+const ABSOLUTE: f32 = 2.0 * 360.0 * 360.0 / 4.0 / (1 << 23) as f32;
+/// On top: the rounding of a 16-bit tensor, `2⁻¹¹` of a value, or `2⁻¹⁰` where it truncates.
+const RELATIVE: f32 = 1.0 / 1024.0;
+
+/// Runs the convolution that `build` makes of the test's weights and compares its result.
+/// Submits to the queue and waits.
+///
+/// # Errors
+/// Those of the device; a result that is off, with the worst value.
+pub fn self_test(
+    context: &Context,
+    build: impl FnOnce(&Params, &ChannelMap) -> Convolution,
+) -> Result<()> {
+    let [inputs, outputs] = CHANNELS;
+    let mut values = halves();
+    let mut take = |count: usize| values.by_ref().take(count).collect::<Vec<_>>();
+    let params = Params { weight: take(inputs * outputs * 9), bias: take(outputs) };
+    let input = Tensor::new(inputs, SIZE[1], SIZE[0], take(inputs * SIZE[0] * SIZE[1]));
+    let found = catch(&context.device, || {
+        let operator = build(&params, &channel_map(inputs));
+        run(context, &operator, &input)
+    })?;
+    let expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
+    compare(&found, &expected)
+}
+
+/// Evenly spread 16-bit floats in `[−1, 1]`, the same ones every time.
+fn halves() -> impl Iterator<Item = f32> {
+    // The generator of Knuth's MMIX; its upper bits are the random ones.
+    let step =
+        |s: &u64| Some(s.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407));
+    std::iter::successors(Some(1), step)
+        .map(|state| half::f16::from_f32((state >> 40) as f32 / (1 << 23) as f32 - 1.0).to_f32())
+}
+
+fn run(context: &Context, operator: &Convolution, input: &Tensor) -> Result<Tensor> {
+    let source = upload(context, input);
+    let [width, height] = SIZE.map(|side| side as u32);
+    let quads = CHANNELS[1] as u32 / 4;
+    let texture = GpuTensor::texture(context, [width, height], quads);
+    let target = GpuTensor::of(&texture, 0, quads);
+    let io = Io { inputs: &[&source], output: &target, pooled: None, need: None };
+    let call = operator.dispatch(&context.device, &io);
+    let mut encoder = context.device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    call.expect("a convolution has a kernel").record(&mut pass);
+    drop(pass);
+    download(context, encoder, &texture)
+}
+
+/// Not "too far" but "not close", since every comparison with NaN is false.
+fn compare(found: &Tensor, expected: &Tensor) -> Result<()> {
+    let pairs = found.data.iter().zip(&expected.data);
+    let close = |&(f, e): &(&f32, &f32)| (f - e).abs() <= ABSOLUTE + RELATIVE * e.abs();
+    let (count, wrong) = (found.data.len(), pairs.filter(|pair| !close(pair)));
+    let wrong: Vec<_> = wrong.collect();
+    match wrong.first() {
+        None => Ok(()),
+        Some((found, expected)) => Err(Error::Device(format!(
+            "{} of {count} results of a test are wrong, the first one {found} instead of {expected}",
+            wrong.len()
+        ))),
+    }
+}
