@@ -5,12 +5,14 @@
 //! one instruction. WGSL fixes their size and type in the text, so this module writes it, for
 //! tiles of 16×16 (NVIDIA, AMD) and 8×8 (Apple, lavapipe).
 //!
-//! A workgroup of four subgroups makes 32×8 pixels of 16 or 32 output channels. For each slice of
-//! input channels, as many as a tile is wide, it stages the pixels with their border in workgroup
-//! memory; the tiles of pixels are rows of it, shifted by the tap. Weights come from their buffer.
-//! Sums are in 32-bit float. A tile's elements have no address, so sums go through workgroup
-//! memory too, for bias, clamp and store. Workgroup memory: 14976 bytes at most, of the 16384
-//! that every device has.
+//! A workgroup of four subgroups makes eight rows of pixels, two tiles wide, of 16 or 32 output
+//! channels: sums of more would not stay in registers. For each slice of input channels, as many
+//! as a tile is wide, it stages the pixels with their border in workgroup memory; the tiles of
+//! pixels are rows of it, shifted by the tap. Weights come from their buffer. Sums are in 32-bit
+//! float. A tile's elements have no address, so sums go through workgroup memory too, for bias,
+//! clamp and store. Workgroup memory: 14976 bytes at most, of the 16384 that every device has.
+//!
+//! No GPU has timed these kernels yet: tile and workgroup are reasoned, not measured.
 
 mod wgsl;
 
@@ -39,20 +41,19 @@ pub struct MatrixShape {
     pub lanes: u32,
 }
 
-/// Columns of pixels that one workgroup makes.
-const WIDTH: u32 = 32;
+/// Tiles side by side along the pixels of a row that one workgroup makes.
+const COLUMNS: u32 = 2;
 /// Subgroups of a workgroup.
 const SUBGROUPS: u32 = 4;
 /// Rows of pixels that one subgroup makes.
 const ROWS: u32 = 2;
-/// Columns and rows with the border.
-const STAGED: [u32; 2] = [WIDTH + 2, SUBGROUPS * ROWS + 2];
 /// Sums of a subgroup that are on their way to the output at a time.
 const SUMS: u32 = 256;
 
 impl MatrixShape {
     /// The shape to use on an adapter, or `None` if it reports none that fits. 32-bit factors
-    /// are taken where tensors are of 32 bits and the adapter has them, else 16-bit ones.
+    /// are taken where tensors are of 32 bits and the adapter has them in tiles of 8, as Apple's
+    /// do (staged tiles of 16 would not fit into workgroup memory), else 16-bit ones.
     #[must_use]
     pub fn of(adapter: &wgpu::Adapter, precision: Precision) -> Option<Self> {
         let info = adapter.get_info();
@@ -62,13 +63,10 @@ impl MatrixShape {
                 && shape.lanes == info.subgroup_max_size
                 && adapter.features().contains(shape.features())
         };
-        let factors = match precision {
-            Precision::F32 => &[Factor::F32, Factor::F16][..],
-            Precision::F16 => &[Factor::F16],
-        };
-        let shapes =
-            factors.iter().flat_map(|&factor| [16, 8].map(|side| Self { side, factor, lanes }));
-        shapes.into_iter().find(fits)
+        let halves = [16, 8].map(|side| Self { side, factor: Factor::F16, lanes });
+        let exact = Self { side: 8, factor: Factor::F32, lanes };
+        let exact = (precision == Precision::F32).then_some(exact);
+        exact.into_iter().chain(halves).find(fits)
     }
 
     /// Features that a device needs for this shape.
@@ -81,15 +79,15 @@ impl MatrixShape {
         wgpu::Features::EXPERIMENTAL_COOPERATIVE_MATRIX | wgpu::Features::SUBGROUP | half
     }
 
-    /// Whether a device can run the kernels: it needs the features and subgroups of exactly
-    /// `lanes` invocations, at most 32. That the adapter multiplies this shape is for the caller
+    /// Whether a device can run the kernels: it needs the features, and subgroups of exactly `lanes`
+    /// invocations, four of them in a workgroup. That the adapter multiplies this shape is for the caller
     /// to know, from [`MatrixShape::of`]: devices do not tell.
     #[must_use]
     pub fn runs_on(self, device: &wgpu::Device) -> bool {
         let info = device.adapter_info();
         device.features().contains(self.features())
             && [info.subgroup_min_size, info.subgroup_max_size] == [self.lanes; 2]
-            && WIDTH.is_multiple_of(self.lanes)
+            && self.lanes * SUBGROUPS <= device.limits().max_compute_invocations_per_workgroup
     }
 
     fn is_reported(self, reported: &[wgpu::CooperativeMatrixProperties]) -> bool {
@@ -136,7 +134,7 @@ pub fn variant(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> Varian
     Variant {
         spec: spec(shape, channels),
         weights: Weights::Buffer(pack(context, shape, taps)),
-        tile: [WIDTH, SUBGROUPS * ROWS],
+        tile: [COLUMNS * shape.side, SUBGROUPS * ROWS],
         blocks: (taps.outputs as u32).div_ceil(channels),
         footprint: None,
         pools: false,

@@ -19,10 +19,10 @@ pub struct Taps<'a> {
 }
 
 impl Taps<'_> {
-    /// The weight of stored channels; 0 where either is padding.
+    /// The weight of stored channels; 0 where either is padding, or beyond what is stored.
     #[must_use]
     pub fn at(&self, output: usize, stored_input: usize, tap: usize) -> f32 {
-        match self.map[stored_input] {
+        match self.map.get(stored_input).copied().flatten() {
             Some(input) if output < self.outputs => (self.weight)(output, input, tap),
             _ => 0.0,
         }

@@ -112,7 +112,7 @@ fn kernels_are_what_the_flag_names() {
 fn matrix_kernels_run_or_are_refused() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
-    let args = ["plain_rgb.exr", "out.exr", "-v", "--quality", "fast", "--kernels", "matrix"];
+    let args = ["plain_rgb.exr", "out.exr", "-v", "--kernels", "matrix"];
     let gpu = wgdenoise::Gpu::open(None).expect("the tests need an adapter");
     let run = folder.denoise(&args);
     match wgdenoise::MatrixShape::of(&gpu.adapter, wgdenoise::Precision::F32) {

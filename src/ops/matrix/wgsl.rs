@@ -2,7 +2,7 @@
 
 use std::fmt::Write as _;
 
-use super::{Factor, MatrixShape, ROWS, STAGED, SUBGROUPS, SUMS, WIDTH};
+use super::{COLUMNS, Factor, MatrixShape, ROWS, SUBGROUPS, SUMS};
 
 /// The WGSL for a shape and a number of output channels per workgroup.
 pub(super) fn source(shape: MatrixShape, channels: u32) -> String {
@@ -41,6 +41,8 @@ fn main(\n\
 
 fn header(shape: MatrixShape, channels: u32) -> String {
     let MatrixShape { side, lanes, .. } = shape;
+    let [width, height] = [COLUMNS * side, SUBGROUPS * ROWS];
+    let staged = (width + 2) * (height + 2);
     let (factor, enable, largest) = match shape.factor {
         Factor::F16 => ("f16", "enable f16;\n", "65504.0"),
         Factor::F32 => ("f32", "", "0x1.fffffep+127"),
@@ -61,7 +63,7 @@ const CHANNELS = {channels}u;\n\
 const LANES = {lanes}u;\n\
 const INVOCATIONS = {invocations}u;\n\
 const ROWS = {ROWS}u;\n\
-const WIDTH = {WIDTH}u;\n\
+const WIDTH = {width}u;\n\
 const HEIGHT = {height}u;\n\
 const STAGED_WIDTH = {staged_width}u;\n\
 const STAGED = {staged}u;\n\
@@ -71,11 +73,9 @@ var<workgroup> pixels: array<Factor, {factors}>;\n\
 var<workgroup> sums: array<f32, {sums}>;\n",
         quads = side / 4,
         invocations = lanes * SUBGROUPS,
-        height = SUBGROUPS * ROWS,
-        staged_width = STAGED[0],
-        staged = STAGED[0] * STAGED[1],
+        staged_width = width + 2,
         used = side * side * tiles_per_store(side, channels),
-        factors = STAGED[0] * STAGED[1] * side,
+        factors = staged * side,
         sums = SUBGROUPS * SUMS,
     )
 }
@@ -134,7 +134,7 @@ fn tiles_per_store(side: u32, channels: u32) -> u32 {
 
 /// Row, tile of columns and tile of output channels of every accumulator of a subgroup.
 fn accumulators(side: u32, channels: u32) -> impl Iterator<Item = (u32, u32, u32)> {
-    let columns = move |row| (0..WIDTH / side).map(move |column| (row, column));
+    let columns = move |row| (0..COLUMNS).map(move |column| (row, column));
     let place = (0..ROWS).flat_map(columns);
     place.flat_map(move |(row, column)| (0..channels / side).map(move |n| (row, column, n)))
 }
@@ -157,7 +157,7 @@ fn products(shape: MatrixShape, channels: u32) -> String {
         let load = format!("coopLoad<Taps>(&weights[taps + {at}u], SIDE)");
         let _ = writeln!(text, "            let tap{ky}_{n} = {load};");
     }
-    for (row, column) in (0..ROWS + 2).flat_map(|r| (0..WIDTH / side).map(move |c| (r, c))) {
+    for (row, column) in (0..ROWS + 2).flat_map(|r| (0..COLUMNS).map(move |c| (r, c))) {
         let at = format!("first + ({row}u * STAGED_WIDTH + {}u) * SIDE", column * side);
         let load = format!("coopLoadT<Pixels>(&pixels[{at}], SIDE)");
         let _ = writeln!(text, "            let in{row}_{column} = {load};");
