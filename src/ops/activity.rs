@@ -106,7 +106,8 @@ fn flag_bytes([columns, rows]: [u32; 2]) -> u64 {
     u64::from(columns) * u64::from(rows) * 4
 }
 
-fn map(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::TextureView {
+/// A map of zeros: every block active.
+pub(super) fn map(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("activity"),
         size: wgpu::Extent3d { width, height, depth_or_array_layers: LAYERS },

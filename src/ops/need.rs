@@ -6,7 +6,7 @@
 
 use wgpu::util::DeviceExt as _;
 
-use super::activity::LAYERS;
+use super::activity::{self, LAYERS};
 use crate::kernel::Binding;
 use crate::plan::halo::BLOCK;
 
@@ -49,6 +49,13 @@ impl Need<'_> {
             usage: wgpu::BufferUsages::UNIFORM,
         })
     }
+}
+
+/// A map by which everything is needed, whatever the reach.
+#[must_use]
+pub fn everything(device: &wgpu::Device) -> wgpu::TextureView {
+    // New textures are zero, and so is what is read beyond them.
+    activity::map(device, [1, 1])
 }
 
 /// Chooses the layer of the map in which one texel covers the footprint.

@@ -2,6 +2,7 @@
 //! drivers and experimental in wgpu, so one small convolution is held against the CPU's.
 
 use super::convolution::Convolution;
+use super::need::{Need, everything};
 use super::transfer::{download, upload};
 use super::{ChannelMap, GpuTensor, Io, Operator as _, channel_map};
 use crate::error::{Error, Result};
@@ -61,7 +62,9 @@ fn run(context: &Context, operator: &Convolution, input: &Tensor) -> Result<Tens
     let quads = CHANNELS[1] as u32 / 4;
     let texture = GpuTensor::texture(context, [width, height], quads);
     let target = GpuTensor::of(&texture, 0, quads);
-    let io = Io { inputs: &[&source], output: &target, pooled: None, need: None };
+    let map = everything(&context.device);
+    let need = Some(Need { map: &map, level: 0, reach: 0 });
+    let io = Io { inputs: &[&source], output: &target, pooled: None, need };
     let call = operator.dispatch(&context.device, &io);
     let mut encoder = context.device.create_command_encoder(&Default::default());
     let mut pass = encoder.begin_compute_pass(&Default::default());

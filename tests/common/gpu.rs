@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use wgdenoise::kernel::Context;
 use wgdenoise::ops::activity::LAYERS;
 use wgdenoise::ops::matrix::Factor;
-use wgdenoise::ops::need::Need;
+use wgdenoise::ops::need::{Need, everything};
 use wgdenoise::ops::{ChannelMap, GpuTensor, Io, Operator, channel_map};
 use wgdenoise::reference::Tensor;
 use wgdenoise::{Gpu, KernelSet, MatrixShape, Precision, wgpu};
@@ -100,7 +100,7 @@ pub(crate) fn run(
     map: &ChannelMap,
     shape: [usize; 3],
 ) -> Tensor {
-    let map_of_zero = activity_map(context, [1, 1], &[0]);
+    let map_of_zero = everything(&context.device);
     let everything = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
     run_where(context, operator, &[(input, map)], shape, everything)
 }
@@ -165,7 +165,7 @@ pub(crate) fn run_pooling(
     let input = upload(context, input, &channel_map(input.channels));
     let [output, pooled] = [(height, width), (height / 2, width / 2)]
         .map(|(height, width)| upload(context, &unwritten(height, width), &map));
-    let map_of_zero = activity_map(context, [1, 1], &[0]);
+    let map_of_zero = everything(&context.device);
     let need = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
     let io = Io { inputs: &[&input], output: &output, pooled: Some(&pooled), need: Some(need) };
     let call = operator.dispatch(&context.device, &io).expect("a kernel to run");

@@ -5,11 +5,9 @@ use wgdenoise::ops::{channel_map, up_conv::up_conv};
 use wgdenoise::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
-use crate::common::gpu::{
-    activity_map, context, fused_sets, run_where, stored, sum_tolerance, variants_of,
-};
+use crate::common::gpu::{context, fused_sets, run_where, stored, sum_tolerance, variants_of};
 use crate::common::{Random, Tolerance, compare, run_cases};
-use wgdenoise::ops::need::Need;
+use wgdenoise::ops::need::{Need, everything};
 
 /// Channels of skip, low-resolution tensor, upsampled tensor and output, low-resolution rows and
 /// columns, ReLU.
@@ -79,8 +77,8 @@ fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(),
     let context = context(precision);
     let maps = [channel_map(skip.channels), channel_map(low.channels)];
     let operator = up_conv(context, kernels, &params, [&maps[0], &maps[1]], ups, relu);
-    let everything = activity_map(context, [1, 1], &[0]);
-    let need = Need { map: &everything, level: 0, reach: u32::MAX };
+    let map_of_zero = everything(&context.device);
+    let need = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
     let inputs = [(&skip, &maps[0]), (&low, &maps[1])];
     let shape = [outputs, 2 * height, 2 * width];
     let found = run_where(context, &operator, &inputs, shape, need);
