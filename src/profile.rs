@@ -29,6 +29,14 @@ impl CallProfile {
     pub fn median(&self) -> f64 {
         median(&self.seconds)
     }
+
+    /// Adds a tile's call to a row of one run.
+    fn add(&mut self, call: &Call, seconds: f64) {
+        self.name.clone_from(&call.name);
+        self.macs += call.macs;
+        self.bytes += call.bytes;
+        self.seconds = vec![seconds + self.seconds.iter().sum::<f64>()];
+    }
 }
 
 impl Denoiser {
@@ -37,43 +45,33 @@ impl Denoiser {
     /// the wall clock.
     ///
     /// # Errors
-    /// If the device is no CPU driver and was created without the feature `TIMESTAMP_QUERY`, and those of
-    /// [`denoise`](Self::denoise).
+    /// If the device is no CPU driver and was created without the feature `TIMESTAMP_QUERY`, and
+    /// those of [`denoise`](Self::denoise).
     pub fn profile(&self, frame: &Frame<'_>, runs: u32) -> Result<Vec<CallProfile>> {
         let clock = Clock::new(&self.context)?;
-        let mut profile: Vec<CallProfile> = Vec::new();
-        for run in 0..=runs.max(1) {
-            let mut seconds = Vec::new();
-            self.denoise_by(frame, &mut |_, _| {}, &mut |window| {
-                for (i, call) in window.calls().iter().enumerate() {
-                    if seconds.len() <= i {
-                        seconds.push(0.0);
-                    }
-                    seconds[i] += clock.time(&self.context, call)?;
-                }
-                if run == 0 {
-                    add(&mut profile, window.calls());
-                }
-                Ok(())
-            })?;
-            if run > 0 {
-                profile.iter_mut().zip(seconds).for_each(|(row, s)| row.seconds.push(s));
-            }
+        self.profile_once(frame, &clock)?;
+        let mut profile = self.profile_once(frame, &clock)?;
+        for _ in 1..runs {
+            let run = self.profile_once(frame, &clock)?;
+            profile.iter_mut().zip(run).for_each(|(row, run)| row.seconds.extend(run.seconds));
         }
         for row in &mut profile {
             row.seconds.sort_by(f64::total_cmp);
         }
         Ok(profile)
     }
-}
 
-/// Adds a tile's calls to the rows, which the first tile begins.
-fn add(profile: &mut Vec<CallProfile>, calls: &[Call]) {
-    profile.resize_with(calls.len(), CallProfile::default);
-    for (row, call) in profile.iter_mut().zip(calls) {
-        row.name.clone_from(&call.name);
-        row.macs += call.macs;
-        row.bytes += call.bytes;
+    /// One run, summed over the tiles.
+    fn profile_once(&self, frame: &Frame<'_>, clock: &Clock) -> Result<Vec<CallProfile>> {
+        let mut profile: Vec<CallProfile> = Vec::new();
+        self.denoise_by(frame, &mut |_, _| {}, &mut |window| {
+            profile.resize_with(window.calls().len(), CallProfile::default);
+            for (row, call) in profile.iter_mut().zip(window.calls()) {
+                row.add(call, clock.time(&self.context, call)?);
+            }
+            Ok(())
+        })?;
+        Ok(profile)
     }
 }
 

@@ -23,16 +23,18 @@ fn main() -> Result<()> {
     let arguments = Arguments::parse();
     let gpu = Gpu::open(None)?;
     println!("{} ({:?}), {}", gpu.info.name, gpu.info.backend, gpu.info.driver_info);
-    let mut record = Record::open(&gpu.info);
+    let mut record = Record::open(arguments.record.clone(), &gpu.info);
     for (tier, quality) in TIERS {
         for precision in [Precision::F32, Precision::F16] {
             let weights = Weights::builtin(quality)?;
             let matrix = MatrixShape::of(&gpu.adapter, precision);
-            let options = Options { precision, matrix, ..Options::default() };
+            let kernels = arguments.kernels();
+            let options = Options { precision, kernels, matrix, ..Options::default() };
             let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
             let error = verify::error(&denoiser, &weights, precision)?;
             let name = format!("{tier} {precision:?}");
-            println!("{name}: within {error:.1e} of the reference");
+            let kernels = denoiser.kernels();
+            println!("{name}, kernels {kernels}: within {error:.1e} of the reference");
             if !arguments.check {
                 time(&arguments, &gpu, &denoiser, &name, &mut record)?;
             }

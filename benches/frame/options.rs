@@ -1,6 +1,9 @@
 //! What can be asked of the benchmark.
 
+use std::path::PathBuf;
+
 use clap::Parser;
+use wgdenoise::KernelSet;
 use wgdenoise::wgpu::{AdapterInfo, DeviceType};
 
 /// Times the denoiser on the best adapter of this machine.
@@ -19,6 +22,12 @@ pub(crate) struct Arguments {
     /// Every kernel call as well
     #[arg(long)]
     pub(crate) operators: bool,
+    /// Where the rows are kept and those of the run before are found [default: the target folder]
+    #[arg(long, value_name = "FILE")]
+    pub(crate) record: Option<PathBuf>,
+    /// Which variant of the convolutions runs
+    #[arg(long, default_value = "auto", value_parser = ["auto", "tiled"])]
+    kernels: String,
     /// Runs per row; the median is reported
     #[arg(long, default_value_t = 5)]
     pub(crate) runs: u32,
@@ -28,6 +37,11 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
+    /// The kernels asked for.
+    pub(crate) fn kernels(&self) -> KernelSet {
+        if self.kernels == "tiled" { KernelSet::Tiled } else { KernelSet::Auto }
+    }
+
     /// The sizes asked for. A CPU driver would take minutes over a 4K frame.
     pub(crate) fn sizes(&self, adapter: &AdapterInfo) -> Vec<[u32; 2]> {
         let mut sizes = self.sizes.clone();

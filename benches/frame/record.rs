@@ -14,11 +14,13 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// The record of an adapter in the target folder.
-    pub(crate) fn open(adapter: &AdapterInfo) -> Self {
+    /// The record of an adapter: this file, or one in the target folder.
+    pub(crate) fn open(path: Option<PathBuf>, adapter: &AdapterInfo) -> Self {
         let is_plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
         let name: String = adapter.name.chars().map(is_plain).collect();
-        let path = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("frame-{name}.json"));
+        let in_target =
+            || PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join(format!("frame-{name}.json"));
+        let path = path.unwrap_or_else(in_target);
         let text = std::fs::read_to_string(&path).unwrap_or_default();
         let before = serde_json::from_str(&text).unwrap_or_default();
         Self { path, before, rows: Map::new() }

@@ -6,6 +6,7 @@ mod common;
 
 mod device;
 mod pass;
+mod profile;
 mod shipped;
 mod skip;
 mod support;

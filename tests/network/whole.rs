@@ -56,7 +56,7 @@ fn first_layer(weights: &Weights, kernels: KernelSet, input: &Tensor) -> Tensor 
     let (context, map) = (context(Precision::F32), channel_map(input.channels));
     let operator = conv3x3(context, kernels, &params, &map, true, false);
     let shape = [params.bias.len(), input.height, input.width];
-    crate::common::gpu::run(context, &operator, input, &map, shape)
+    crate::common::run::run(context, &operator, input, &map, shape)
 }
 
 #[test]

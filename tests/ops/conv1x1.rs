@@ -4,7 +4,8 @@ use wgdenoise::model::Params;
 use wgdenoise::ops::{channel_map, conv1x1::conv1x1};
 use wgdenoise::{Precision, reference};
 
-use crate::common::gpu::{PRECISIONS, context, run, stored, sum_tolerance};
+use crate::common::gpu::{PRECISIONS, context, stored, sum_tolerance};
+use crate::common::run::run;
 use crate::common::{Random, compare, run_cases};
 
 /// Channels in and out, rows and columns.

@@ -7,9 +7,10 @@ use wgdenoise::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
 use crate::common::gpu::{
-    PRECISIONS, activity_map, context, factors, fused_sets, kernel_sets, run, run_pooling,
-    run_where, stored, sum_tolerance, variants, variants_of,
+    PRECISIONS, context, factors, fused_sets, kernel_sets, stored, sum_tolerance, variants,
+    variants_of,
 };
+use crate::common::run::{activity_map, run, run_pooling, run_where};
 use crate::common::{Random, compare, run_cases};
 
 /// Channels in and out, rows, columns, ReLU.

@@ -4,7 +4,8 @@ use wgdenoise::model::Params;
 use wgdenoise::ops::{channel_map, conv_transpose::conv_transpose};
 use wgdenoise::{Precision, reference};
 
-use crate::common::gpu::{PRECISIONS, context, run, stored, sum_tolerance};
+use crate::common::gpu::{PRECISIONS, context, stored, sum_tolerance};
+use crate::common::run::run;
 use crate::common::{Random, compare, run_cases};
 
 /// Channels in and out, rows and columns of the input.

@@ -2,7 +2,8 @@ use proptest::prelude::*;
 use wgdenoise::ops::{channel_map, max_pool::max_pool};
 use wgdenoise::{Precision, reference};
 
-use crate::common::gpu::{context, run, stored};
+use crate::common::gpu::{context, stored};
+use crate::common::run::run;
 use crate::common::{Random, Tolerance, compare, run_cases};
 
 /// The maximum is one of the stored values, so nothing is rounded.

@@ -2,7 +2,8 @@ use proptest::prelude::*;
 use wgdenoise::ops::{channel_map, sigmoid::sigmoid};
 use wgdenoise::{Precision, reference};
 
-use crate::common::gpu::{context, run, stored};
+use crate::common::gpu::{context, stored};
+use crate::common::run::run;
 use crate::common::{Random, Tolerance, compare, run_cases};
 
 /// WGSL allows `exp` an error of 3 + 2·|x| units in the last place; below 30 that is 4e-6 of

@@ -5,7 +5,8 @@ use wgdenoise::ops::{channel_map, up_conv::up_conv};
 use wgdenoise::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
-use crate::common::gpu::{context, fused_sets, run_where, stored, sum_tolerance, variants_of};
+use crate::common::gpu::{context, fused_sets, stored, sum_tolerance, variants_of};
+use crate::common::run::run_where;
 use crate::common::{Random, Tolerance, compare, run_cases};
 use wgdenoise::ops::need::{Need, everything};
 

@@ -1,0 +1,73 @@
+#!/usr/bin/env bash
+# All that is to be known of a GPU, in one run: tests, benchmarks, profile, peers, as files.
+#
+#   benches/gpu.sh prepare FOLDER      builds the programs, on any machine with the toolchain
+#   benches/gpu.sh run FOLDER OUT      runs them, in a checkout on the machine with the GPU
+#
+# The second step needs no toolchain and no network. Peers that are not in FOLDER, or whose
+# Python packages are not installed, are rows that say so (benches/peers/README.md).
+set -euo pipefail
+cd "$(dirname "$0")/.."
+
+usage() { sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 2; }
+
+# Cargo names the programs that it built in its messages.
+programs() {
+    cargo "$@" --no-run --message-format=json | python3 -c '
+import json, sys
+for line in sys.stdin:
+    built = json.loads(line)
+    if built.get("executable"):
+        print(built["target"]["name"], built["executable"])'
+}
+
+prepare() {
+    mkdir -p "$1"
+    cargo build --release
+    cp target/release/wgdenoise "$1/"
+    { programs test --release --test ops --test network; programs bench --bench frame; } |
+        while read -r name program; do cp "$program" "$1/$name"; done
+    ls -l "$1"
+}
+
+run() {
+    local bin out
+    bin=$(realpath "$1")
+    mkdir -p "$2"
+    out=$(realpath "$2")
+    # A step that fails is told at the end; the others still run.
+    local failed=()
+    step() {
+        local file=$1
+        shift
+        echo "== $file: $*"
+        "$@" >"$out/$file" 2>&1 || failed+=("$file")
+        tail -n 3 "$out/$file"
+    }
+    step devices.txt "$bin/wgdenoise" devices
+    step test_ops.txt "$bin/ops"
+    step test_network.txt "$bin/network"
+    step bench.txt "$bin/frame" --operators --record "$out/bench.json" --runs 20
+    step bench_tiled.txt "$bin/frame" --kernels tiled --record "$out/bench_tiled.json" --runs 20
+    local tier
+    for tier in fast balanced high; do
+        step "profile_$tier.txt" "$bin/wgdenoise" bench --profile --runs 20 --quality "$tier" \
+            --width 3840 --height 2160
+    done
+    local peers=(--wgdenoise "$bin/wgdenoise" --runs 10 --burst 20)
+    [[ -x $bin/burn ]] && peers+=(--burn "$bin/burn")
+    [[ -x $bin/oidn-webgpu-native ]] && peers+=(--oidn-webgpu-native "$bin/oidn-webgpu-native")
+    [[ -d $bin/peer-weights ]] && peers+=(--weights-cache "$bin/peer-weights")
+    local size
+    for size in 1024x1024 3840x2160; do
+        step "peers_$size.md" python3 benches/peers/run.py --size "$size" --out "$out/peers_$size" \
+            "${peers[@]}"
+    done
+    [[ ${#failed[@]} -eq 0 ]] || { echo "failed: ${failed[*]}"; exit 1; }
+}
+
+case ${1:-} in
+    prepare) [[ $# -eq 2 ]] || usage; prepare "$2" ;;
+    run) [[ $# -eq 3 ]] || usage; run "$2" "$3" ;;
+    *) usage ;;
+esac

@@ -1,0 +1,42 @@
+//! The time of every kernel call.
+
+use wgdenoise::{Inputs, Options, Precision, Quality, Weights};
+
+use crate::common::gpu::gpu;
+use crate::support::{denoiser, frame, images};
+
+#[test]
+fn a_profile_has_every_call_in_order_and_the_work_of_the_fused_network() {
+    let weights = Weights::builtin(Quality::Balanced).unwrap();
+    let options = Options { precision: Precision::F16, ..Options::default() };
+    let denoiser =
+        wgdenoise::Denoiser::new(&gpu().device, &gpu().queue, &weights, &options).unwrap();
+    let images = images(64, 48);
+    let profile = denoiser.profile(&frame(&images, Inputs::ALL), 3).unwrap();
+    let names: Vec<_> = profile.iter().map(|row| row.name.as_str()).collect();
+    let convs = names.iter().filter(|name| name.contains("conv")).count();
+    assert_eq!(convs, 18, "{names:?}");
+    assert_eq!(names[..4], ["activity", "activity", "input_process", "enc_conv0a"]);
+    assert_eq!(names.last(), Some(&"head"));
+    for row in &profile {
+        assert!(row.seconds.len() == 3 && row.seconds.is_sorted(), "{row:?}");
+        assert!(row.seconds[0] > 0.0 && row.median() == row.seconds[1], "{row:?}");
+    }
+    // 47.2 kMAC as trained; folding the transposed convolutions saves 3 c^2 per level, the head
+    // is not counted.
+    let macs: f64 = profile.iter().map(|row| row.macs).sum();
+    let expected = 47_200.0 - 4.0 * 3.0 * 256.0 - 48.0;
+    assert!((macs / (64.0 * 48.0) / expected - 1.0).abs() < 1e-3, "{macs}");
+}
+
+#[test]
+fn tiles_add_up() {
+    let images = images(150, 90);
+    let frame = frame(&images, Inputs::ALL);
+    let whole = denoiser(&Options::default()).profile(&frame, 1).unwrap();
+    let options = Options { tile: Some(96), ..Options::default() };
+    let tiled = denoiser(&options).profile(&frame, 1).unwrap();
+    assert_eq!(whole.len(), tiled.len());
+    let sum = |rows: &[wgdenoise::CallProfile]| rows.iter().map(|row| row.macs).sum::<f64>();
+    assert!(sum(&tiled) > 1.2 * sum(&whole), "{} and {}", sum(&tiled), sum(&whole));
+}
