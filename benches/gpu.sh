@@ -7,6 +7,7 @@
 # The second step needs no toolchain and no network. Peers that are not in FOLDER, or whose
 # Python packages are not installed, are rows that say so (benches/peers/README.md).
 set -euo pipefail
+here=$PWD
 cd "$(dirname "$0")/.."
 
 usage() { sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 2; }
@@ -24,7 +25,7 @@ for line in sys.stdin:
 prepare() {
     mkdir -p "$1"
     cargo build --release
-    cp target/release/wgdenoise "$1/"
+    cp "${CARGO_TARGET_DIR:-target}/release/wgdenoise" "$1/"
     { programs test --release --test ops --test network; programs bench --bench frame; } |
         while read -r name program; do cp "$program" "$1/$name"; done
     ls -l "$1"
@@ -32,9 +33,8 @@ prepare() {
 
 run() {
     local bin out
-    bin=$(realpath "$1")
-    mkdir -p "$2"
-    out=$(realpath "$2")
+    bin=$1 out=$2
+    mkdir -p "$out"
     # A step that fails is told at the end; the others still run.
     local failed=()
     step() {
@@ -67,7 +67,7 @@ run() {
 }
 
 case ${1:-} in
-    prepare) [[ $# -eq 2 ]] || usage; prepare "$2" ;;
-    run) [[ $# -eq 3 ]] || usage; run "$2" "$3" ;;
+    prepare) [[ $# -eq 2 ]] || usage; prepare "$(cd "$here" && realpath -m "$2")" ;;
+    run) [[ $# -eq 3 ]] || usage; run "$(cd "$here" && realpath -m "$2")" "$(cd "$here" && realpath -m "$3")" ;;
     *) usage ;;
 esac

@@ -7,9 +7,9 @@
 // the colour as the network sees it. Empty background and gradients without noise are clean;
 // noise of a standard deviation of T/4 is not. Where the image ends inside a block, a side of
 // less than three pixels cannot bend, so such a block must be constant; and fewer than three
-// pixels say nothing. A black block may be an empty background or a surface that no path has
-// lit yet: it is clean only if albedo and normal, where given, are constant there too. One block
-// per invocation, left at the first pixel that is not clean.
+// pixels say nothing. A dark block, v <= T at its first pixel, may be an empty background or a
+// surface that no path has lit yet: it is clean only if albedo or normal is given and what is
+// given is zero there. One block per invocation, left at the first pixel that is not clean.
 //
 // A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
 // map. Layer 0: how many blocks away, diagonal steps included, the nearest active block is; FAR
@@ -106,20 +106,24 @@ fn constant(first: vec2<u32>, size: vec2<u32>) -> bool {
     return valid(bits);
 }
 
-// Whether albedo and normal, where given, are the same at all pixels, bit for bit.
+fn is_zero(bits: vec3<u32>) -> bool {
+    return all((bits & vec3(0x7fffffffu)) == vec3(0u));
+}
+
+// Whether albedo and normal, where given, say that there is no surface.
 fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
     for (var y = 0u; y < size.y; y++) {
         for (var x = 0u; x < size.x; x++) {
             let at = first + vec2(x, y);
-            if has_albedo && any(load_albedo(at) != load_albedo(first)) {
+            if has_albedo && !is_zero(load_albedo(at)) {
                 return false;
             }
-            if has_normal && any(load_normal(at) != load_normal(first)) {
+            if has_normal && !is_zero(load_normal(at)) {
                 return false;
             }
         }
     }
-    return true;
+    return has_albedo || has_normal;
 }
 
 // Whether a line of `count` pixels is valid and bends nowhere.
@@ -161,11 +165,11 @@ fn is_clean(block: vec2<u32>) -> bool {
     if size.x * size.y < 3u {
         return false;
     }
-    if constant(first, size) {
-        let black = all((load(first) & vec3(0x7fffffffu)) == vec3(0u));
-        return !black || empty(first, size);
+    if !constant(first, size) && !(all(size >= vec2(3u)) && smooth_lines(first, size)) {
+        return false;
     }
-    return all(size >= vec2(3u)) && smooth_lines(first, size);
+    let dark = all(encode(load(first)) <= vec3(T));
+    return !dark || empty(first, size);
 }
 
 @compute @workgroup_size(8, 8)

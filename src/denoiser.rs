@@ -39,7 +39,8 @@ pub(crate) const MAX_SIDE: u32 = 1 << 16;
 impl Denoiser {
     /// Compiles the kernels for all inputs that the weights were trained with. For the fastest
     /// kernels the device needs [`required_features`](crate::required_features) and, for large
-    /// tiles, [`required_limits`](crate::required_limits). Matrix kernels are tested first by a
+    /// tiles, [`required_limits`](crate::required_limits). Matrix kernels need
+    /// [`matrix_features`](crate::matrix_features) and [`Options::matrix`], and are tested first by a
     /// small convolution, which is submitted and waited for.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! How long each kernel call takes.
+//! How long each kernel call of a tile takes; the exposure, measured once per frame, is left out.
 
 use std::time::Instant;
 
@@ -15,7 +15,7 @@ use crate::window::{read, wait};
 pub struct CallProfile {
     /// The layer's name, such as `enc_conv0a`, or the operator's.
     pub name: String,
-    /// Multiply-accumulates that the kernel makes, padding and overlap of tiles included.
+    /// Multiply-accumulates of the layer, overlap of tiles included, whether skipped or not.
     pub macs: f64,
     /// Bytes of tensors that it reads and writes, each once.
     pub bytes: f64,

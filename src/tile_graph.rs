@@ -160,7 +160,8 @@ fn layer_calls(
         };
         let dispatch = operator.dispatch(&context.device, &io)?;
         let macs = layer_macs_per_pixel(network, i) * pixels;
-        let tensors = inputs.iter().copied().chain([io.output]);
+        let pooled = io.pooled.filter(|_| operator.pools());
+        let tensors = inputs.iter().copied().chain([io.output]).chain(pooled);
         let bytes = tensors.map(|tensor| tensor.bytes(context.precision)).sum();
         Some(Call { name: layer.name.clone(), macs, bytes, dispatch, per_tile: false })
     };

@@ -32,9 +32,9 @@ fn main() -> Result<()> {
             let options = Options { precision, kernels, matrix, ..Options::default() };
             let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
             let error = verify::error(&denoiser, &weights, precision)?;
-            let name = format!("{tier} {precision:?}");
             let kernels = denoiser.kernels();
-            println!("{name}, kernels {kernels}: within {error:.1e} of the reference");
+            let name = format!("{tier} {precision:?} {kernels}");
+            println!("{name}: within {error:.1e} of the reference");
             if !arguments.check {
                 time(&arguments, &gpu, &denoiser, &name, &mut record)?;
             }

@@ -108,13 +108,14 @@ fn milliseconds(time: Duration) -> String {
 fn key(gpu: &Gpu, options: &Options) -> String {
     let info = &gpu.info;
     format!(
-        "{}; {:?}; {}; {}; {:?}; {:?}; wgdenoise {}",
+        "{}; {:?}; {}; {}; {:?}; {:?} {:?}; wgdenoise {}",
         info.name,
         info.backend,
         info.driver,
         info.driver_info,
         options.precision,
         options.kernels.resolve(&gpu.device),
+        options.matrix,
         env!("CARGO_PKG_VERSION")
     )
 }

@@ -3,7 +3,8 @@
 //! A convolution is a sum over taps and input channels of products of matrices: pixels × input
 //! channels by input channels × output channels. A subgroup multiplies square tiles of them with
 //! one instruction. WGSL fixes their size and type in the text, so this module writes it, for
-//! tiles of 16×16 (NVIDIA, AMD) and 8×8 (Apple, lavapipe).
+//! tiles of 16×16 (NVIDIA) and 8×8 (lavapipe). Adapters whose subgroups come in several sizes,
+//! as wgpu says of AMD's and Apple's, run the tiled kernels.
 //!
 //! A workgroup of four subgroups makes eight rows of pixels, two tiles wide, of 16 or 32 output
 //! channels: sums of more would not stay in registers. For each slice of input channels, as many
@@ -52,8 +53,8 @@ const SUMS: u32 = 256;
 
 impl MatrixShape {
     /// The shape to use on an adapter, or `None` if it reports none that fits. 32-bit factors
-    /// are taken where tensors are of 32 bits and the adapter has them in tiles of 8, as Apple's
-    /// do (staged tiles of 16 would not fit into workgroup memory), else 16-bit ones.
+    /// are taken where tensors are of 32 bits and the adapter has them in tiles of 8 (staged tiles
+    /// of 16 would not fit into workgroup memory), else 16-bit ones.
     #[must_use]
     pub fn of(adapter: &wgpu::Adapter, precision: Precision) -> Option<Self> {
         let info = adapter.get_info();
@@ -85,7 +86,8 @@ impl MatrixShape {
     #[must_use]
     pub fn runs_on(self, device: &wgpu::Device) -> bool {
         let info = device.adapter_info();
-        device.features().contains(self.features())
+        matches!(self.side, 8 | 16)
+            && device.features().contains(self.features())
             && [info.subgroup_min_size, info.subgroup_max_size] == [self.lanes; 2]
             && self.lanes * SUBGROUPS <= device.limits().max_compute_invocations_per_workgroup
     }

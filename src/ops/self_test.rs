@@ -11,9 +11,10 @@ use crate::model::Params;
 use crate::reference::{self, Tensor};
 use crate::requirements::catch;
 
-/// Input and output channels: several slices of either side of a tile, the last of them cut, and
-/// two blocks of output channels, the second cut.
-const CHANNELS: [usize; 2] = [36, 44];
+/// Input channels: several slices of either side of a tile, the last of them cut.
+const INPUTS: usize = 36;
+/// Output channels: of the kernel for 32 at a time two blocks, of that for 16 one, each cut.
+const OUTPUTS: [usize; 2] = [44, 12];
 /// Columns and rows: several workgroups, the last ones cut.
 const SIZE: [usize; 2] = [37, 18];
 
@@ -25,23 +26,31 @@ const ABSOLUTE: f32 = 2.0 * 324.0 * 324.0 / 4.0 / (1 << 23) as f32;
 /// On top: the rounding of a 16-bit tensor, `2⁻¹¹` of a value, or `2⁻¹⁰` where it truncates.
 const RELATIVE: f32 = 1.0 / 1024.0;
 
-/// Runs the convolution that `build` makes of the test's weights and compares its result.
+/// Runs the convolutions that `build` makes of the test's weights and compares their results.
 /// Submits to the queue and waits.
 ///
 /// # Errors
 /// Those of the device; a result that is off, with the worst value.
 pub fn self_test(
     context: &Context,
-    build: impl FnOnce(&Params, &ChannelMap) -> Convolution,
+    build: impl Fn(&Params, &ChannelMap) -> Convolution,
 ) -> Result<()> {
-    let [inputs, outputs] = CHANNELS;
+    OUTPUTS.into_iter().try_for_each(|outputs| test(context, &build, INPUTS, outputs))
+}
+
+fn test(
+    context: &Context,
+    build: &impl Fn(&Params, &ChannelMap) -> Convolution,
+    inputs: usize,
+    outputs: usize,
+) -> Result<()> {
     let mut values = halves();
     let mut take = |count: usize| values.by_ref().take(count).collect::<Vec<_>>();
     let params = Params { weight: take(inputs * outputs * 9), bias: take(outputs) };
     let input = Tensor::new(inputs, SIZE[1], SIZE[0], take(inputs * SIZE[0] * SIZE[1]));
     let found = catch(&context.device, || {
         let operator = build(&params, &channel_map(inputs));
-        run(context, &operator, &input)
+        run(context, &operator, &input, outputs)
     })?;
     let expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
     compare(&found, &expected)
@@ -56,10 +65,15 @@ fn halves() -> impl Iterator<Item = f32> {
         .map(|state| half::f16::from_f32((state >> 40) as f32 / (1 << 23) as f32 - 1.0).to_f32())
 }
 
-fn run(context: &Context, operator: &Convolution, input: &Tensor) -> Result<Tensor> {
+fn run(
+    context: &Context,
+    operator: &Convolution,
+    input: &Tensor,
+    outputs: usize,
+) -> Result<Tensor> {
     let source = upload(context, input);
     let [width, height] = SIZE.map(|side| side as u32);
-    let quads = CHANNELS[1] as u32 / 4;
+    let quads = outputs as u32 / 4;
     let texture = GpuTensor::texture(context, [width, height], quads);
     let target = GpuTensor::of(&texture, 0, quads);
     let map = everything(&context.device);

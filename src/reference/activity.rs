@@ -28,8 +28,9 @@ pub struct Activity {
 /// A block is clean if the pixels that lie in the image are finite and not negative, and either
 /// are at least three and all the same, bit for bit; or at least three in both directions with
 /// no second difference above 1/1024 along rows and columns, in each channel, once encoded for
-/// the network. A black block may be a surface that no path has lit yet: it is clean only if
-/// albedo and normal, where given, are constant there too. A block is active if it is not clean and has pixels that the tile stores.
+/// the network. A dark block, its first pixel encoded to 1/1024 at most, may be a surface that no
+/// path has lit yet: it is clean only if albedo or normal is given and what is given is zero
+/// there. A block is active if it is not clean and has pixels that the tile stores.
 /// Without `skip` no block is clean.
 ///
 /// The map's first layer has the distance from each block to the nearest active one, diagonal
@@ -79,14 +80,20 @@ fn is_clean(frame: &Frame<'_>, placed: &Placed, block: [usize; 2], input_scale: 
     let rows = pixels(frame.color, placed, block);
     let all: Vec<f32> = rows.iter().flatten().flatten().copied().collect();
     let valid = all.iter().all(|&v| v.is_finite() && v >= 0.0);
-    if same(&rows) && all.iter().all(|&v| v == 0.0) {
-        let present = [frame.albedo, frame.normal].into_iter().flatten();
-        return all.len() >= 9 && present.into_iter().all(|i| same(&pixels(i, placed, block)));
-    }
     let columns = rows.first().map_or(0, Vec::len);
     let wide = rows.len() >= 3 && columns >= 3;
     let enough = all.len() / 3 >= 3;
-    valid && (enough && same(&rows) || wide && !bends(&rows, input_scale))
+    let clean = valid && (enough && same(&rows) || wide && !bends(&rows, input_scale));
+    let dark = || all[..3].iter().all(|&v| encode_color(v, input_scale) <= T);
+    clean && (!dark() || is_empty(frame, placed, block))
+}
+
+/// Whether albedo and normal, where given, say that there is no surface.
+fn is_empty(frame: &Frame<'_>, placed: &Placed, block: [usize; 2]) -> bool {
+    let given: Vec<_> = [frame.albedo, frame.normal].into_iter().flatten().collect();
+    let zero =
+        |image: &Image| pixels(image, placed, block).iter().flatten().all(|p| *p == [0.0; 3]);
+    !given.is_empty() && given.into_iter().all(zero)
 }
 
 /// Whether all pixels are the same, bit for bit.
@@ -138,13 +145,19 @@ mod tests {
     }
 
     #[test]
-    fn black_surfaces_are_not_clean_where_albedo_or_normal_change() {
-        let black = image(16, 16, |_, _| [0.0; 3]);
-        let varied = image(16, 16, |x, y| [0.5, [0.5, 0.6][usize::from((x, y) == (9, 15))], 0.5]);
+    fn what_is_dark_is_clean_only_where_albedo_and_normal_say_that_nothing_is_there() {
+        let black = image(16, 16, |x, _| [[0.0, -0.0][x as usize % 2]; 3]);
+        let surface = image(16, 16, |x, y| [0.0, [0.0, 0.6][usize::from((x, y) == (9, 15))], 0.0]);
         let stores = Rect { begin: [0, 0], end: [16, 16] };
         let placed = Placed { origin: [0, 0], stores };
-        let images = [(Some(&black), None, true), (Some(&varied), None, false)];
-        for (albedo, normal, clean) in images.into_iter().chain([(None, Some(&varied), false)]) {
+        for (albedo, normal, clean) in [
+            (None, None, false),
+            (Some(&black), None, true),
+            (None, Some(&black), true),
+            (Some(&black), Some(&black), true),
+            (Some(&surface), None, false),
+            (Some(&black), Some(&surface), false),
+        ] {
             let frame = Frame { albedo, normal, ..color(&black) };
             assert_eq!(activity(&frame, 1.0, &placed, [16, 16], 2, true).clean, [clean]);
         }
@@ -189,18 +202,17 @@ mod tests {
 
     #[test]
     fn the_edges_of_blocks_may_jump() {
-        let found = whole(&image(32, 32, |x, y| [(x / 16 + 7 * (y / 16)) as f32; 3]));
+        let found = whole(&image(32, 32, |x, y| [(1 + x / 16 + 7 * (y / 16)) as f32; 3]));
         assert_eq!(found.clean, [true; 4]);
     }
 
     #[test]
     fn broken_values_are_never_clean() {
         for bad in [f32::NAN, f32::INFINITY, -1.0, -1e-42] {
-            let spot = |x, y| if (x, y) == (3, 15) { [0.0, bad, 0.0] } else { [0.0; 3] };
+            let spot = |x, y| if (x, y) == (3, 15) { [0.5, bad, 0.5] } else { [0.5; 3] };
             assert_eq!(whole(&image(16, 16, spot)).clean, [false], "{bad}");
             assert_eq!(whole(&image(16, 16, |_, _| [bad; 3])).clean, [false], "{bad}");
         }
-        assert_eq!(whole(&image(16, 16, |x, _| [[0.0, -0.0][x as usize % 2]; 3])).clean, [true]);
     }
 
     #[test]

@@ -7,7 +7,8 @@ use super::front;
 use crate::metrics::{self, Metrics};
 use crate::timing::median;
 use crate::{
-    Denoiser, Frame, Gpu, Image, Inputs, MatrixShape, Options, Precision, Quality, Weights,
+    Denoiser, Frame, Gpu, Image, Inputs, KernelSet, MatrixShape, Options, Precision, Quality,
+    Weights,
 };
 
 /// A configuration and what came of it.
@@ -98,7 +99,11 @@ struct Contender {
 fn denoisers(gpu: &Gpu, options: &Options) -> Vec<Contender> {
     let contender = |quality, precision| {
         let matrix = MatrixShape::of(&gpu.adapter, precision);
-        let options = Options { precision, matrix, ..options.clone() };
+        let kernels = match (options.kernels, matrix) {
+            (KernelSet::Matrix(_), Some(shape)) => KernelSet::Matrix(shape),
+            (kernels, _) => kernels,
+        };
+        let options = Options { precision, kernels, matrix, ..options.clone() };
         let denoiser = Weights::builtin(quality)
             .and_then(|weights| Denoiser::new(&gpu.device, &gpu.queue, &weights, &options))
             .map_err(|error| error.to_string());

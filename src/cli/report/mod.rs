@@ -6,10 +6,10 @@ use std::path::Path;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
-use super::print;
+use super::{print, say};
 use crate::files::{self, LayerChoice, Picture, Problem};
 use crate::metrics::{self, Metrics};
-use crate::{Frame, Gpu};
+use crate::{Denoiser, Frame, Gpu, Options, Quality, Weights};
 
 mod front;
 mod labels;
@@ -63,12 +63,20 @@ pub(super) fn run(args: &BenchArgs, noisy: &Path, reference: &Path) -> Result<()
         reference: name(reference),
         width,
         height,
-        device: device(&gpu, &format!("{:?}", options.kernels.resolve(&gpu.device))),
+        device: device(&gpu, &kernels(&gpu, &options)?),
         runs: args.runs,
         before,
         rows: measure::rows(&gpu, &options, &frame, truth.color(), args.runs),
     };
     report.deliver(args)
+}
+
+/// The kernels that run with these options; says why if they are not those asked for.
+fn kernels(gpu: &Gpu, options: &Options) -> Result<String, Failure> {
+    let weights = Weights::builtin(Quality::Fast)?;
+    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, options)?;
+    denoiser.notices().iter().for_each(|notice| say(notice));
+    Ok(denoiser.kernels().to_string())
 }
 
 impl Report {

@@ -4,7 +4,7 @@
 //! Nothing non-linear stands between the two convolutions, so they are one: of the 3×3
 //! upsampled pixels around an output pixel, some lie in the same low-resolution pixel, and what
 //! is left is a 2×2 convolution whose weights depend on whether the output's row and column are
-//! even or odd: 4 products per pair of channels where there were 9, and no tensor in between. The
+//! even or odd: 4 products per low-resolution channel and output, and no tensor in between. The
 //! transposed convolution's bias passes the 3×3 taps too, except where they see the zero
 //! padding, hence a bias for each of the 3×3 places at the border.
 
