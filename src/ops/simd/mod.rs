@@ -3,7 +3,7 @@
 //! llvmpipe runs eight invocations in the lanes of one vector. A weight that every lane needs
 //! is cheapest when each lane loads a different one and `subgroupBroadcast` with a constant
 //! lane hands them round; accumulators are cheapest as separate variables. WGSL has neither
-//! unrolling nor templates, so [`text`] writes the code. The plain kernels remain the
+//! unrolling nor templates, so the module `text` writes the code. The plain kernels remain the
 //! definition, and the tests hold every generated variant against the same references.
 //!
 //! Each invocation makes a few pixels of a row and `4 · out_quads` output channels. Reads
