@@ -39,8 +39,14 @@ impl Gpu {
     }
 
     fn request(adapter: &wgpu::Adapter) -> Result<Self> {
+        let usual = crate::required_features(adapter);
+        // A driver may refuse an experimental feature that it reports.
+        Self::request_with(adapter, usual | crate::matrix_features(adapter))
+            .or_else(|_| Self::request_with(adapter, usual))
+    }
+
+    fn request_with(adapter: &wgpu::Adapter, required_features: wgpu::Features) -> Result<Self> {
         let info = adapter.get_info();
-        let required_features = crate::required_features(adapter) | crate::matrix_features(adapter);
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("wgdenoise"),
             required_features,

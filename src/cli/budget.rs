@@ -70,10 +70,15 @@ pub(super) fn choose(
     loop {
         let weights = Weights::builtin(quality)?;
         let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, options)?;
-        let predicted = kept.calibration.cost(quality).predict(worked_pixels(&denoiser, frame)?);
+        let cost = kept.calibration.cost(quality);
+        let predicted = worked_pixels(&denoiser, frame).map(|pixels| cost.predict(pixels));
         match quality.cheaper() {
-            Some(cheaper) if predicted > limit => quality = cheaper,
+            // Too slow, or too large for the memory budget.
+            Some(cheaper) if predicted.as_ref().map_or(true, |time| *time > limit) => {
+                quality = cheaper;
+            }
             _ => {
+                let predicted = predicted?;
                 let chosen = explain(quality.name(), predicted, limit);
                 let line = format!("{chosen} on {} (calibrated {})", gpu.info.name, kept.date);
                 return Ok((denoiser, line));
@@ -83,7 +88,7 @@ pub(super) fn choose(
 }
 
 /// All the pixels of all tiles.
-fn worked_pixels(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<u64, Failure> {
+fn worked_pixels(denoiser: &Denoiser, frame: &Frame<'_>) -> crate::Result<u64> {
     let (width, height) = frame.color.size();
     let inputs = frame.inputs().intersection(denoiser.weights().metadata().inputs);
     let plan = denoiser.tile_plan(width, height, inputs)?;

@@ -7,8 +7,11 @@ use crate::support::{Folder, Run};
 
 /// Runs with a cache in the folder.
 fn run(folder: &Folder, args: &[&str]) -> Run {
-    let image = ["plain_rgb.exr", "out.exr", "--force"];
-    let mut command = folder.command(&[&image[..], args].concat());
+    run_on(folder, "plain_rgb.exr", args)
+}
+
+fn run_on(folder: &Folder, image: &str, args: &[&str]) -> Run {
+    let mut command = folder.command(&[&[image, "out.exr", "--force"], args].concat());
     Run::of(&command.env("XDG_CACHE_HOME", folder.path("cache")).output().unwrap())
 }
 
@@ -52,6 +55,11 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
         let (count, known) = (run.stderr.lines().count(), "(calibrated 2001-02-03)");
         assert!(count == 2 && run.stderr.contains(said) && run.stderr.contains(known), "{run:?}");
     }
+    // 2 MiB hold the tensors of a picture of this size for the smaller networks only.
+    image::RgbImage::new(128, 64).save(folder.path("large.png")).unwrap();
+    let large = run_on(&folder, "large.png", &["--budget", "9999", "--memory", "2"]);
+    large.assert_done();
+    assert!(large.stderr.contains("balanced: predicted"), "{large:?}");
     let quiet = run(&folder, &["--budget", "4.7", "-q"]);
     assert_eq!((quiet.code, quiet.stderr.as_str()), (0, ""));
 }
