@@ -72,27 +72,35 @@ fn tolerance(case: Case, precision: Precision) -> Tolerance {
     sum_tolerance(9 * (skips + ups * (1 + lows)), precision)
 }
 
-fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(), String> {
+fn check(case: Case, variant: (KernelSet, Precision)) -> Result<(), String> {
+    let problem = problem(case, variant.1);
+    let Problem { skip, low, params } = &problem;
+    let (_, _, ups, .., relu) = case;
+    let expected = reference::up_conv(skip, low, params, ups, relu);
+    compare(&run(case, variant, &problem), &expected, tolerance(case, variant.1))
+}
+
+fn run(case: Case, (kernels, precision): (KernelSet, Precision), problem: &Problem) -> Tensor {
     let (_, _, ups, outputs, height, width, relu) = case;
-    let Problem { skip, low, params } = problem(case, precision);
+    let Problem { skip, low, params } = problem;
     let context = context(precision);
     let maps = [channel_map(skip.channels), channel_map(low.channels)];
-    let operator = up_conv(context, kernels, &params, [&maps[0], &maps[1]], ups, relu);
+    let operator = up_conv(context, kernels, params, [&maps[0], &maps[1]], ups, relu);
     let map_of_zero = everything(&context.device);
     let need = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
-    let inputs = [(&skip, &maps[0]), (&low, &maps[1])];
-    let shape = [outputs, 2 * height, 2 * width];
-    let found = run_where(context, &operator, &inputs, shape, need);
-    let expected = reference::up_conv(&skip, &low, &params, ups, relu);
-    compare(&found, &expected, tolerance(case, precision))
+    let inputs = [(skip, &maps[0]), (low, &maps[1])];
+    run_where(context, &operator, &inputs, [outputs, 2 * height, 2 * width], need)
 }
 
 #[test]
 fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
     let case = (4, 4, 4, 4, 3, 3, false);
-    let Problem { skip, low, mut params } = problem(case, Precision::F32);
-    let expected = reference::up_conv(&skip, &low, &params, 4, false);
-    params.weight[7] += 0.01;
-    let found = reference::up_conv(&skip, &low, &params, 4, false);
-    compare(&found, &expected, tolerance(case, Precision::F32)).unwrap_err();
+    for variant in variants_of(fused_sets) {
+        let mut problem = problem(case, variant.1);
+        let Problem { skip, low, params } = &problem;
+        let expected = reference::up_conv(skip, low, params, 4, false);
+        problem.params.weight[7] += 0.1;
+        let found = run(case, variant, &problem);
+        compare(&found, &expected, tolerance(case, variant.1)).unwrap_err();
+    }
 }
