@@ -30,10 +30,7 @@ struct Tile {
 }
 
 @group(0) @binding(0) var<uniform> tile: Tile;
-// Bits of f32: NaN and infinity are recognised before any float operation sees them.
-@group(0) @binding(1) var<storage, read> color: array<u32>;
-@group(0) @binding(2) var<storage, read> albedo: array<u32>;
-@group(0) @binding(3) var<storage, read> normal: array<u32>;
+// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read by texts of shaders/image.
 @group(0) @binding(4) var<storage, read> input_scale: f32;
 @group(0) @binding(5) var<storage, read_write> clean: array<u32>;   // 1 or 0, row by row
 @group(0) @binding(6) var map: MapOut;
@@ -42,6 +39,7 @@ override radius: i32;        // how far `spread` looks, in blocks, below FAR
 override skip: bool;         // if not, no block counts as clean
 override has_albedo: bool;
 override has_normal: bool;
+override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0 where there is none
 
 const BLOCK = 16u;           // pixels per side
 const FAR = 255u;
@@ -66,25 +64,6 @@ fn transfer(y: vec3<f32>) -> vec3<f32> {
     return SCALE * select(select(bright, middle, y <= vec3(Y1)), A * y, y <= vec3(Y0));
 }
 
-fn element(at: vec2<u32>, place: vec4<u32>) -> u32 {
-    return place.x + at.y * place.y + at.x * place.z;
-}
-
-fn load(at: vec2<u32>) -> vec3<u32> {
-    let i = element(at, tile.color);
-    return vec3(color[i], color[i + 1u], color[i + 2u]);
-}
-
-fn load_albedo(at: vec2<u32>) -> vec3<u32> {
-    let i = element(at, tile.albedo);
-    return vec3(albedo[i], albedo[i + 1u], albedo[i + 2u]);
-}
-
-fn load_normal(at: vec2<u32>) -> vec3<u32> {
-    let i = element(at, tile.normal);
-    return vec3(normal[i], normal[i + 1u], normal[i + 2u]);
-}
-
 // Finite and not negative: bits in the order of their values, up to infinity; or −0.
 fn valid(bits: vec3<u32>) -> bool {
     return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
@@ -95,10 +74,10 @@ fn encode(bits: vec3<u32>) -> vec3<f32> {
 }
 
 fn constant(first: vec2<u32>, size: vec2<u32>) -> bool {
-    let bits = load(first);
+    let bits = load_color(first);
     for (var y = 0u; y < size.y; y++) {
         for (var x = 0u; x < size.x; x++) {
-            if any(load(first + vec2(x, y)) != bits) {
+            if any(load_color(first + vec2(x, y)) != bits) {
                 return false;
             }
         }
@@ -110,6 +89,12 @@ fn is_zero(bits: vec3<u32>) -> bool {
     return all((bits & vec3(0x7fffffffu)) == vec3(0u));
 }
 
+// A stored normal of length 0. Eight bits hold no 0.5: they miss it by half a step, 1/510.
+fn is_no_normal(bits: vec3<u32>) -> bool {
+    let middle = all(abs(bitcast<vec3<f32>>(bits) - 0.5) < vec3(1.0 / 500.0));
+    return is_zero(bits) || (unorm_normal && middle);
+}
+
 // Whether albedo and normal, where given, say that there is no surface.
 fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
     for (var y = 0u; y < size.y; y++) {
@@ -118,7 +103,7 @@ fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
             if has_albedo && !is_zero(load_albedo(at)) {
                 return false;
             }
-            if has_normal && !is_zero(load_normal(at)) {
+            if has_normal && !is_no_normal(load_normal(at)) {
                 return false;
             }
         }
@@ -131,7 +116,7 @@ fn straight(first: vec2<u32>, step: vec2<u32>, count: u32) -> bool {
     var before = vec3(0.0);
     var here = vec3(0.0);
     for (var i = 0u; i < count; i++) {
-        let bits = load(first + i * step);
+        let bits = load_color(first + i * step);
         if !valid(bits) {
             return false;
         }
@@ -168,7 +153,7 @@ fn is_clean(block: vec2<u32>) -> bool {
     if !constant(first, size) && !(all(size >= vec2(3u)) && smooth_lines(first, size)) {
         return false;
     }
-    let dark = all(encode(load(first)) <= vec3(T));
+    let dark = all(encode(load_color(first)) <= vec3(T));
     return !dark || empty(first, size);
 }
 

@@ -13,8 +13,7 @@ struct Band {
 }
 
 @group(0) @binding(0) var<uniform> band: Band;
-// Bits of f32: NaN and infinity are recognised before any float operation sees them.
-@group(0) @binding(1) var<storage, read> color: array<u32>;
+// Binding 1: the image `color`, read by a text of shaders/image.
 @group(0) @binding(2) var<storage, read_write> log_luminance: array<f32>;
 @group(0) @binding(3) var<storage, read_write> input_scale: f32;
 
@@ -29,8 +28,8 @@ fn sanitise(bits: u32) -> f32 {
 }
 
 fn luminance(x: u32, y: u32) -> f32 {
-    let at = band.color.x + (y - band.first_row) * band.color.y + x * band.color.z;
-    let rgb = vec3(sanitise(color[at]), sanitise(color[at + 1u]), sanitise(color[at + 2u]));
+    let bits = load_color(vec2(x, y - band.first_row));
+    let rgb = vec3(sanitise(bits.r), sanitise(bits.g), sanitise(bits.b));
     return dot(rgb, vec3(0.212671, 0.715160, 0.072169));
 }
 

@@ -1,6 +1,7 @@
 // The end of the network in one kernel: 1×1 convolution, sigmoid, inverse transfer function,
-// exposure taken back, crop, store. Clean blocks get their input instead. One pixel of the tile
-// per invocation. Equals conv1x1.wgsl, sigmoid.wgsl and output_process.wgsl one after the other.
+// exposure taken back, crop, blend with the noisy colour, store. Clean blocks get their input
+// instead. One pixel of the tile per invocation. Equals conv1x1.wgsl, sigmoid.wgsl and
+// output_process.wgsl one after the other.
 
 alias TensorIn = texture_storage_2d_array<rgba32float, read>;
 
@@ -23,8 +24,7 @@ struct Tile {
 @group(0) @binding(3) var<storage, read> input_scale: f32;
 // Whether each 16×16 block of the tile is clean, row by row.
 @group(0) @binding(4) var<storage, read> clean: array<u32>;
-@group(0) @binding(5) var<storage, read> color: array<f32>;
-@group(0) @binding(6) var<storage, read_write> output: array<f32>;
+// Bindings 5 to 7: the images `color` and `output` and their blend, by texts of shaders/image.
 
 // The inverse of the transfer function in input_process.wgsl.
 const A = 1.41283765e3;
@@ -51,31 +51,24 @@ fn is_clean(pixel: vec2<u32>) -> bool {
     return clean[block.y * (textureDimensions(input).x / BLOCK) + block.x] != 0u;
 }
 
-fn element(at: vec2<u32>, place: vec4<u32>) -> u32 {
-    return place.x + at.y * place.y + at.x * place.z;
-}
-
 // Stores what the sums of the 1×1 convolution at a pixel of the tile come to.
 fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
     let at = tile.origin + vec2<u32>(pixel);
     if any(at < tile.begin) || any(at >= tile.end) {
         return;
     }
-    let i = element(at, tile.output);
     if is_clean(vec2<u32>(pixel)) {
-        let noisy = element(at, tile.color);
-        output[i] = color[noisy];
-        output[i + 1u] = color[noisy + 1u];
-        output[i + 2u] = color[noisy + 2u];
+        store_noisy(at);
         return;
     }
     let bias = textureLoad(weights, vec2(0, i32(textureNumLayers(input))), 0);
     // Beyond ±30 the sigmoid is within 1e-13 of 0 or 1, and exp stays far from overflow.
     let x = clamp(sums + bias, vec4(-30.0), vec4(30.0));
     let encoded = 1.0 / (1.0 + exp(-x));
-    output[i] = inverse_transfer(encoded.x) / input_scale;
-    output[i + 1u] = inverse_transfer(encoded.y) / input_scale;
-    output[i + 2u] = inverse_transfer(encoded.z) / input_scale;
+    let exposed = vec3(
+        inverse_transfer(encoded.x), inverse_transfer(encoded.y), inverse_transfer(encoded.z),
+    );
+    store_denoised(at, exposed / input_scale);
 }
 
 @compute @workgroup_size(8, 8)

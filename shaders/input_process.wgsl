@@ -17,15 +17,13 @@ struct Tile {
 }
 
 @group(0) @binding(0) var<uniform> tile: Tile;
-// Bits of f32: NaN and infinity are recognised before any float operation sees them.
-@group(0) @binding(1) var<storage, read> color: array<u32>;
-@group(0) @binding(2) var<storage, read> albedo: array<u32>;
-@group(0) @binding(3) var<storage, read> normal: array<u32>;
+// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read by texts of shaders/image.
 @group(0) @binding(4) var<storage, read> input_scale: f32;
 @group(0) @binding(5) var output: TensorOut;
 
 override has_albedo: bool;
 override has_normal: bool;
+override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0 where there is none
 
 const LARGEST = 65504.0;     // what the transfer function maps to 1
 
@@ -48,30 +46,25 @@ fn transfer(y: f32) -> f32 {
     return SCALE * select(select(bright, middle, y <= Y1), A * y, y <= Y0);
 }
 
-fn finite(bits: u32) -> f32 {
-    return bitcast<f32>(select(0u, bits, (bits & 0x7f800000u) != 0x7f800000u));
+fn finite(bits: vec3<u32>) -> vec3<f32> {
+    let is_finite = (bits & vec3(0x7f800000u)) != vec3(0x7f800000u);
+    return bitcast<vec3<f32>>(select(vec3(0u), bits, is_finite));
 }
 
-fn element(at: vec2<u32>, place: vec4<u32>) -> u32 {
-    return place.x + at.y * place.y + at.x * place.z;
-}
-
-fn load_color(at: vec2<u32>) -> vec3<f32> {
-    let i = element(at, tile.color);
-    let rgb = vec3(finite(color[i]), finite(color[i + 1u]), finite(color[i + 2u]));
-    let exposed = clamp(rgb * input_scale, vec3(0.0), vec3(LARGEST));
+fn encoded_color(at: vec2<u32>) -> vec3<f32> {
+    let exposed = clamp(finite(load_color(at)) * input_scale, vec3(0.0), vec3(LARGEST));
     return vec3(transfer(exposed.x), transfer(exposed.y), transfer(exposed.z));
 }
 
-fn load_albedo(at: vec2<u32>) -> vec3<f32> {
-    let i = element(at, tile.albedo);
-    let rgb = vec3(finite(albedo[i]), finite(albedo[i + 1u]), finite(albedo[i + 2u]));
-    return clamp(rgb, vec3(0.0), vec3(1.0));
+fn encoded_albedo(at: vec2<u32>) -> vec3<f32> {
+    return clamp(finite(load_albedo(at)), vec3(0.0), vec3(1.0));
 }
 
-fn load_normal(at: vec2<u32>) -> vec3<f32> {
-    let i = element(at, tile.normal);
-    let xyz = vec3(finite(normal[i]), finite(normal[i + 1u]), finite(normal[i + 2u]));
+fn encoded_normal(at: vec2<u32>) -> vec3<f32> {
+    let xyz = finite(load_normal(at));
+    if unorm_normal {
+        return select(clamp(xyz, vec3(0.0), vec3(1.0)), vec3(0.5), all(xyz == vec3(0.0)));
+    }
     return clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5;
 }
 
@@ -81,12 +74,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let at = min(tile.origin + id.xy, tile.image_size - 1u);
-    textureStore(output, id.xy, 0, vec4(load_color(at), 0.0));
+    textureStore(output, id.xy, 0, vec4(encoded_color(at), 0.0));
     if has_albedo {
-        textureStore(output, id.xy, 1, vec4(load_albedo(at), 0.0));
+        textureStore(output, id.xy, 1, vec4(encoded_albedo(at), 0.0));
     }
     if has_normal {
         let layer = select(1, 2, has_albedo);
-        textureStore(output, id.xy, layer, vec4(load_normal(at), 0.0));
+        textureStore(output, id.xy, layer, vec4(encoded_normal(at), 0.0));
     }
 }

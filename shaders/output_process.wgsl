@@ -1,5 +1,5 @@
 // From the network's output to the image: inverse transfer function, exposure taken back, crop,
-// store. One pixel of the tile per invocation.
+// blend with the noisy colour, store. One pixel of the tile per invocation.
 
 alias TensorIn = texture_storage_2d_array<rgba32float, read>;
 
@@ -17,7 +17,7 @@ struct Tile {
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var input: TensorIn;
 @group(0) @binding(2) var<storage, read> input_scale: f32;
-@group(0) @binding(3) var<storage, read_write> output: array<f32>;
+// Bindings 3 to 5: the images `color` and `output` and their blend, by texts of shaders/image.
 
 // The inverse of the transfer function in input_process.wgsl.
 const A = 1.41283765e3;
@@ -46,8 +46,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // 65504 is encoded as 1: nothing brighter went in, and exp must not overflow.
     let encoded = clamp(textureLoad(input, id.xy, 0), vec4(0.0), vec4(1.0));
-    let i = tile.output.x + at.y * tile.output.y + at.x * tile.output.z;
-    output[i] = inverse_transfer(encoded.x) / input_scale;
-    output[i + 1u] = inverse_transfer(encoded.y) / input_scale;
-    output[i + 2u] = inverse_transfer(encoded.z) / input_scale;
+    let exposed = vec3(
+        inverse_transfer(encoded.x), inverse_transfer(encoded.y), inverse_transfer(encoded.z),
+    );
+    store_denoised(at, exposed / input_scale);
 }

@@ -70,7 +70,7 @@ impl Denoiser {
         let (width, height) = frame.color.size();
         let bands = Band::split(width, height, window.rows_of(width));
         let [color, scale] = [&window.color, &window.input_scale];
-        let calls = autoexposure(&self.context, &bands[0], &window.band, color, scale);
+        let calls = autoexposure(&self.context, &bands[0], &window.band, color.into(), scale);
         for band in &bands {
             let rows = band.rows();
             let rect = Rect { begin: [0, rows.start], end: [width, rows.end] };

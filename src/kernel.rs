@@ -21,6 +21,10 @@ pub enum Binding {
     ActivityIn,
     /// The same to write, as a storage texture.
     ActivityOut,
+    /// An image to read, as a texture of floats.
+    Image,
+    /// An image to write, as a storage texture of this format.
+    ImageOut(wgpu::TextureFormat),
     /// Read-only storage buffer.
     Buffer,
     /// Storage buffer to write.
@@ -45,7 +49,7 @@ pub struct KernelSpec {
     /// Name of the entry point.
     pub entry: &'static str,
     /// Bind group 0, by index.
-    pub bindings: &'static [Binding],
+    pub bindings: Cow<'static, [Binding]>,
     /// The overrides that the host sets.
     pub overrides: &'static [&'static str],
     /// Workgroup size.
@@ -227,17 +231,23 @@ impl Context {
         };
         self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
             label: Some(&spec.name),
-            entries: &(0..).zip(spec.bindings).map(entry).collect::<Vec<_>>(),
+            entries: &(0..).zip(spec.bindings.iter()).map(entry).collect::<Vec<_>>(),
         })
     }
 }
 
-fn binding_type(binding: Binding, tensor: wgpu::TextureFormat) -> wgpu::BindingType {
+pub(crate) fn binding_type(binding: Binding, tensor: wgpu::TextureFormat) -> wgpu::BindingType {
     use wgpu::StorageTextureAccess::{ReadOnly, WriteOnly};
+    use wgpu::TextureViewDimension::{D2, D2Array};
     let texture = |format, access| wgpu::BindingType::StorageTexture {
         access,
         format,
-        view_dimension: wgpu::TextureViewDimension::D2Array,
+        view_dimension: D2Array,
+    };
+    let sampled = |sample_type, view_dimension| wgpu::BindingType::Texture {
+        sample_type,
+        view_dimension,
+        multisampled: false,
     };
     let buffer = |ty, has_dynamic_offset, bytes| wgpu::BindingType::Buffer {
         ty,
@@ -248,12 +258,12 @@ fn binding_type(binding: Binding, tensor: wgpu::TextureFormat) -> wgpu::BindingT
         Binding::TensorIn => texture(tensor, ReadOnly),
         Binding::TensorOut => texture(tensor, WriteOnly),
         Binding::WeightTexture => texture(wgpu::TextureFormat::Rgba32Float, ReadOnly),
-        Binding::ActivityIn => wgpu::BindingType::Texture {
-            sample_type: wgpu::TextureSampleType::Uint,
-            view_dimension: wgpu::TextureViewDimension::D2Array,
-            multisampled: false,
-        },
+        Binding::ActivityIn => sampled(wgpu::TextureSampleType::Uint, D2Array),
         Binding::ActivityOut => texture(wgpu::TextureFormat::R32Uint, WriteOnly),
+        Binding::Image => sampled(wgpu::TextureSampleType::Float { filterable: false }, D2),
+        Binding::ImageOut(format) => {
+            wgpu::BindingType::StorageTexture { access: WriteOnly, format, view_dimension: D2 }
+        }
         Binding::Buffer => buffer(wgpu::BufferBindingType::Storage { read_only: true }, false, 0),
         Binding::BufferMut => {
             buffer(wgpu::BufferBindingType::Storage { read_only: false }, false, 0)

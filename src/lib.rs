@@ -28,26 +28,25 @@
 //! # A pass inside a renderer
 //!
 //! ```
-//! use wgdenoise::{Denoiser, Gpu, Layout, Options, PassDescriptor, PassImage, Quality, Weights};
-//! # use wgdenoise::wgpu;
+//! use wgdenoise::{Denoiser, Gpu, Options, PassDescriptor, PassImage, Quality, Weights};
+//! # use wgdenoise::wgpu::{self, TextureFormat as Format, TextureUsages as Usage};
 //! # let Gpu { device, queue, .. } = Gpu::open(None)?;
-//! # let size = 320 * 200 * 12;
-//! # let buffer = || device.create_buffer(&wgpu::BufferDescriptor { label: None, size,
-//! #     usage: wgpu::BufferUsages::STORAGE, mapped_at_creation: false });
-//! # let (noisy, clean) = (buffer(), buffer());
+//! # let texture = |format, usage| device.create_texture(&wgpu::TextureDescriptor {
+//! #     label: None, size: wgpu::Extent3d { width: 320, height: 200, depth_or_array_layers: 1 },
+//! #     mip_level_count: 1, sample_count: 1, dimension: wgpu::TextureDimension::D2, format, usage,
+//! #     view_formats: &[] });
+//! # let noisy = texture(Format::Rgba32Float, Usage::TEXTURE_BINDING);
+//! # let albedo = texture(Format::Rgba8Unorm, Usage::TEXTURE_BINDING);
+//! # let normal = texture(Format::Rgba16Float, Usage::TEXTURE_BINDING);
+//! # let clean = texture(Format::Rgba16Float, Usage::STORAGE_BINDING | Usage::TEXTURE_BINDING);
 //! // Once: `device` and `queue` are the renderer's own.
 //! let weights = Weights::builtin(Quality::Fast)?;
 //! let denoiser = Denoiser::new(&device, &queue, &weights, &Options::default())?;
-//! // Per size: `noisy` and `clean` are storage buffers of RGB 32-bit floats.
-//! let image = |buffer| PassImage::Buffer { buffer, layout: Layout::packed(320) };
+//! // Per size: the renderer's textures, or its buffers, or a mix.
 //! let pass = denoiser.pass(&PassDescriptor {
-//!     width: 320,
-//!     height: 200,
-//!     color: image(&noisy),
-//!     albedo: None,
-//!     normal: None,
-//!     output: image(&clean),
-//!     input_scale: None,
+//!     albedo: Some(PassImage::Texture(&albedo)),
+//!     normal: Some(PassImage::Texture(&normal)),
+//!     ..PassDescriptor::new(320, 200, PassImage::Texture(&noisy), PassImage::Texture(&clean))
 //! })?;
 //! // Per frame, between the renderer's own passes:
 //! let mut encoder = device.create_command_encoder(&Default::default());
@@ -55,6 +54,12 @@
 //! queue.submit([encoder.finish()]);
 //! # Ok::<(), wgdenoise::Error>(())
 //! ```
+//!
+//! wgdenoise is built on wgpu 30 and re-exports it as [`wgpu`]: a renderer on the same major version
+//! passes its own objects. The device needs no feature and no limit beyond WebGPU's defaults, but
+//! is faster with what [`required_features`] and [`required_limits`] name; each says what happens
+//! without it. [`Denoiser::warm_up`] compiles ahead, and a [`Schedule`] says when to denoise
+//! pictures that accumulate, and how much of the noisy colour to blend in.
 //!
 //! # A time budget
 //!
@@ -100,10 +105,13 @@ pub use frame::Frame;
 pub use gpu::Gpu;
 pub use image::Image;
 pub use model::{Inputs, Quality, Weights};
+pub use ops::image::{Element, ImageFormat};
 pub use ops::matrix::MatrixShape;
 pub use ops::tile::Layout;
 pub use options::{KernelSet, Options, Precision};
-pub use pass::{Pass, PassDescriptor, PassImage};
+pub use pass::{
+    InputScale, NormalEncoding, Pass, PassDescriptor, PassFormats, PassImage, Schedule,
+};
 pub use profile::CallProfile;
 pub use requirements::{matrix_features, required_features, required_limits};
 pub use wgpu;

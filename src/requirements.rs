@@ -4,9 +4,12 @@ use crate::error::{Error, Result};
 use crate::ops::matrix::MatrixShape;
 use crate::options::Precision;
 
-/// Features that make the kernels faster on this adapter, and timestamps for
-/// [`Denoiser::profile`](crate::Denoiser::profile). None is needed: without `SUBGROUP`, CPU
-/// drivers run a slower variant.
+/// What to ask this adapter for: the features of this list that it has. None is needed.
+///
+/// | feature | what for | without it |
+/// |---|---|---|
+/// | `SUBGROUP` | the kernels for CPU drivers | CPU drivers run the slower tiled kernels; GPUs do not use it |
+/// | `TIMESTAMP_QUERY` | [`Denoiser::profile`](crate::Denoiser::profile) on GPUs | the profile is an error; on CPU drivers it goes by the clock |
 #[must_use]
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     adapter.features() & (wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY)
@@ -22,8 +25,14 @@ pub fn matrix_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     features.fold(wgpu::Features::empty(), |all, one| all | one)
 }
 
-/// WebGPU's default limits, with those raised to the adapter's that decide how large a tile
-/// can be.
+/// What to ask this adapter for: WebGPU's default limits, some of them raised to the adapter's. A
+/// device with the default limits will do.
+///
+/// | limit | what for | with the default |
+/// |---|---|---|
+/// | `max_storage_buffer_binding_size`, `max_buffer_size` | images in buffers, and tiles of the blocking call | 128 MiB: images of up to 11 Mpixel of RGB in 32 bits, smaller tiles |
+/// | `max_texture_dimension_2d` | large tiles | tiles of up to 8192 pixels a side |
+/// | `max_texture_array_layers` | wide networks | 256: tensors of up to 1024 channels, more than the built-in weights have |
 #[must_use]
 pub fn required_limits(adapter: &wgpu::Adapter) -> wgpu::Limits {
     let offered = adapter.limits();

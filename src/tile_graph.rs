@@ -7,10 +7,10 @@ use crate::kernel::{Context, Dispatch};
 use crate::model::cost::layer_macs_per_pixel;
 use crate::model::{INPUT, TensorId};
 use crate::ops::activity::{Activity, activity};
-use crate::ops::head::Images;
+use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, input_process};
 use crate::ops::need::Need;
-use crate::ops::output_process::output_process;
+use crate::ops::output_process::{Images, output_process};
 use crate::ops::{GpuTensor, Io};
 
 /// One kernel call of a tile.
@@ -49,7 +49,9 @@ pub(crate) struct Bound<'a> {
     /// What is read.
     pub(crate) sources: Sources<'a>,
     /// Where the result goes.
-    pub(crate) output: &'a wgpu::Buffer,
+    pub(crate) output: ImageBinding<'a>,
+    /// Uniform of the noisy colour's share in the result.
+    pub(crate) blend: &'a wgpu::Buffer,
     /// Whether clean blocks skip the network.
     pub(crate) skip_clean: bool,
 }
@@ -112,13 +114,12 @@ fn last_call(
     activity: &Activity,
 ) -> Call {
     let last = &tensors[model.network.output()];
-    let (Sources { tiles, input_scale, color, .. }, output) = (bound.sources, bound.output);
-    let Some(head) = &model.head else {
-        let call = output_process(context, tiles, last, input_scale, output);
-        return Call::per_tile("output_process", call);
-    };
-    let images = Images { tiles, input_scale, color, output };
-    Call::per_tile("head", head.dispatch(&context.device, last, activity, &images))
+    let Bound { sources: Sources { tiles, input_scale, color, .. }, output, blend, .. } = *bound;
+    let images = Images { tiles, input_scale, color, output, blend };
+    match &model.head {
+        None => Call::per_tile("output_process", output_process(context, last, &images)),
+        Some(head) => Call::per_tile("head", head.dispatch(context, last, activity, &images)),
+    }
 }
 
 /// Views of new textures, by tensor.

@@ -67,12 +67,16 @@ impl<'a> Window<'a> {
         let band = uniform("band", size_of::<Band>());
         let sources = Sources {
             tiles: &tile,
-            color: &color,
-            albedo: albedo.as_ref(),
-            normal: normal.as_ref(),
+            color: (&color).into(),
+            albedo: albedo.as_ref().map(Into::into),
+            normal: normal.as_ref().map(Into::into),
+            unorm_normal: false,
             input_scale: &input_scale,
         };
-        let bound = Bound { tile: plan.tile, sources, output: &output, skip_clean };
+        // New buffers are zero: the noisy colour has no share.
+        let blend = uniform("blend", size_of::<f32>());
+        let (output_image, blend) = ((&output).into(), &blend);
+        let bound = Bound { tile: plan.tile, sources, output: output_image, blend, skip_clean };
         let graph = TileGraph::new(context, model, &bound);
         Self { context, graph, color, albedo, normal, output, readback, input_scale, tile, band }
     }

@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use wgdenoise::timing::{repeat, test_card};
 use wgdenoise::wgpu::{self, util::DeviceExt as _};
-use wgdenoise::{Denoiser, Gpu, Image, Layout, PassDescriptor, PassImage, Result};
+use wgdenoise::{Denoiser, Element, Gpu, Image, Layout, PassDescriptor, PassImage, Result};
 
 /// Seconds to record the pass, submit it and wait, `runs` times after one to warm up, shortest
 /// first.
@@ -17,15 +17,12 @@ pub(crate) fn measure(
 ) -> Result<Vec<f64>> {
     let [color, albedo, normal] = test_card(width, height)?.map(|image| upload(gpu, &image));
     let output = upload(gpu, &Image::filled(width, height, [0.0; 3])?);
-    let image = |buffer| PassImage::Buffer { buffer, layout: Layout::packed(width) };
+    let layout = Layout::packed(width);
+    let image = |buffer| PassImage::Buffer { buffer, element: Element::F32, layout };
     let pass = denoiser.pass(&PassDescriptor {
-        width,
-        height,
-        color: image(&color),
         albedo: Some(image(&albedo)),
         normal: Some(image(&normal)),
-        output: image(&output),
-        input_scale: None,
+        ..PassDescriptor::new(width, height, image(&color), image(&output))
     })?;
     repeat(runs, || {
         let begin = Instant::now();

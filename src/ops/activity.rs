@@ -1,32 +1,32 @@
 //! Which blocks of 16×16 pixels the network must work on. See `shaders/activity.wgsl` for what
 //! makes a block clean or active, and for the map of distances to active blocks.
 
-use super::input_process::{Sources, tile_binding};
-use super::tile::Tile;
+use super::image::ImageFormat;
+use super::input_process::{Sources, TILE, reading, source_names, tile_binding};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
-use crate::model::Inputs;
 pub use crate::plan::halo::BLOCK;
 
-/// Marks the clean blocks.
-pub const CLASSIFY: KernelSpec = spec("activity_classify", "classify", [8, 8, 1]);
-/// Makes the map from them.
-pub const SPREAD: KernelSpec = spec("activity_spread", "spread", [16, 16, 1]);
+/// Marks the clean blocks of colour, albedo and normal in these formats.
+#[must_use]
+pub fn classify_spec(formats: [ImageFormat; 3]) -> KernelSpec {
+    spec("classify", [8, 8, 1], formats)
+}
 
-const fn spec(name: &'static str, entry: &'static str, workgroup: [u32; 3]) -> KernelSpec {
+/// Makes the map from them.
+#[must_use]
+pub fn spread_spec(formats: [ImageFormat; 3]) -> KernelSpec {
+    spec("spread", [16, 16, 1], formats)
+}
+
+fn spec(entry: &'static str, workgroup: [u32; 3], formats: [ImageFormat; 3]) -> KernelSpec {
+    let [color, albedo, normal] = formats.map(ImageFormat::source_binding);
+    let (clean, map) = (Binding::BufferMut, Binding::ActivityOut);
     KernelSpec {
-        name: std::borrow::Cow::Borrowed(name),
-        source: std::borrow::Cow::Borrowed(include_str!("../../shaders/activity.wgsl")),
+        name: format!("activity_{entry} {}", source_names(formats)).into(),
+        source: (reading(formats) + include_str!("../../shaders/activity.wgsl")).into(),
         entry,
-        bindings: &[
-            Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true },
-            Binding::Buffer,
-            Binding::Buffer,
-            Binding::Buffer,
-            Binding::Buffer,
-            Binding::BufferMut,
-            Binding::ActivityOut,
-        ],
-        overrides: &["has_albedo", "has_normal", "radius", "skip"],
+        bindings: vec![TILE, color, albedo, normal, Binding::Buffer, clean, map].into(),
+        overrides: &["has_albedo", "has_normal", "radius", "skip", "unorm_normal"],
         workgroup,
     }
 }
@@ -71,22 +71,18 @@ pub fn activity(
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
-    let flag = |set: bool| f64::from(u8::from(set));
-    let Inputs { albedo, normal } = sources.inputs();
-    let constants = [
-        ("has_albedo", flag(albedo)),
-        ("has_normal", flag(normal)),
-        ("radius", f64::from(radius)),
-        ("skip", flag(skip)),
-    ];
-    let [albedo, normal] = sources.auxiliary();
-    let calls = [CLASSIFY, SPREAD].map(|spec| {
+    let mut constants = sources.constants().to_vec();
+    constants.extend([("radius", f64::from(radius)), ("skip", f64::from(u8::from(skip)))]);
+    let images = sources.images();
+    let formats = images.map(|image| image.format());
+    let calls = [classify_spec(formats), spread_spec(formats)].map(|spec| {
         let kernel = context.kernel(&spec, &constants);
+        let [color, albedo, normal] = images.map(|image| image.resource());
         let resources = [
             tile_binding(sources.tiles),
-            sources.color.as_entire_binding(),
-            albedo.as_entire_binding(),
-            normal.as_entire_binding(),
+            color,
+            albedo,
+            normal,
             sources.input_scale.as_entire_binding(),
             clean.as_entire_binding(),
             wgpu::BindingResource::TextureView(&map),

@@ -1,25 +1,35 @@
 //! The scale that brings an image to the exposure the network was trained at.
 //! See `shaders/autoexposure.wgsl` for the definition.
 
+use super::image::{ImageBinding, ImageFormat};
 use super::tile::Layout;
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 
-/// Makes the bins of a band of rows.
-pub const BINS: KernelSpec = spec("autoexposure_bins", "bins", [8, 8, 1]);
-/// Turns all bins into the scale.
-pub const REDUCE: KernelSpec = spec("autoexposure_reduce", "reduce", [256, 1, 1]);
+/// Makes the bins of a band of rows of an image in this format.
+#[must_use]
+pub fn bins_spec(color: ImageFormat) -> KernelSpec {
+    spec(format!("autoexposure_bins {}", color.source_name()), "bins", [8, 8, 1], color)
+}
 
-const fn spec(name: &'static str, entry: &'static str, workgroup: [u32; 3]) -> KernelSpec {
+/// Turns all bins into the scale.
+#[must_use]
+pub fn reduce_spec(color: ImageFormat) -> KernelSpec {
+    spec(format!("autoexposure_reduce {}", color.source_name()), "reduce", [256, 1, 1], color)
+}
+
+fn spec(name: String, entry: &'static str, workgroup: [u32; 3], color: ImageFormat) -> KernelSpec {
+    let text = include_str!("../../shaders/autoexposure.wgsl");
     KernelSpec {
-        name: std::borrow::Cow::Borrowed(name),
-        source: std::borrow::Cow::Borrowed(include_str!("../../shaders/autoexposure.wgsl")),
+        name: name.into(),
+        source: (color.reading("color", 1, "band") + text).into(),
         entry,
-        bindings: &[
+        bindings: vec![
             Binding::Uniform { bytes: size_of::<Band>() as u64, dynamic: false },
-            Binding::Buffer,
+            color.source_binding(),
             Binding::BufferMut,
             Binding::BufferMut,
-        ],
+        ]
+        .into(),
         overrides: &[],
         workgroup,
     }
@@ -104,7 +114,7 @@ pub fn autoexposure(
     context: &Context,
     shape: &Band,
     band: &wgpu::Buffer,
-    color: &wgpu::Buffer,
+    color: ImageBinding<'_>,
     input_scale: &wgpu::Buffer,
 ) -> Autoexposure {
     let bins = context.device.create_buffer(&wgpu::BufferDescriptor {
@@ -115,12 +125,12 @@ pub fn autoexposure(
     });
     let call = |spec: &KernelSpec, invocations: [u32; 3]| {
         let kernel = context.kernel(spec, &[]);
-        let buffers = [band, color, &bins, input_scale];
-        let resources = buffers.map(wgpu::Buffer::as_entire_binding);
+        let [band, bins, scale] = [band, &bins, input_scale].map(wgpu::Buffer::as_entire_binding);
+        let resources = [band, color.resource(), bins, scale];
         kernel.dispatch(kernel.bind(&context.device, &resources), invocations)
     };
     Autoexposure {
-        bins: call(&BINS, [shape.bins[0], shape.bin_rows, 1]),
-        reduce: call(&REDUCE, [256, 1, 1]),
+        bins: call(&bins_spec(color.format()), [shape.bins[0], shape.bin_rows, 1]),
+        reduce: call(&reduce_spec(color.format()), [256, 1, 1]),
     }
 }

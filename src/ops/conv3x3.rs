@@ -20,7 +20,7 @@ pub fn tiled_spec(pools: bool) -> KernelSpec {
         name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
         source: if pools { source.into() } else { without().collect::<Vec<_>>().join("\n").into() },
         entry: "main",
-        bindings: if pools { &TILED_POOL } else { &TILED },
+        bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
         overrides: &["largest", "relu"],
         workgroup: [8, 8, 1],
     }

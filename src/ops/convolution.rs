@@ -1,6 +1,8 @@
 //! What the convolutions share: a kernel bound to inputs, output, weights and bias, and, where
 //! it can leave out what nobody needs, to the activity map.
 
+use std::borrow::Cow;
+
 use super::packing::{Taps, plain_buffer};
 use super::{Io, Operator, simd};
 use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
@@ -70,7 +72,11 @@ impl Variant {
         steps: usize,
         weight: impl Fn(usize, usize, usize, usize) -> f32,
     ) -> Self {
-        let spec = simd::spec(shape, shape.quads(outputs));
+        let quads = shape.quads(outputs);
+        let spec = match shape {
+            simd::Shape::UpConv => simd::up_conv_spec(quads),
+            _ => simd::conv3x3_spec(quads),
+        };
         let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
         let tile = [shape.pixels() * simd::LANES, 1];
         let blocks = simd::blocks(shape, outputs) as u32;
@@ -101,10 +107,15 @@ pub const fn plain_spec(
     overrides: &'static [&'static str],
 ) -> KernelSpec {
     KernelSpec {
-        name: std::borrow::Cow::Borrowed(name),
-        source: std::borrow::Cow::Borrowed(source),
+        name: Cow::Borrowed(name),
+        source: Cow::Borrowed(source),
         entry: "main",
-        bindings: &[Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer],
+        bindings: Cow::Borrowed(&[
+            Binding::TensorIn,
+            Binding::TensorOut,
+            Binding::Buffer,
+            Binding::Buffer,
+        ]),
         overrides,
         workgroup: [8, 8, 1],
     }

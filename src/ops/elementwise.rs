@@ -24,7 +24,7 @@ pub const fn spec(name: &'static str, source: &'static str) -> KernelSpec {
         name: std::borrow::Cow::Borrowed(name),
         source: std::borrow::Cow::Borrowed(source),
         entry: "main",
-        bindings: &[Binding::TensorIn, Binding::TensorOut],
+        bindings: std::borrow::Cow::Borrowed(&[Binding::TensorIn, Binding::TensorOut]),
         overrides: &[],
         workgroup: [8, 8, 1],
     }

@@ -4,33 +4,40 @@
 //! [`output_process`]: mod@super::output_process
 
 use super::activity::Activity;
-use super::input_process::tile_binding;
+use super::image::{BLEND, ImageFormat};
+use super::input_process::{TILE, tile_binding};
+use super::output_process::Images;
 use super::{ChannelMap, GpuTensor, simd};
 use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 use crate::model::Params;
-use crate::ops::tile::Tile;
 use crate::options::KernelSet;
 
-/// What both variants bind.
-pub const BINDINGS: [Binding; 7] = [
-    Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true },
-    Binding::TensorIn,
-    Binding::WeightTexture,
-    Binding::Buffer,
-    Binding::Buffer,
-    Binding::Buffer,
-    Binding::BufferMut,
-];
+/// The variant for GPUs, for a noisy colour and a result in these formats.
+#[must_use]
+pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    KernelSpec {
+        name: name("head", color, output).into(),
+        source: (color.result(output, 5) + SOURCE).into(),
+        entry: "main",
+        bindings: bindings(color, output).into(),
+        overrides: &[],
+        workgroup: [8, 8, 1],
+    }
+}
 
-/// The variant for GPUs.
-pub const SPEC: KernelSpec = KernelSpec {
-    name: std::borrow::Cow::Borrowed("head"),
-    source: std::borrow::Cow::Borrowed(SOURCE),
-    entry: "main",
-    bindings: &BINDINGS,
-    overrides: &[],
-    workgroup: [8, 8, 1],
-};
+/// What both variants bind.
+#[must_use]
+pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
+    let (input, weights) = (Binding::TensorIn, Binding::WeightTexture);
+    let (color, output) = (color.source_binding(), output.target_binding());
+    vec![TILE, input, weights, Binding::Buffer, Binding::Buffer, color, output, BLEND]
+}
+
+/// Kernels for other formats have other names.
+#[must_use]
+pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
+    format!("{kernel} {} {}", color.source_name(), output.target_name())
+}
 
 const SOURCE: &str = include_str!("../../shaders/head.wgsl");
 
@@ -39,28 +46,16 @@ const SOURCE: &str = include_str!("../../shaders/head.wgsl");
 /// # Panics
 /// Never: the shader has an entry point.
 #[must_use]
-pub fn declarations() -> &'static str {
-    SOURCE.split_once("@compute").expect("the shader has an entry point").0
+pub fn declarations(color: ImageFormat, output: ImageFormat) -> String {
+    let (text, _) = SOURCE.split_once("@compute").expect("the shader has an entry point");
+    color.result(output, 5) + text
 }
 
 /// The operator.
 #[derive(Debug)]
 pub struct Head {
-    kernel: Kernel,
+    kernels: KernelSet,
     weights: wgpu::TextureView,
-    pixels: u32,
-}
-
-/// What the kernel reads and writes beside the tensor.
-pub struct Images<'a> {
-    /// [`Tile`]s, one at each dynamic offset.
-    pub tiles: &'a wgpu::Buffer,
-    /// The 32-bit float that colour was multiplied by.
-    pub input_scale: &'a wgpu::Buffer,
-    /// The noisy colour, 32-bit float.
-    pub color: &'a wgpu::Buffer,
-    /// Where the result goes, 32-bit float.
-    pub output: &'a wgpu::Buffer,
 }
 
 impl Head {
@@ -77,13 +72,7 @@ impl Head {
             map[step * 4 + channel].map_or(0.0, |input| params.weight[output * inputs + input])
         };
         let weights = simd::pack(context, shape, outputs, quads + 1, weight);
-        match kernels.resolve(&context.device) {
-            KernelSet::Simd => {
-                let kernel = context.kernel(&simd::spec(shape, 1), &[]);
-                Self { kernel, weights, pixels: shape.pixels() }
-            }
-            _ => Self { kernel: context.kernel(&SPEC, &[]), weights, pixels: 1 },
-        }
+        Self { kernels: kernels.resolve(&context.device), weights }
     }
 
     /// The call that stores what `input` comes to; choose the tile with
@@ -91,7 +80,7 @@ impl Head {
     #[must_use]
     pub fn dispatch(
         &self,
-        device: &wgpu::Device,
+        context: &Context,
         input: &GpuTensor,
         activity: &Activity,
         images: &Images<'_>,
@@ -102,10 +91,22 @@ impl Head {
             wgpu::BindingResource::TextureView(&self.weights),
             images.input_scale.as_entire_binding(),
             activity.clean.as_entire_binding(),
-            images.color.as_entire_binding(),
-            images.output.as_entire_binding(),
+            images.color.resource(),
+            images.output.resource(),
+            images.blend.as_entire_binding(),
         ];
-        let group = self.kernel.bind(device, &resources);
-        self.kernel.dispatch(group, [input.width.div_ceil(self.pixels), input.height, 1])
+        let (kernel, pixels) = self.kernel(context, images.color.format(), images.output.format());
+        let group = kernel.bind(&context.device, &resources);
+        kernel.dispatch(group, [input.width.div_ceil(pixels), input.height, 1])
+    }
+
+    /// The kernel for these formats, and the pixels that one invocation makes.
+    fn kernel(&self, context: &Context, color: ImageFormat, output: ImageFormat) -> (Kernel, u32) {
+        match self.kernels {
+            KernelSet::Simd => {
+                (context.kernel(&simd::head_spec(color, output), &[]), simd::Shape::Head.pixels())
+            }
+            _ => (context.kernel(&spec(color, output), &[]), 1),
+        }
     }
 }

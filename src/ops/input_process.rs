@@ -1,26 +1,40 @@
 //! From images to the network's input: sanitise, expose, transfer function, layout, padding.
 
+use super::image::{ImageBinding, ImageFormat};
 use super::tile::Tile;
 use super::{ChannelMap, GpuTensor};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::model::Inputs;
 
-/// The kernel.
-pub const SPEC: KernelSpec = KernelSpec {
-    name: std::borrow::Cow::Borrowed("input_process"),
-    source: std::borrow::Cow::Borrowed(include_str!("../../shaders/input_process.wgsl")),
-    entry: "main",
-    bindings: &[
-        Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true },
-        Binding::Buffer,
-        Binding::Buffer,
-        Binding::Buffer,
-        Binding::Buffer,
-        Binding::TensorOut,
-    ],
-    overrides: &["has_albedo", "has_normal"],
-    workgroup: [8, 8, 1],
-};
+/// The kernel for colour, albedo and normal in these formats.
+#[must_use]
+pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
+    let [color, albedo, normal] = formats.map(ImageFormat::source_binding);
+    KernelSpec {
+        name: format!("input_process {}", source_names(formats)).into(),
+        source: (reading(formats) + include_str!("../../shaders/input_process.wgsl")).into(),
+        entry: "main",
+        bindings: vec![TILE, color, albedo, normal, Binding::Buffer, Binding::TensorOut].into(),
+        overrides: &["has_albedo", "has_normal", "unorm_normal"],
+        workgroup: [8, 8, 1],
+    }
+}
+
+/// [`Tile`]s as kernels bind them.
+pub(super) const TILE: Binding =
+    Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true };
+
+/// How a kernel reads all three images at bindings 1 to 3.
+pub(super) fn reading([color, albedo, normal]: [ImageFormat; 3]) -> String {
+    color.reading("color", 1, "tile")
+        + &albedo.reading("albedo", 2, "tile")
+        + &normal.reading("normal", 3, "tile")
+}
+
+/// What tells kernels apart that read other formats.
+pub(super) fn source_names(formats: [ImageFormat; 3]) -> String {
+    formats.map(ImageFormat::source_name).join(" ")
+}
 
 /// How the network's input is stored: each image's three channels have a layer of their own.
 #[must_use]
@@ -34,12 +48,14 @@ pub fn channel_map(channels: usize) -> ChannelMap {
 pub struct Sources<'a> {
     /// [`Tile`]s, one at each dynamic offset.
     pub tiles: &'a wgpu::Buffer,
-    /// Colour, 32-bit float.
-    pub color: &'a wgpu::Buffer,
-    /// Albedo, 32-bit float in `[0, 1]`.
-    pub albedo: Option<&'a wgpu::Buffer>,
-    /// Normal, 32-bit float in `[−1, 1]`.
-    pub normal: Option<&'a wgpu::Buffer>,
+    /// Colour.
+    pub color: ImageBinding<'a>,
+    /// Albedo in `[0, 1]`.
+    pub albedo: Option<ImageBinding<'a>>,
+    /// Normal in `[−1, 1]`.
+    pub normal: Option<ImageBinding<'a>>,
+    /// Whether normals are stored as `0.5 n + 0.5`, and 0 where there is none.
+    pub unorm_normal: bool,
     /// One 32-bit float: what colour is multiplied by.
     pub input_scale: &'a wgpu::Buffer,
 }
@@ -51,27 +67,33 @@ impl Sources<'_> {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    /// What to bind for albedo and normal: an absent image is never read, but a binding cannot
-    /// stay empty.
+    /// What to bind for colour, albedo and normal: an absent image is never read, but a binding
+    /// cannot stay empty.
     #[must_use]
-    pub fn auxiliary(&self) -> [&wgpu::Buffer; 2] {
-        [self.albedo, self.normal].map(|image| image.unwrap_or(self.color))
+    pub fn images(&self) -> [ImageBinding<'_>; 3] {
+        [self.color, self.albedo.unwrap_or(self.color), self.normal.unwrap_or(self.color)]
+    }
+
+    /// The overrides that say what there is.
+    #[must_use]
+    pub fn constants(&self) -> [(&'static str, f64); 3] {
+        let Inputs { albedo, normal } = self.inputs();
+        [("has_albedo", albedo), ("has_normal", normal), ("unorm_normal", self.unorm_normal)]
+            .map(|(name, value)| (name, f64::from(u8::from(value))))
     }
 }
 
 /// The call that fills `output`; choose the tile with [`Dispatch::record_at`].
 #[must_use]
 pub fn input_process(context: &Context, sources: &Sources<'_>, output: &GpuTensor) -> Dispatch {
-    let Inputs { albedo, normal } = sources.inputs();
-    let flag = |present: bool| f64::from(u8::from(present));
-    let constants = [("has_albedo", flag(albedo)), ("has_normal", flag(normal))];
-    let kernel = context.kernel(&SPEC, &constants);
-    let [albedo, normal] = sources.auxiliary();
+    let images = sources.images();
+    let kernel = context.kernel(&spec(images.map(|image| image.format())), &sources.constants());
+    let [color, albedo, normal] = images.map(|image| image.resource());
     let resources = [
         tile_binding(sources.tiles),
-        sources.color.as_entire_binding(),
-        albedo.as_entire_binding(),
-        normal.as_entire_binding(),
+        color,
+        albedo,
+        normal,
         sources.input_scale.as_entire_binding(),
         output.resource(),
     ];

@@ -123,7 +123,8 @@ pub fn spec(shape: MatrixShape, channels: u32) -> KernelSpec {
         name: format!("conv3x3_matrix{side}_{}_{lanes}_{channels}", shape.wgsl_type()).into(),
         source: wgsl::source(shape, channels).into(),
         entry: "main",
-        bindings: &[Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer],
+        bindings: vec![Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer]
+            .into(),
         overrides: &["largest", "relu"],
         workgroup: [lanes * SUBGROUPS, 1, 1],
     }

@@ -10,6 +10,7 @@ pub mod conv_transpose;
 pub mod convolution;
 pub mod elementwise;
 pub mod head;
+pub mod image;
 pub mod input_process;
 pub mod matrix;
 pub mod max_pool;
@@ -23,6 +24,7 @@ pub mod tile;
 mod transfer;
 pub mod up_conv;
 
+use self::image::{Element, ImageFormat};
 use self::matrix::Factor::{F16, F32};
 use self::matrix::MatrixShape;
 use self::need::Need;
@@ -158,18 +160,36 @@ pub fn build(
 /// Every shader variant there is, for the test that holds declarations against sources.
 #[must_use]
 pub fn all_specs() -> Vec<KernelSpec> {
-    let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, input_process::SPEC, output_process::SPEC];
-    specs.extend([autoexposure::BINS, autoexposure::REDUCE]);
-    specs.extend([activity::CLASSIFY, activity::SPREAD]);
+    let mut specs = vec![max_pool::SPEC, sigmoid::SPEC];
     specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
     specs.extend([false, true].map(conv3x3::tiled_spec));
-    specs.extend([up_conv::TILED, head::SPEC]);
-    for shape in simd::Shape::ALL {
-        specs.extend(shape.all_quads().map(|out_quads| simd::spec(shape, out_quads)));
-    }
+    specs.push(up_conv::TILED);
+    specs.extend(simd::Shape::Conv3x3.all_quads().map(simd::conv3x3_spec));
+    specs.extend(simd::Shape::UpConv.all_quads().map(simd::up_conv_spec));
     for (side, factor) in [(8, F16), (8, F32), (16, F16)] {
         let shape = MatrixShape { side, factor, lanes: 32 };
         specs.extend([16, 32].map(|channels| matrix::spec(shape, channels)));
+    }
+    specs.extend(image_specs());
+    specs
+}
+
+/// The variants for every format that an image can have.
+fn image_specs() -> Vec<KernelSpec> {
+    use wgpu::TextureFormat::{Rgba16Float, Rgba32Float};
+    let f16 = ImageFormat::Buffer(Element::F16);
+    let textures = [Rgba16Float, Rgba32Float].map(ImageFormat::Texture);
+    let [source, _] = textures;
+    let mut specs = Vec::new();
+    for color in [ImageFormat::F32, f16, source] {
+        let images = [color, source, f16];
+        specs.extend([autoexposure::bins_spec(color), autoexposure::reduce_spec(color)]);
+        specs.extend([activity::classify_spec(images), activity::spread_spec(images)]);
+        specs.push(input_process::spec(images));
+        for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
+            specs.push(output_process::spec(color, output));
+            specs.extend([head::spec(color, output), simd::head_spec(color, output)]);
+        }
     }
     specs
 }

@@ -1,7 +1,7 @@
 //! Where a tile stands in the images: what both ends of the network must know.
 
-/// Where pixel `(x, y)` stands in a buffer of 32-bit floats: red (or x) at
-/// `offset + y · row_stride + x · pixel_stride`, the other two right after it. In elements.
+/// Where pixel `(x, y)` stands in a buffer of floats: red (or x) at
+/// `offset + y · row_stride + x · pixel_stride`, the others right after it. In elements.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Layout {
@@ -11,7 +11,8 @@ pub struct Layout {
     pub row_stride: u32,
     /// Elements from one pixel to the next: 3 for RGB, 4 for RGBA.
     pub pixel_stride: u32,
-    padding: u32,
+    /// 1 if the fourth element of a pixel is its alpha, else 0.
+    alpha: u32,
 }
 
 impl Layout {
@@ -21,10 +22,28 @@ impl Layout {
         Self::new(0, width * 3, 3)
     }
 
-    /// Any other layout.
+    /// RGBA without gaps.
+    #[must_use]
+    pub fn packed_rgba(width: u32) -> Self {
+        Self::new(0, width * 4, 4).with_alpha()
+    }
+
+    /// Any other layout, without alpha.
     #[must_use]
     pub fn new(offset: u32, row_stride: u32, pixel_stride: u32) -> Self {
-        Self { offset, row_stride, pixel_stride, padding: 0 }
+        Self { offset, row_stride, pixel_stride, alpha: 0 }
+    }
+
+    /// The same with alpha as the fourth element of each pixel. Only colour and output have one.
+    #[must_use]
+    pub fn with_alpha(self) -> Self {
+        Self { alpha: 1, ..self }
+    }
+
+    /// Elements of a pixel that are read or written: 3, or 4 with alpha.
+    #[must_use]
+    pub fn channels(&self) -> u32 {
+        3 + self.alpha
     }
 
     /// Elements that an image of this size needs, up to its last one.
@@ -34,7 +53,7 @@ impl Layout {
         u64::from(self.offset)
             + y * u64::from(self.row_stride)
             + x * u64::from(self.pixel_stride)
-            + 3
+            + u64::from(self.channels())
     }
 }
 

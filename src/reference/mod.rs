@@ -11,6 +11,7 @@ mod conv1x1;
 mod conv3x3;
 mod conv_transpose;
 mod head;
+pub mod image;
 mod input_process;
 mod max_pool;
 pub mod network;

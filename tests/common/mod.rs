@@ -5,6 +5,7 @@
 
 pub(crate) mod fixture;
 pub(crate) mod gpu;
+pub(crate) mod image;
 pub(crate) mod run;
 
 use std::fmt::Debug;

@@ -1,8 +1,8 @@
 //! Tiled against whole, and the memory that it takes.
 
 use wgdenoise::{
-    Denoiser, Gpu, Inputs, Layout, Options, PassDescriptor, PassImage, Precision, Quality, Weights,
-    wgpu,
+    Denoiser, Element, Gpu, Inputs, Layout, Options, PassDescriptor, PassImage, Precision, Quality,
+    Weights, wgpu,
 };
 
 use crate::common::gpu::{gpu, kernel_sets};
@@ -71,16 +71,9 @@ fn what_a_pass_allocates_is_what_was_planned() {
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &tiny(), &options).unwrap();
     let [noisy, clean] = [(); 2].map(|()| pass_buffer(&gpu.device));
     let before = allocated();
-    let image = |buffer| PassImage::Buffer { buffer, layout: Layout::packed(300) };
-    let descriptor = PassDescriptor {
-        width: 300,
-        height: 300,
-        color: image(&noisy),
-        albedo: None,
-        normal: None,
-        output: image(&clean),
-        input_scale: None,
-    };
+    let image =
+        |buffer| PassImage::Buffer { buffer, element: Element::F32, layout: Layout::packed(300) };
+    let descriptor = PassDescriptor::new(300, 300, image(&noisy), image(&clean));
     let _pass = denoiser.pass(&descriptor).unwrap();
     let used = allocated() - before;
     // Uniforms, exposure bins and alignment are not in the plan: some kilobytes.

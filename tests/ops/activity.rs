@@ -242,11 +242,13 @@ fn run_frame(frame: &Frame<'_>, setup: &Setup) -> reference::Activity {
     let upload =
         |image: &Image| buffer(context, bytemuck::cast_slice(&laid_out(image, setup.color)));
     let [albedo, normal] = [frame.albedo, frame.normal].map(|image| image.map(upload));
+    let color = upload(frame.color);
     let sources = Sources {
         tiles: &buffer(context, &tiles),
-        color: &upload(frame.color),
-        albedo: albedo.as_ref(),
-        normal: normal.as_ref(),
+        color: (&color).into(),
+        albedo: albedo.as_ref().map(Into::into),
+        normal: normal.as_ref().map(Into::into),
+        unorm_normal: false,
         input_scale: &buffer(context, bytemuck::bytes_of(&SCALE)),
     };
     let (activity, calls) = activity(context, &sources, setup.tile, setup.radius, setup.skip);

@@ -71,7 +71,7 @@ fn run(image: &Image, bands: &[Band]) -> f32 {
     let capacity = bands.iter().map(|b| b.rows().len()).max().expect("there is a band");
     let color = buffer(context, &vec![0; capacity * width * 12]);
     let uniform = buffer(context, bytemuck::bytes_of(&bands[0]));
-    let calls = autoexposure(context, &bands[0], &uniform, &color, &scale);
+    let calls = autoexposure(context, &bands[0], &uniform, (&color).into(), &scale);
     for band in bands {
         let rows = band.rows().start as usize * width..band.rows().end as usize * width;
         context.queue.write_buffer(&color, 0, bytemuck::cast_slice(&image.pixels()[rows]));

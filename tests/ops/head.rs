@@ -1,8 +1,9 @@
 use wgdenoise::model::Params;
 use wgdenoise::ops::activity::Activity;
 use wgdenoise::ops::channel_map;
-use wgdenoise::ops::head::{Head, Images};
+use wgdenoise::ops::head::Head;
 use wgdenoise::ops::need::everything;
+use wgdenoise::ops::output_process::Images;
 use wgdenoise::ops::tile::{Layout, Tile};
 use wgdenoise::reference::{self, Tensor};
 use wgdenoise::{Image, KernelSet, Precision};
@@ -65,16 +66,18 @@ fn run(
         clean: buffer(context, bytemuck::cast_slice(&flags)),
     };
     let output = buffer(context, bytemuck::cast_slice(&vec![-1.0_f32; color.pixels().len() * 3]));
+    let color = buffer(context, bytemuck::cast_slice(color.pixels()));
     let images = Images {
         tiles: &buffer(context, bytemuck::bytes_of(&tile)),
         input_scale: &buffer(context, bytemuck::bytes_of(&2.5_f32)),
-        color: &buffer(context, bytemuck::cast_slice(color.pixels())),
-        output: &output,
+        color: (&color).into(),
+        output: (&output).into(),
+        blend: &buffer(context, &[0; 4]),
     };
     let map = channel_map(input.channels);
     let input = upload(context, input, &map);
     let head = Head::new(context, kernels, params, &map);
-    let call = head.dispatch(&context.device, &input, &activity, &images);
+    let call = head.dispatch(context, &input, &activity, &images);
     submit(context, |pass| call.record_at(pass, 0));
     let bytes = read_back(context, output.size(), |encoder, target| {
         encoder.copy_buffer_to_buffer(&output, 0, target, 0, output.size());

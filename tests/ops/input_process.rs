@@ -73,11 +73,13 @@ fn run(
     };
     let upload = |image: &Image| buffer(context, bytemuck::cast_slice(image.pixels()));
     let [albedo, normal] = aux.map(|image| image.map(upload));
+    let color = upload(color);
     let sources = Sources {
         tiles: &buffer(context, bytemuck::bytes_of(&tile)),
-        color: &upload(color),
-        albedo: albedo.as_ref(),
-        normal: normal.as_ref(),
+        color: (&color).into(),
+        albedo: albedo.as_ref().map(Into::into),
+        normal: normal.as_ref().map(Into::into),
+        unorm_normal: false,
         input_scale: &buffer(context, bytemuck::bytes_of(&input_scale)),
     };
     let channels = sources.inputs().channels();

@@ -10,6 +10,7 @@ mod conv1x1;
 mod conv3x3;
 mod conv_transpose;
 mod head;
+mod image;
 mod input_process;
 mod max_pool;
 mod output_process;

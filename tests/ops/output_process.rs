@@ -1,5 +1,8 @@
 use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::ops::{channel_map, output_process::output_process};
+use wgdenoise::ops::{
+    channel_map,
+    output_process::{Images, output_process},
+};
 use wgdenoise::{Precision, reference};
 
 use crate::common::gpu::{buffer, context, read_back, stored, submit, upload};
@@ -78,7 +81,15 @@ fn store(
     let image = buffer(context, bytemuck::cast_slice(&vec![-1.0_f32; count]));
     let tiles = buffer(context, bytemuck::bytes_of(tile));
     let scale = buffer(context, bytemuck::bytes_of(&input_scale));
-    let call = output_process(context, &tiles, &input, &scale, &image);
+    let color = buffer(context, bytemuck::cast_slice(&vec![0.0_f32; count]));
+    let images = Images {
+        tiles: &tiles,
+        input_scale: &scale,
+        color: (&color).into(),
+        output: (&image).into(),
+        blend: &buffer(context, &[0; 4]),
+    };
+    let call = output_process(context, &input, &images);
     submit(context, |pass| call.record_at(pass, 0));
     let bytes = read_back(context, image.size(), |encoder, target| {
         encoder.copy_buffer_to_buffer(&image, 0, target, 0, image.size());

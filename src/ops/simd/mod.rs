@@ -14,7 +14,11 @@
 mod text;
 mod walk;
 
+use std::borrow::Cow;
+
 use self::walk::Walk;
+use super::head;
+use super::image::ImageFormat;
 use super::packing::weight_texture;
 use crate::kernel::{Binding, Context, KernelSpec};
 
@@ -79,21 +83,43 @@ impl Shape {
     }
 }
 
-/// The generated kernel.
+/// The generated kernel of [`super::conv3x3`].
 #[must_use]
-pub fn spec(shape: Shape, out_quads: usize) -> KernelSpec {
-    let bindings: &[Binding] = match shape {
-        Shape::Conv3x3 => &super::conv3x3::SIMD_BINDINGS,
-        Shape::UpConv => &super::up_conv::SIMD_BINDINGS,
-        Shape::Head => &super::head::BINDINGS,
-    };
-    let overrides: &[&str] = match shape {
-        Shape::Conv3x3 | Shape::UpConv => &["largest", "relu"],
-        Shape::Head => &[],
-    };
+pub fn conv3x3_spec(out_quads: usize) -> KernelSpec {
+    let (shape, bindings) = (Shape::Conv3x3, Cow::Borrowed(&super::conv3x3::SIMD_BINDINGS[..]));
+    spec(shape, out_quads, bindings, &text::conv3x3(), &["largest", "relu"])
+}
+
+/// The generated kernel of [`super::up_conv`].
+#[must_use]
+pub fn up_conv_spec(out_quads: usize) -> KernelSpec {
+    let (shape, bindings) = (Shape::UpConv, Cow::Borrowed(&super::up_conv::SIMD_BINDINGS[..]));
+    spec(shape, out_quads, bindings, &text::up_conv(), &["largest", "relu"])
+}
+
+/// The generated kernel of [`super::head`], for a noisy colour and a result in these formats.
+#[must_use]
+pub fn head_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let bindings = head::bindings(color, output).into();
+    // All of the GPU's variant but its entry point.
+    let declarations = head::declarations(color, output);
+    let KernelSpec { name, .. } = head::spec(color, output);
+    KernelSpec {
+        name: format!("{name} simd").into(),
+        ..spec(Shape::Head, 1, bindings, &declarations, &[])
+    }
+}
+
+fn spec(
+    shape: Shape,
+    out_quads: usize,
+    bindings: Cow<'static, [Binding]>,
+    declarations: &str,
+    overrides: &'static [&'static str],
+) -> KernelSpec {
     KernelSpec {
         name: format!("{}_simd{}", shape.name(), out_quads * 4).into(),
-        source: text::source(shape, out_quads).into(),
+        source: text::source(shape, out_quads, declarations).into(),
         entry: "main",
         bindings,
         overrides,

@@ -45,14 +45,18 @@ alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(6) var<uniform> need: Need;
 ";
 
+/// What [`Shape::Conv3x3`] declares.
+pub(super) fn conv3x3() -> String {
+    format!("{CONV3X3}{NEED}")
+}
+
+/// What [`Shape::UpConv`] declares.
+pub(super) fn up_conv() -> String {
+    format!("{UP_CONV}{NEED}")
+}
+
 /// The whole shader.
-pub(super) fn source(shape: Shape, quads: usize) -> String {
-    let head = match shape {
-        Shape::Conv3x3 => format!("{CONV3X3}{NEED}"),
-        Shape::UpConv => format!("{UP_CONV}{NEED}"),
-        // All of the GPU's variant but its entry point.
-        Shape::Head => super::super::head::declarations().into(),
-    };
+pub(super) fn source(shape: Shape, quads: usize, declarations: &str) -> String {
     let walks = shape.walks().iter().map(|walk| walk_text(shape, walk, quads));
     let needed = if shape == Shape::Head { "true" } else { "any_needed(x, y)" };
     let tail = match shape {
@@ -60,7 +64,7 @@ pub(super) fn source(shape: Shape, quads: usize) -> String {
         Shape::Head => finish(),
     };
     format!(
-        "{head}
+        "{declarations}
 @compute @workgroup_size({LANES}, 1, 1)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,

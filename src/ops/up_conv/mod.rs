@@ -26,7 +26,7 @@ pub const TILED: KernelSpec = KernelSpec {
     name: std::borrow::Cow::Borrowed("up_conv_tiled"),
     source: std::borrow::Cow::Borrowed(include_str!("../../../shaders/up_conv_tiled.wgsl")),
     entry: "main",
-    bindings: &bindings(Binding::Buffer),
+    bindings: std::borrow::Cow::Borrowed(&bindings(Binding::Buffer)),
     overrides: &["largest", "relu"],
     workgroup: [8, 8, 1],
 };

@@ -1,0 +1,88 @@
+//! The denoiser bound to a size and to images on the GPU: what a renderer records per frame.
+
+mod bind;
+mod descriptor;
+mod formats;
+mod held;
+mod image;
+mod schedule;
+
+pub use self::descriptor::{InputScale, NormalEncoding, PassDescriptor};
+pub use self::formats::PassFormats;
+pub use self::image::PassImage;
+pub use self::schedule::Schedule;
+
+use self::held::Rescue;
+use crate::denoiser::Denoiser;
+use crate::error::Result;
+use crate::ops::autoexposure::Autoexposure;
+use crate::tile_graph::TileGraph;
+
+/// A denoising pass over images on the GPU. Recording it creates nothing and cannot fail.
+///
+/// It holds on to the images. It owns the network's tensors and, per frame, reads and writes the
+/// images alone. A frame's work becomes part of the caller's submission as one compute pass, after
+/// the copies of inputs that the output overwrites.
+#[derive(Debug)]
+pub struct Pass {
+    rescues: Vec<Rescue>,
+    exposure: Option<Autoexposure>,
+    graph: TileGraph,
+    /// Offset of each tile in the uniform buffer, in bytes.
+    tiles: Vec<u32>,
+    blend: wgpu::Buffer,
+}
+
+impl Denoiser {
+    /// Binds the denoiser to images. Another size or other images are another pass; kernels and
+    /// weights stay with the denoiser, so that making one for the same formats compiles nothing.
+    /// Inputs that the weights were not trained with are not read.
+    ///
+    /// # Errors
+    /// If an image has another size, a format, layout or usage that the kernels cannot take, or
+    /// belongs to another device; if the input scale is no positive number; or if the tensors do
+    /// not fit the memory budget. The message says what to change.
+    pub fn pass(&self, descriptor: &PassDescriptor<'_>) -> Result<Pass> {
+        let trained = self.weights().metadata().inputs;
+        let descriptor = PassDescriptor {
+            albedo: descriptor.albedo.filter(|_| trained.albedo),
+            normal: descriptor.normal.filter(|_| trained.normal),
+            ..*descriptor
+        };
+        descriptor.check(&self.context.device.limits())?;
+        let model = self.model(descriptor.inputs())?;
+        let plan = self.plan(descriptor.size(), &model, 0)?;
+        self.bind(&descriptor, &model, &plan)
+    }
+}
+
+impl Pass {
+    /// Records the whole pass: exposure, then tile by tile the network.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+        for rescue in &self.rescues {
+            rescue.record(encoder);
+        }
+        let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+            label: Some("wgdenoise"),
+            timestamp_writes: None,
+        });
+        if let Some(exposure) = &self.exposure {
+            exposure.bins.record(&mut pass);
+            exposure.reduce.record(&mut pass);
+        }
+        for &offset in &self.tiles {
+            self.graph.record_at(&mut pass, offset);
+        }
+    }
+
+    /// Sets the share of the noisy colour in the output, from 0 (as it is in a new pass) to 1,
+    /// for what is submitted to the denoiser's `queue` from now on. [`Schedule::blend`] has a
+    /// share that falls to no bias as samples accumulate.
+    ///
+    /// # Panics
+    /// If `share` is no number from 0 to 1.
+    pub fn set_blend(&self, queue: &wgpu::Queue, share: f32) {
+        assert!((0.0..=1.0).contains(&share), "a blend of {share}, expected 0 to 1");
+        queue.write_buffer(&self.blend, 0, bytemuck::bytes_of(&share));
+    }
+}

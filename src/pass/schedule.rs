@@ -1,0 +1,68 @@
+//! When a renderer that accumulates samples denoises, and how much it keeps of the noise.
+
+/// How a progressive renderer denoises: a renderer that accumulates samples shows the denoised
+/// picture while there are few, and the accumulation itself once there are many.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Schedule {
+    /// Denoise in every how many frames, at least 1; in the others the output keeps what it shows.
+    pub every: u32,
+    /// The samples per pixel at which the noisy colour and the denoised one have equal shares, at
+    /// least 0. [`f32::INFINITY`] always shows the denoised one.
+    pub half_life: f32,
+}
+
+impl Default for Schedule {
+    /// In every frame, with equal shares at 1024 samples per pixel.
+    fn default() -> Self {
+        Self { every: 1, half_life: 1024.0 }
+    }
+}
+
+impl Schedule {
+    /// Whether this frame is denoised, counted from 0 since the accumulation began: the first is.
+    #[must_use]
+    pub fn due(&self, frame: u32) -> bool {
+        frame.is_multiple_of(self.every.max(1))
+    }
+
+    /// The share of the noisy colour for [`Pass::set_blend`](crate::Pass::set_blend) after this many
+    /// samples per pixel: `n / (n + half_life)`.
+    ///
+    /// The denoiser's bias does not depend much on `n`, the variance of the noise falls with `1/n`.
+    /// Of all mixtures of an estimate with squared bias `b²` and an independent one without bias but
+    /// with variance `s²/n`, this has the least mean squared error where `half_life = s²/b²`. It
+    /// tends to the accumulation, so that no bias stays.
+    #[must_use]
+    pub fn blend(&self, samples: u32) -> f32 {
+        let samples = samples as f32;
+        if self.half_life.is_finite() && self.half_life + samples > 0.0 {
+            samples / (samples + self.half_life.max(0.0))
+        } else {
+            0.0
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_third_frame_is_due_from_the_first_on() {
+        let schedule = Schedule { every: 3, ..Schedule::default() };
+        let due: Vec<_> = (0..7).filter(|&frame| schedule.due(frame)).collect();
+        assert_eq!(due, [0, 3, 6]);
+        assert!(Schedule { every: 0, ..schedule }.due(5), "0 counts as 1");
+    }
+
+    #[test]
+    fn the_noisy_share_is_half_at_the_half_life_and_tends_to_one() {
+        let schedule = Schedule { every: 1, half_life: 64.0 };
+        assert_eq!([0, 64, 192].map(|n| schedule.blend(n)), [0.0, 0.5, 0.75]);
+        assert!(schedule.blend(1 << 20) > 0.9999);
+        let never = Schedule { half_life: f32::INFINITY, ..schedule };
+        assert_eq!(never.blend(u32::MAX), 0.0);
+        let at_once = Schedule { half_life: 0.0, ..schedule };
+        assert_eq!([0, 1].map(|n| at_once.blend(n)), [0.0, 1.0]);
+    }
+}

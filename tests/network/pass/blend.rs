@@ -1,0 +1,80 @@
+//! What changes from frame to frame: the blend, and an exposure of the caller's.
+
+use wgdenoise::{
+    Frame, Image, InputScale, Inputs, KernelSet, Layout, Options, PassDescriptor, Precision,
+    reference,
+};
+
+use super::{F32, Scene};
+use crate::common::gpu::{buffer, context, kernel_sets};
+use crate::common::image::cpu_image;
+use crate::common::{Tolerance, compare, image_tensor, run_cases};
+use crate::support::{denoiser, frame, images, run, same_bits};
+
+/// Two products and a sum, each rounded once.
+const TOLERANCE: Tolerance = Tolerance { absolute: 1e-12, relative: 4.0 * f32::EPSILON };
+
+#[test]
+fn the_result_is_a_mixture_of_the_denoised_and_the_noisy_colour() {
+    let mut images = images(50, 40);
+    images[0].pixels_mut()[60] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    let frame = frame(&images, Inputs::ALL);
+    let shares = [0.0, 0.25, 0.9, 1.0];
+    let sets = kernel_sets(Precision::F32);
+    let cases = sets.iter().flat_map(|&set| shares.map(|share| (set, share)));
+    run_cases(cases, |&(kernels, share)| {
+        let options = Options { kernels, precision: Precision::F32, ..Options::default() };
+        let scene = Scene::new(&frame, F32, Layout::packed(50));
+        let denoiser = denoiser(&options);
+        let pass = denoiser.pass(&scene.descriptor()).expect("the images fit");
+        pass.set_blend(&context(Precision::F32).queue, share);
+        let found = cpu_image(&scene.output.read(|encoder| pass.encode(encoder)), [50, 40]);
+        let expected = mixture(&run(&options, &frame), frame.color, share);
+        compare(&image_tensor(&found), &image_tensor(&expected), TOLERANCE)?;
+        if share == 1.0 { same_numbers(&found, frame.color) } else { Ok(()) }
+    });
+}
+
+fn mixture(denoised: &Image, noisy: &Image, share: f32) -> Image {
+    let mut mixture = denoised.clone();
+    for (pixel, noisy) in mixture.pixels_mut().iter_mut().zip(noisy.pixels()) {
+        *pixel = [0, 1, 2].map(|c| reference::image::blend(pixel[c], noisy[c], share));
+    }
+    mixture
+}
+
+/// With all of the share, nothing of the network is left: no bias stays.
+fn same_numbers(found: &Image, noisy: &Image) -> Result<(), String> {
+    let pairs = found.pixels().iter().flatten().zip(noisy.pixels().iter().flatten());
+    match pairs.filter(|(found, noisy)| noisy.is_finite() && found != noisy).count() {
+        0 => Ok(()),
+        count => Err(format!("{count} values are not the noisy ones")),
+    }
+}
+
+#[test]
+#[should_panic(expected = "a blend of 1.5")]
+fn a_blend_beyond_one_is_refused() {
+    let images = images(16, 16);
+    let scene = Scene::new(&frame(&images, Inputs::default()), F32, Layout::packed(16));
+    let pass = denoiser(&Options::default()).pass(&scene.descriptor()).expect("the images fit");
+    pass.set_blend(&context(Precision::F32).queue, 1.5);
+}
+
+#[test]
+fn the_exposure_may_come_from_a_buffer_that_changes() {
+    let images = images(50, 40);
+    let queue = &context(Precision::F32).queue;
+    let scale = buffer(context(Precision::F32), bytemuck::bytes_of(&0.3_f32));
+    let scene = Scene::new(&frame(&images, Inputs::ALL), F32, Layout::packed(50));
+    let descriptor =
+        PassDescriptor { input_scale: InputScale::Buffer(&scale), ..scene.descriptor() };
+    let denoiser = denoiser(&Options { kernels: KernelSet::Auto, ..Options::default() });
+    let pass = denoiser.pass(&descriptor).unwrap();
+    for value in [0.3_f32, 2.0] {
+        queue.write_buffer(&scale, 0, bytemuck::bytes_of(&value));
+        let found = cpu_image(&scene.output.read(|encoder| pass.encode(encoder)), [50, 40]);
+        let frame = Frame { input_scale: Some(value), ..frame(&images, Inputs::ALL) };
+        same_bits(&found, &run(&Options::default(), &frame)).unwrap();
+    }
+}

@@ -1,0 +1,191 @@
+//! Every format of every image, in a mix.
+
+use wgdenoise::wgpu::TextureFormat as Texture;
+use wgdenoise::{Element, Image, ImageFormat, Inputs, Layout, NormalEncoding, Options, Precision};
+
+use super::{F32, Scene};
+use crate::common::image::{GpuImage, Pixel, cpu_image, quantised};
+use crate::common::{Tolerance, compare, run_cases};
+use crate::support::{denoiser, encoded, frame, images, run, same_bits};
+
+const SIZE: [u32; 2] = [45, 31];
+const F16: ImageFormat = ImageFormat::Buffer(Element::F16);
+
+/// A format, where pixels stand if it is a buffer's, and how a normal is stored.
+type Stored = (ImageFormat, Layout, NormalEncoding);
+
+fn texture(format: Texture) -> Stored {
+    (ImageFormat::Texture(format), Layout::default(), NormalEncoding::Signed)
+}
+
+fn unorm(format: ImageFormat) -> Stored {
+    (format, Layout::packed(SIZE[0]), NormalEncoding::Unorm)
+}
+
+fn buffer(format: ImageFormat, layout: Layout) -> Stored {
+    (format, layout, NormalEncoding::Signed)
+}
+
+/// Images that have an alpha: textures, and buffers of odd strides in which neighbours share words.
+fn floats() -> [Stored; 6] {
+    [
+        texture(Texture::Rgba16Float),
+        texture(Texture::Rgba32Float),
+        buffer(F16, Layout::packed_rgba(SIZE[0])),
+        buffer(F32, Layout::packed_rgba(SIZE[0])),
+        buffer(F16, Layout::new(7, 317, 7).with_alpha()),
+        buffer(F32, Layout::new(70, 317, 7).with_alpha()),
+    ]
+}
+
+#[test]
+fn every_format_gives_what_its_values_give_as_floats() {
+    let albedos = [
+        texture(Texture::Rgba8Unorm),
+        texture(Texture::Rgba8UnormSrgb),
+        texture(Texture::Rgba16Float),
+        texture(Texture::Rgba32Float),
+        buffer(F16, Layout::packed(SIZE[0])),
+        buffer(F32, Layout::new(3, 200, 4)),
+    ];
+    let normals = [
+        texture(Texture::Rgba16Float),
+        texture(Texture::Rgba8Snorm),
+        unorm(ImageFormat::Texture(Texture::Rgba8Unorm)),
+        unorm(ImageFormat::Texture(Texture::Rgb10a2Unorm)),
+        buffer(F16, Layout::packed(SIZE[0])),
+        unorm(F32),
+    ];
+    // Every format of each image once, beside others of the other images.
+    let cases = (0..6).map(|i| (floats()[i], albedos[i], normals[i], floats()[(i + 2) % 6]));
+    run_cases(cases, |&(color, albedo, normal, output)| check(color, albedo, normal, output));
+}
+
+/// In the transfer domain, whose bright part is `log(v) / 16.3`: a 16-bit output rounds by 2⁻¹¹,
+/// or a driver truncates it by 2⁻¹⁰, which is 6e-5 there.
+const TOLERANCE: Tolerance = Tolerance { absolute: 1e-4, relative: 0.0 };
+/// Vulkan lets drivers decode sRGB with an error of half a step of its 8 bits.
+const SRGB: Tolerance = Tolerance { absolute: 2e-3, relative: 0.0 };
+
+fn check(color: Stored, albedo: Stored, normal: Stored, output: Stored) -> Result<(), String> {
+    let images = images(SIZE[0], SIZE[1]);
+    let [colors, albedos, normals] = [&images[0], &images[1], &images[2]].map(with_alpha);
+    let encoded_normals =
+        normals.iter().map(|n| n.map(|v| encode_normal(v, normal.2))).collect::<Vec<_>>();
+    let image = |pixels: &[Pixel], stored: Stored| GpuImage::new(pixels, SIZE, stored.0, stored.1);
+    let scene = Scene {
+        size: SIZE,
+        color: image(&colors, color),
+        albedo: Some(image(&albedos, albedo)),
+        normal: Some(image(&encoded_normals, normal)),
+        normal_encoding: normal.2,
+        output: image(&vec![[0.0; 4]; colors.len()], output),
+    };
+    let options = Options { precision: Precision::F32, ..Options::default() };
+    let found = scene.run(&denoiser(&options));
+    let colors = quantised(&colors, color.0);
+    let normals = quantised(&encoded_normals, normal.0);
+    let normals: Vec<_> = normals.iter().map(|n| n.map(|v| decode_normal(v, normal.2))).collect();
+    let albedos = quantised(&albedos, albedo.0);
+    let images = [&colors, &albedos, &normals].map(|pixels| cpu_image(pixels, SIZE));
+    let expected = run(&options, &frame(&images, Inputs::ALL));
+    let expected = held_by(&expected, output.0);
+    let srgb = albedo.0 == ImageFormat::Texture(Texture::Rgba8UnormSrgb);
+    let tolerance = if srgb { SRGB } else { TOLERANCE };
+    let [result, expected] = [cpu_image(&found, SIZE), expected].map(|image| encoded(&image, 1e-3));
+    compare(&result, &expected, tolerance)?;
+    let alpha = |pixels: &[Pixel]| pixels.iter().map(|p| p[3]).collect::<Vec<_>>();
+    if alpha(&found) != alpha(&quantised(&colors, output.0)) {
+        return Err("alpha was not carried over".into());
+    }
+    if scene.output.gaps_are_untouched() { Ok(()) } else { Err("a gap was written to".into()) }
+}
+
+/// An image whose values the format does not have to clamp.
+fn held_by(image: &Image, format: ImageFormat) -> Image {
+    let half = [F16, ImageFormat::Texture(Texture::Rgba16Float)].contains(&format);
+    let largest = if half { 65504.0 } else { f32::MAX };
+    let mut image = image.clone();
+    image.pixels_mut().iter_mut().flatten().for_each(|v| *v = v.min(largest));
+    image
+}
+
+/// With an alpha that every float format holds.
+fn with_alpha(image: &Image) -> Vec<Pixel> {
+    let alpha = |i: usize| (i % 9) as f32 / 8.0;
+    image.pixels().iter().enumerate().map(|(i, &[r, g, b])| [r, g, b, alpha(i)]).collect()
+}
+
+fn encode_normal(value: f32, encoding: NormalEncoding) -> f32 {
+    if encoding == NormalEncoding::Unorm { 0.5 * value + 0.5 } else { value }
+}
+
+fn decode_normal(value: f32, encoding: NormalEncoding) -> f32 {
+    if encoding == NormalEncoding::Unorm { 2.0 * value - 1.0 } else { value }
+}
+
+/// Bits that are no numbers count as black, in every format that has them.
+#[test]
+fn nan_and_infinity_are_black_in_every_format() {
+    let mut pixels = with_alpha(&images(SIZE[0], SIZE[1])[0]);
+    let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
+    for (i, value) in values.into_iter().enumerate() {
+        pixels[40 * i + 5][i] = value;
+    }
+    let blackened: Vec<_> =
+        pixels.iter().map(|p| p.map(|v| if v.is_finite() { v } else { 0.0 })).collect();
+    let denoiser = denoiser(&Options::default());
+    run_cases(floats(), |&stored| {
+        let result = |pixels: &[Pixel]| {
+            let image = |pixels: &[Pixel]| GpuImage::new(pixels, SIZE, stored.0, stored.1);
+            let (color, output) = (image(pixels), image(&vec![[0.0; 4]; pixels.len()]));
+            let normal_encoding = NormalEncoding::Signed;
+            Scene { size: SIZE, color, albedo: None, normal: None, normal_encoding, output }
+                .run(&denoiser)
+        };
+        let [found, expected] = [&pixels, &blackened].map(|pixels| result(pixels));
+        if found == expected { Ok(()) } else { Err("the result differs".into()) }
+    });
+}
+
+/// A 16-bit output holds what it can: brighter values are its largest, not infinity.
+#[test]
+fn what_is_too_bright_for_the_output_is_clamped() {
+    let pixels = vec![[3e5, 1.0, 1e-3, 1.0]; 48];
+    for format in [F16, ImageFormat::Texture(Texture::Rgba16Float)] {
+        let scene = Scene {
+            size: [8, 6],
+            color: GpuImage::new(&pixels, [8, 6], F32, Layout::packed(8)),
+            albedo: None,
+            normal: None,
+            normal_encoding: NormalEncoding::Signed,
+            output: GpuImage::new(&pixels, [8, 6], format, Layout::packed(8)),
+        };
+        // A constant block is clean: its colour goes through as it is.
+        let [red, green, blue, _] = scene.run(&denoiser(&Options::default()))[20];
+        assert_eq!([red, green], [65504.0, 1.0], "{format:?}");
+        assert!((blue / 1e-3 - 1.0).abs() < 1.0 / 1024.0, "{format:?}: {blue}");
+    }
+}
+
+/// Where there is no surface, all of these mean the same.
+#[test]
+fn no_normal_is_no_normal_in_both_encodings() {
+    let mut images = images(SIZE[0], SIZE[1]);
+    let inputs = Inputs { albedo: false, normal: true };
+    images[2].pixels_mut().fill([0.0; 3]);
+    let expected = run(&Options::default(), &frame(&images, inputs));
+    let denoiser = denoiser(&Options::default());
+    let cases =
+        [(0.0, NormalEncoding::Signed), (0.0, NormalEncoding::Unorm), (0.5, NormalEncoding::Unorm)];
+    run_cases(cases, |&(value, normal_encoding)| {
+        let layout = Layout::packed(SIZE[0]);
+        let normal = GpuImage::new(&vec![[value; 4]; 45 * 31], SIZE, F32, layout);
+        let scene = Scene {
+            normal: Some(normal),
+            normal_encoding,
+            ..Scene::new(&frame(&images, inputs), F32, layout)
+        };
+        same_bits(&cpu_image(&scene.run(&denoiser), SIZE), &expected)
+    });
+}

@@ -1,0 +1,70 @@
+//! Outputs that stand where an input stands.
+
+use wgdenoise::wgpu::TextureFormat as Texture;
+use wgdenoise::{Element, ImageFormat, Inputs, Layout, Options, PassDescriptor};
+
+use super::{F32, Scene};
+use crate::common::run_cases;
+use crate::support::{denoiser, frame, images};
+
+fn formats() -> [(ImageFormat, Layout); 4] {
+    [
+        (ImageFormat::Texture(Texture::Rgba16Float), Layout::default()),
+        (ImageFormat::Texture(Texture::Rgba32Float), Layout::default()),
+        (F32, Layout::new(301, 371, 4)),
+        (ImageFormat::Buffer(Element::F16), Layout::packed(90)),
+    ]
+}
+
+/// In tiles, so that one would read what another has overwritten.
+#[test]
+fn the_output_may_be_the_colour_itself() {
+    let images = images(90, 70);
+    let denoiser = denoiser(&Options { tile: Some(80), ..Options::default() });
+    run_cases(formats(), |&(format, layout)| {
+        let scene = Scene::new(&frame(&images, Inputs::ALL), format, layout);
+        let expected = scene.run(&denoiser);
+        let descriptor = PassDescriptor { output: scene.color.as_pass(), ..scene.descriptor() };
+        let pass = denoiser.pass(&descriptor).map_err(|error| error.to_string())?;
+        let found = scene.color.read(|encoder| pass.encode(encoder));
+        if bits(&found) == bits(&expected) { Ok(()) } else { Err("the result differs".into()) }
+    });
+}
+
+#[test]
+fn the_output_may_be_the_albedo() {
+    let images = images(90, 70);
+    let denoiser = denoiser(&Options { tile: Some(80), ..Options::default() });
+    run_cases(formats(), |&(format, layout)| {
+        let scene = Scene::new(&frame(&images, Inputs::ALL), format, layout);
+        let expected = scene.run(&denoiser);
+        let albedo = scene.albedo.as_ref().expect("it is there");
+        let descriptor = PassDescriptor { output: albedo.as_pass(), ..scene.descriptor() };
+        let pass = denoiser.pass(&descriptor).map_err(|error| error.to_string())?;
+        let found = albedo.read(|encoder| pass.encode(encoder));
+        if bits(&found) == bits(&expected) { Ok(()) } else { Err("the result differs".into()) }
+    });
+}
+
+/// A second frame denoises what the first one left.
+#[test]
+fn a_pass_in_place_reads_what_stands_there_in_each_frame() {
+    let images = images(90, 70);
+    let denoiser = denoiser(&Options::default());
+    let scene = Scene::new(&frame(&images, Inputs::ALL), F32, Layout::packed(90));
+    let descriptor = PassDescriptor { output: scene.color.as_pass(), ..scene.descriptor() };
+    let pass = denoiser.pass(&descriptor).unwrap();
+    let once = scene.color.read(|encoder| pass.encode(encoder));
+    let twice = scene.color.read(|encoder| pass.encode(encoder));
+    let again = Scene::new(&frame(&images, Inputs::ALL), F32, Layout::packed(90));
+    let both = denoiser
+        .pass(&PassDescriptor { output: again.color.as_pass(), ..again.descriptor() })
+        .map(|pass| again.color.read(|encoder| (0..2).for_each(|_| pass.encode(encoder))))
+        .unwrap();
+    assert_ne!(bits(&once), bits(&twice), "the second frame changed nothing");
+    assert_eq!(bits(&twice), bits(&both));
+}
+
+fn bits(pixels: &[[f32; 4]]) -> Vec<[u32; 3]> {
+    pixels.iter().map(|&[r, g, b, _]| [r, g, b].map(f32::to_bits)).collect()
+}

@@ -1,0 +1,107 @@
+//! Recorded into a caller's encoder, on a caller's textures and buffers.
+
+mod blend;
+mod formats;
+mod in_place;
+mod refusals;
+mod warm_up;
+
+use wgdenoise::{
+    Denoiser, Element, Frame, Image, ImageFormat, InputScale, Inputs, Layout, NormalEncoding,
+    Options, Pass, PassDescriptor,
+};
+
+use crate::common::image::{GpuImage, Pixel, cpu_image};
+use crate::common::run_cases;
+use crate::support::{denoiser, frame, images, run, same_bits};
+
+/// 32-bit floats in a buffer.
+const F32: ImageFormat = ImageFormat::Buffer(Element::F32);
+
+/// The images of a pass on the GPU.
+struct Scene {
+    size: [u32; 2],
+    color: GpuImage,
+    albedo: Option<GpuImage>,
+    normal: Option<GpuImage>,
+    normal_encoding: NormalEncoding,
+    output: GpuImage,
+}
+
+impl Scene {
+    /// A frame whose images are all in one format, and an output of zeros like them.
+    fn new(frame: &Frame<'_>, format: ImageFormat, layout: Layout) -> Self {
+        let (width, height) = frame.color.size();
+        let size = [width, height];
+        let image = |image: &Image| GpuImage::new(&opaque(image), size, format, layout);
+        Self {
+            size,
+            color: image(frame.color),
+            albedo: frame.albedo.map(image),
+            normal: frame.normal.map(image),
+            normal_encoding: NormalEncoding::Signed,
+            output: GpuImage::new(&vec![[0.0; 4]; (width * height) as usize], size, format, layout),
+        }
+    }
+
+    fn descriptor(&self) -> PassDescriptor<'_> {
+        let [width, height] = self.size;
+        PassDescriptor {
+            albedo: self.albedo.as_ref().map(GpuImage::as_pass),
+            normal: self.normal.as_ref().map(GpuImage::as_pass),
+            normal_encoding: self.normal_encoding,
+            ..PassDescriptor::new(width, height, self.color.as_pass(), self.output.as_pass())
+        }
+    }
+
+    /// What the output holds after the pass.
+    fn run(&self, denoiser: &Denoiser) -> Vec<Pixel> {
+        let pass = denoiser.pass(&self.descriptor()).expect("the images fit");
+        self.output.read(|encoder| pass.encode(encoder))
+    }
+}
+
+fn opaque(image: &Image) -> Vec<Pixel> {
+    image.pixels().iter().map(|&[r, g, b]| [r, g, b, 1.0]).collect()
+}
+
+#[test]
+fn a_pass_in_the_callers_encoder_makes_the_same_bits_as_the_blocking_call() {
+    let images = images(90, 70);
+    let layouts = [Layout::packed(90), Layout::new(5, 371, 4)];
+    let scales = [None, Some(0.7)];
+    let tiles = [None, Some(80)];
+    let sets = [Inputs::ALL, Inputs { albedo: false, normal: true }];
+    let mut cases = Vec::new();
+    for (layout, scale) in layouts.iter().flat_map(|&l| scales.map(|s| (l, s))) {
+        cases.extend(tiles.iter().flat_map(|&t| sets.map(|set| (layout, scale, t, set))));
+    }
+    run_cases(cases, |&(layout, input_scale, tile, inputs)| {
+        let frame = Frame { input_scale, ..frame(&images, inputs) };
+        let scene = Scene::new(&frame, F32, layout);
+        let scale = input_scale.map_or(InputScale::Auto, InputScale::Value);
+        let descriptor = PassDescriptor { input_scale: scale, ..scene.descriptor() };
+        let denoiser = denoiser(&Options { tile, ..Options::default() });
+        let pass = denoiser.pass(&descriptor).expect("the images fit");
+        let found = cpu_image(&scene.output.read(|encoder| pass.encode(encoder)), scene.size);
+        same_bits(&found, &run(&Options::default(), &frame))
+    });
+}
+
+#[test]
+fn inputs_that_the_weights_do_not_know_are_not_read() {
+    let images = images(40, 30);
+    let weights = crate::support::tiny().for_inputs(Inputs::default()).expect("colour is known");
+    let gpu = crate::common::gpu::gpu();
+    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default()).unwrap();
+    let [all, color] = [Inputs::ALL, Inputs::default()]
+        .map(|inputs| Scene::new(&frame(&images, inputs), F32, Layout::packed(40)).run(&denoiser));
+    same_bits(&cpu_image(&all, [40, 30]), &cpu_image(&color, [40, 30])).unwrap();
+}
+
+#[test]
+fn denoisers_and_passes_can_go_to_another_thread() {
+    fn can<T: Send + Sync>() {}
+    can::<Denoiser>();
+    can::<Pass>();
+}

@@ -1,0 +1,215 @@
+//! What a pass cannot use is an error of `pass()` that says what to change, and never a panic in
+//! the caller's frame. The tests' device panics at any validation error.
+
+use wgdenoise::wgpu::{self, BufferUsages, TextureFormat as Texture, TextureUsages};
+use wgdenoise::{
+    Denoiser, Element, InputScale, Layout, NormalEncoding, Options, PassDescriptor, PassImage,
+};
+
+use crate::common::gpu::gpu;
+use crate::support::denoiser;
+
+const ALL: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::STORAGE_BINDING);
+
+fn descriptor(format: Texture, usage: TextureUsages) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    }
+}
+
+fn texture(format: Texture, usage: TextureUsages) -> wgpu::Texture {
+    gpu().device.create_texture(&descriptor(format, usage))
+}
+
+fn storage(size: u64, usage: BufferUsages) -> wgpu::Buffer {
+    let descriptor = wgpu::BufferDescriptor { label: None, size, usage, mapped_at_creation: false };
+    gpu().device.create_buffer(&descriptor)
+}
+
+/// Images that fit, of 4×4 pixels.
+struct Fitting {
+    denoiser: Denoiser,
+    color: wgpu::Texture,
+    output: wgpu::Texture,
+}
+
+impl Fitting {
+    fn new() -> Self {
+        let [color, output] = [(); 2].map(|()| texture(Texture::Rgba16Float, ALL));
+        Self { denoiser: denoiser(&Options::default()), color, output }
+    }
+
+    fn descriptor(&self) -> PassDescriptor<'_> {
+        let [color, output] = [&self.color, &self.output].map(PassImage::Texture);
+        PassDescriptor::new(4, 4, color, output)
+    }
+
+    #[track_caller]
+    fn refuses(&self, descriptor: &PassDescriptor<'_>, words: &[&str]) {
+        let error = self.denoiser.pass(descriptor).expect_err("it should be refused").to_string();
+        assert!(words.iter().all(|word| error.contains(word)), "{error}");
+    }
+}
+
+#[test]
+fn the_images_of_these_tests_fit() {
+    let fitting = Fitting::new();
+    fitting.denoiser.pass(&fitting.descriptor()).unwrap();
+}
+
+#[test]
+fn textures_of_a_wrong_format_or_usage_are_refused() {
+    let fitting = Fitting::new();
+    let fine = fitting.descriptor();
+    let bytes = texture(Texture::Rgba8Unorm, TextureUsages::TEXTURE_BINDING);
+    let signed = texture(Texture::Rgba8Snorm, TextureUsages::TEXTURE_BINDING);
+    let [bytes, signed] = [&bytes, &signed].map(PassImage::Texture);
+    let unread = texture(Texture::Rgba16Float, TextureUsages::STORAGE_BINDING);
+    let unwritten = texture(Texture::Rgba16Float, TextureUsages::TEXTURE_BINDING);
+    let [unread, unwritten] = [&unread, &unwritten].map(PassImage::Texture);
+    let cases: [(PassDescriptor<'_>, &[&str]); 8] = [
+        (PassDescriptor { color: bytes, ..fine }, &["color", "Rgba8Unorm", "Rgba16Float or"]),
+        (PassDescriptor { output: bytes, ..fine }, &["output", "Rgba8Unorm", "Rgba32Float"]),
+        (PassDescriptor { albedo: Some(signed), ..fine }, &["albedo", "Rgba8Snorm"]),
+        (PassDescriptor { normal: Some(bytes), ..fine }, &["normal", "NormalEncoding::Unorm"]),
+        (
+            PassDescriptor { normal: Some(signed), normal_encoding: NormalEncoding::Unorm, ..fine },
+            &["normal", "Rgba8Snorm", "Rgb10a2Unorm"],
+        ),
+        (PassDescriptor { color: unread, ..fine }, &["color", "TEXTURE_BINDING"]),
+        (PassDescriptor { albedo: Some(unread), ..fine }, &["albedo", "TEXTURE_BINDING"]),
+        (PassDescriptor { output: unwritten, ..fine }, &["output", "STORAGE_BINDING"]),
+    ];
+    for (descriptor, words) in cases {
+        fitting.refuses(&descriptor, words);
+    }
+}
+
+#[test]
+fn textures_of_another_size_or_shape_are_refused() {
+    let fitting = Fitting::new();
+    let fine = fitting.descriptor();
+    let float = descriptor(Texture::Rgba16Float, ALL);
+    let wide = wgpu::Extent3d { width: 5, ..float.size };
+    let wide = wgpu::TextureDescriptor { size: wide, ..float.clone() };
+    let solid = wgpu::TextureDescriptor { dimension: wgpu::TextureDimension::D3, ..float.clone() };
+    let usage = TextureUsages::TEXTURE_BINDING | TextureUsages::RENDER_ATTACHMENT;
+    let samples = wgpu::TextureDescriptor { sample_count: 4, usage, ..float };
+    for (descriptor, word) in
+        [(wide, "5×4 pixels, but the pass is 4×4"), (solid, "D3"), (samples, "4 samples a pixel")]
+    {
+        let texture = gpu().device.create_texture(&descriptor);
+        let color = PassImage::Texture(&texture);
+        fitting.refuses(&PassDescriptor { color, ..fine }, &["color", word]);
+    }
+    for (width, word) in [(0, "at least 1"), (70_000, "at most 65536")] {
+        fitting.refuses(&PassDescriptor { width, ..fine }, &[word]);
+    }
+}
+
+#[test]
+fn buffers_that_do_not_fit_are_refused() {
+    let fitting = Fitting::new();
+    let fine = fitting.descriptor();
+    let [enough, short] = [192, 188].map(|size| storage(size, BufferUsages::STORAGE));
+    let unusable = storage(192, BufferUsages::COPY_DST);
+    let f32 = |buffer, layout| PassImage::Buffer { buffer, element: Element::F32, layout };
+    let halves = PassImage::Buffer {
+        buffer: &enough,
+        element: Element::F16,
+        layout: Layout::new(50, 12, 3),
+    };
+    let rgb = Layout::packed(4);
+    let cases = [
+        (f32(&short, rgb), "needs a buffer of 192 bytes, found 188"),
+        (f32(&enough, Layout::packed_rgba(4)), "needs a buffer of 256 bytes, found 192"),
+        (halves, "needs a buffer of 196 bytes, found 192"),
+        (f32(&unusable, rgb), "STORAGE"),
+        (f32(&enough, Layout::new(0, 11, 3)), "overlap"),
+        (f32(&enough, Layout::new(0, 12, 2)), "overlap"),
+        (f32(&enough, Layout::new(0, 12, 3).with_alpha()), "overlap"),
+        (f32(&enough, Layout::new(0, u32::MAX, 3)), "kernels count to"),
+    ];
+    for (image, word) in cases {
+        fitting.refuses(&PassDescriptor { color: image, ..fine }, &["color", word]);
+        fitting.refuses(&PassDescriptor { output: image, ..fine }, &["output", word]);
+    }
+}
+
+#[test]
+fn an_output_in_place_of_an_input_needs_a_copy() {
+    let fitting = Fitting::new();
+    let fine = fitting.descriptor();
+    let buffer = storage(192, BufferUsages::STORAGE);
+    let layout = Layout::packed(4);
+    let buffer = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
+    for image in [fine.output, buffer] {
+        let words = ["COPY_SRC", "albedo and output"];
+        let descriptor = PassDescriptor { albedo: Some(image), output: image, ..fine };
+        fitting.refuses(&descriptor, &words);
+    }
+}
+
+#[test]
+fn an_input_scale_that_is_none_is_refused() {
+    let fitting = Fitting::new();
+    let fine = fitting.descriptor();
+    for value in [0.0, -1.0, f32::NAN, f32::INFINITY] {
+        let input_scale = InputScale::Value(value);
+        fitting.refuses(&PassDescriptor { input_scale, ..fine }, &["input scale"]);
+    }
+    let (none, unusable) = (storage(0, BufferUsages::STORAGE), storage(4, BufferUsages::UNIFORM));
+    for (buffer, word) in [(&none, "0 bytes"), (&unusable, "STORAGE")] {
+        let input_scale = InputScale::Buffer(buffer);
+        fitting.refuses(&PassDescriptor { input_scale, ..fine }, &["input scale", word]);
+    }
+    let shared = storage(256, BufferUsages::STORAGE);
+    let layout = Layout::packed(4);
+    let output = PassImage::Buffer { buffer: &shared, element: Element::F32, layout };
+    let input_scale = InputScale::Buffer(&shared);
+    fitting.refuses(&PassDescriptor { output, input_scale, ..fine }, &["a buffer of its own"]);
+}
+
+#[test]
+fn images_of_another_device_are_refused() {
+    let fitting = Fitting::new();
+    let fine = fitting.descriptor();
+    let request = gpu().adapter.request_device(&wgpu::DeviceDescriptor::default());
+    let (other, _) = pollster::block_on(request).expect("the adapter gives a second device");
+    let texture = other.create_texture(&descriptor(Texture::Rgba16Float, ALL));
+    let buffer = other.create_buffer(&wgpu::BufferDescriptor {
+        label: None,
+        size: 192,
+        usage: BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    });
+    let layout = Layout::packed(4);
+    let images = [
+        PassImage::Texture(&texture),
+        PassImage::Buffer { buffer: &buffer, element: Element::F32, layout },
+    ];
+    for image in images {
+        let words = ["another device", "Denoiser::new"];
+        fitting.refuses(&PassDescriptor { color: image, ..fine }, &words);
+        fitting.refuses(&PassDescriptor { normal: Some(image), ..fine }, &words);
+        fitting.refuses(&PassDescriptor { output: image, ..fine }, &words);
+    }
+    let input_scale = InputScale::Buffer(&buffer);
+    fitting.refuses(&PassDescriptor { input_scale, ..fine }, &["input scale", "another device"]);
+}
+
+#[test]
+fn destroyed_images_are_refused() {
+    let fitting = Fitting::new();
+    let texture = texture(Texture::Rgba16Float, ALL);
+    texture.destroy();
+    let color = PassImage::Texture(&texture);
+    fitting.refuses(&PassDescriptor { color, ..fitting.descriptor() }, &["color", "destroyed"]);
+}
