@@ -40,7 +40,7 @@ fn pixels() -> Vec<Pixel> {
 }
 
 /// Something to bind from what a pass takes.
-fn binding<'a>(image: &PassImage<'a>, view: &'a Option<wgpu::TextureView>) -> ImageBinding<'a> {
+fn binding<'a>(image: &PassImage<'a>, view: Option<&'a wgpu::TextureView>) -> ImageBinding<'a> {
     match (*image, view) {
         (PassImage::Buffer { buffer, element, .. }, _) => {
             ImageBinding::Buffer { buffer, element, offset: 0, size: None }
@@ -70,7 +70,7 @@ fn every_format_is_read_as_its_definition_says() {
         let tile = Tile { image_size: SIZE, color: layout, ..Tile::default() };
         let sources = Sources {
             tiles: &buffer(context, bytemuck::bytes_of(&tile)),
-            color: binding(&pass_image, &view),
+            color: binding(&pass_image, view.as_ref()),
             albedo: None,
             normal: None,
             unorm_normal: false,
@@ -110,8 +110,8 @@ fn every_format_is_written_with_the_blend_and_the_alpha_of_the_colour() {
         let images = Images {
             tiles: &buffer(context, bytemuck::bytes_of(&tile)),
             input_scale: &buffer(context, bytemuck::bytes_of(&0.5_f32)),
-            color: binding(&images[0], &views[0]),
-            output: binding(&images[1], &views[1]),
+            color: binding(&images[0], views[0].as_ref()),
+            output: binding(&images[1], views[1].as_ref()),
             blend: &buffer(context, bytemuck::bytes_of(&share)),
         };
         let call = output_process(context, &upload(context, &tensor, &channel_map(3)), &images);
