@@ -2,13 +2,21 @@
 // `output`. Alpha is carried over.
 @group(0) @binding(BINDING) var<uniform> blend: f32;   // share of the noisy colour in the result
 
-fn store_denoised(at: vec2<u32>, rgb: vec3<f32>) {
-    let bits = load_color(at);
-    // A noisy value that is no number has no share.
+// A noisy value that is no number has no share.
+fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
     let is_finite = (bits & vec3(0x7f800000u)) != vec3(0x7f800000u);
     let noisy = bitcast<vec3<f32>>(select(vec3(0u), bits, is_finite));
     let share = select(vec3(0.0), vec3(blend), is_finite);
-    store(at, rgb * (1.0 - share) + noisy * share, alpha_of_color(at));
+    return rgb * (1.0 - share) + noisy * share;
+}
+
+fn store_denoised(at: vec2<u32>, rgb: vec3<f32>) {
+    var result = rgb;
+    // The same for all: the noisy colour is not read for nothing.
+    if blend > 0.0 {
+        result = blended(rgb, load_color(at));
+    }
+    store(at, result, alpha_of_color(at));
 }
 
 fn store_noisy(at: vec2<u32>) {
