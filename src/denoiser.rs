@@ -51,7 +51,8 @@ impl Denoiser {
         weights: &Weights,
         options: &Options,
     ) -> Result<Self> {
-        let context = Context::new(device, queue, options.precision);
+        let context = Context::new(device, queue, options.precision)
+            .with_pipeline_cache(options.pipeline_cache.clone());
         let test = |shape| {
             self_test(&context, |params, map| {
                 conv3x3(&context, KernelSet::Matrix(shape), params, map, true, false)

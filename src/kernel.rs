@@ -153,6 +153,7 @@ pub struct Context {
     pub queue: wgpu::Queue,
     /// How tensors are stored.
     pub precision: Precision,
+    pipeline_cache: Option<wgpu::PipelineCache>,
     kernels: Mutex<HashMap<String, Kernel>>,
 }
 
@@ -161,7 +162,13 @@ impl Context {
     #[must_use]
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, precision: Precision) -> Self {
         let (device, queue) = (device.clone(), queue.clone());
-        Self { device, queue, precision, kernels: Mutex::default() }
+        Self { device, queue, precision, pipeline_cache: None, kernels: Mutex::default() }
+    }
+
+    /// The same, with a cache of the same device that the driver may take kernels from.
+    #[must_use]
+    pub fn with_pipeline_cache(self, pipeline_cache: Option<wgpu::PipelineCache>) -> Self {
+        Self { pipeline_cache, ..self }
     }
 
     /// The kernel for a shader and its override values, compiled once.
@@ -208,7 +215,7 @@ impl Context {
                 // Every kernel writes its workgroup memory before it reads it.
                 zero_initialize_workgroup_memory: false,
             },
-            cache: None,
+            cache: self.pipeline_cache.as_ref(),
         };
         let pipeline = self.device.create_compute_pipeline(&descriptor);
         Kernel { pipeline, layout, workgroup: spec.workgroup, name: name.into() }

@@ -136,6 +136,12 @@ pub struct Options {
     /// The matrices that `Auto` may use: [`MatrixShape::of`] the adapter, since a device does not
     /// know. `None` unless said: no matrices.
     pub matrix: Option<MatrixShape>,
+    /// Where the driver looks compiled kernels up and adds what it compiles: a cache of the
+    /// denoiser's device, which needs the feature `PIPELINE_CACHE` (Vulkan alone has it). `None`
+    /// unless said. What [`get_data`](wgpu::PipelineCache::get_data) says afterwards is the
+    /// caller's to keep, for [`create_pipeline_cache`](wgpu::Device::create_pipeline_cache) in the
+    /// next run: this library reads and writes no file by itself.
+    pub pipeline_cache: Option<wgpu::PipelineCache>,
 }
 
 impl Options {
@@ -183,6 +189,7 @@ impl Default for Options {
             kernels: KernelSet::Auto,
             skip_clean: true,
             matrix: None,
+            pipeline_cache: None,
         }
     }
 }

@@ -10,9 +10,11 @@ use crate::options::Precision;
 /// |---|---|---|
 /// | `SUBGROUP` | the kernels for CPU drivers | CPU drivers run the slower tiled kernels; GPUs do not use it |
 /// | `TIMESTAMP_QUERY` | [`Denoiser::profile`](crate::Denoiser::profile) on GPUs | the profile is an error; on CPU drivers it goes by the clock |
+/// | `PIPELINE_CACHE` | [`Options::pipeline_cache`](crate::Options::pipeline_cache), on Vulkan | kernels are compiled anew in every run, unless the driver keeps them |
 #[must_use]
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
-    adapter.features() & (wgpu::Features::SUBGROUP | wgpu::Features::TIMESTAMP_QUERY)
+    use wgpu::Features;
+    adapter.features() & (Features::SUBGROUP | Features::TIMESTAMP_QUERY | Features::PIPELINE_CACHE)
 }
 
 /// Features that the matrix kernels need on top, none where the adapter has no matrices that fit.

@@ -4,7 +4,7 @@ use serde_json::json;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
-use super::{print, profile, report, say};
+use super::{pipelines, print, profile, report, say};
 use crate::model::cost::macs_per_pixel;
 use crate::timing::{Timing, measure};
 use crate::{Denoiser, Gpu};
@@ -16,12 +16,15 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     }
     let (gpu, denoiser) = args.engine.denoiser()?;
     denoiser.notices().iter().for_each(|notice| say(notice));
-    if args.profile {
-        return print(&profile::table(&denoiser, args)?);
-    }
-    let timing = measure(&denoiser, args.width, args.height, args.runs)?;
-    let report = if args.json { as_json } else { as_text };
-    print(&report(args, &gpu, &denoiser, &timing))
+    let result = if args.profile {
+        profile::table(&denoiser, args)?
+    } else {
+        let timing = measure(&denoiser, args.width, args.height, args.runs)?;
+        let report = if args.json { as_json } else { as_text };
+        report(args, &gpu, &denoiser, &timing)
+    };
+    pipelines::keep(&gpu, &denoiser.options);
+    print(&result)
 }
 
 fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {

@@ -1,14 +1,30 @@
-//! Measurements of adapters, kept from run to run in a file of the user's cache folder.
+//! What is kept from run to run in files of the user's cache folder: here, measurements of adapters.
 
 use std::fs;
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy;
 use serde_json::{Map, Value, json};
 
 use crate::files::{self, Problem};
 use crate::{Calibration, Cost};
+
+/// `wgdenoise` where the system keeps what can be made again; `None` if the user has no home.
+pub(super) fn folder_of_user() -> Option<PathBuf> {
+    let folders = etcetera::base_strategy::choose_native_strategy().ok()?;
+    Some(folders.cache_dir().join("wgdenoise"))
+}
+
+/// Replaces a file as a whole, so that other processes see the old or the new one; makes its
+/// folder first.
+pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+    if let Some(folder) = path.parent() {
+        fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
+    }
+    let write = |out: &mut files::Out<'_>| out.write_all(bytes).map_err(Problem::Write);
+    files::replace(path, true, write).map_err(|error| error.to_string())
+}
 
 /// A measurement and its day.
 #[derive(Clone, Debug, PartialEq)]
@@ -22,11 +38,9 @@ pub(super) struct Kept {
 pub(super) struct Cache(PathBuf);
 
 impl Cache {
-    /// `wgdenoise/calibrations.json` where the system keeps what can be made again; `None` if the
-    /// user has no home.
+    /// `calibrations.json` in the user's folder.
     pub(super) fn of_user() -> Option<Self> {
-        let folders = etcetera::base_strategy::choose_native_strategy().ok()?;
-        Some(Self(folders.cache_dir().join("wgdenoise").join("calibrations.json")))
+        Some(Self(folder_of_user()?.join("calibrations.json")))
     }
 
     /// What was kept under `key`.
@@ -51,14 +65,7 @@ impl Cache {
     pub(super) fn keep(&self, key: &str, kept: &Kept) -> Result<(), String> {
         let mut entries = self.entries();
         entries.insert(key.to_string(), entry(kept));
-        let text = format!("{:#}\n", Value::Object(entries));
-        let Self(path) = self;
-        if let Some(folder) = path.parent() {
-            fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
-        }
-        let write =
-            |out: &mut files::Out<'_>| out.write_all(text.as_bytes()).map_err(Problem::Write);
-        files::replace(path, true, write).map_err(|error| error.to_string())
+        write(&self.0, format!("{:#}\n", Value::Object(entries)).as_bytes())
     }
 
     fn entries(&self) -> Map<String, Value> {

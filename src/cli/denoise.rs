@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 use super::args::DenoiseArgs;
 use super::budget;
 use super::failure::Failure;
+use super::pipelines;
 use super::progress::Progress;
 use super::say;
 use crate::files::{self, LayerChoice, Picture};
@@ -38,6 +39,7 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     let notices = picture.save(output, &result, args.force)?;
     args.notices(&notices);
     let written = watch.lap();
+    pipelines::keep(&gpu, &denoiser.options);
     args.details(|| {
         format!(
             "read in {read:.1?}, prepared in {prepared:.1?}, denoised in {worked:.1?}, \

@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::args::EngineArgs;
 use super::failure::Failure;
+use super::pipelines;
 use crate::{Denoiser, Gpu, MatrixShape, Options, Weights};
 
 /// The longest weights file that is read.
@@ -44,6 +45,7 @@ impl EngineArgs {
             kernels: self.kernels.set(matrix).ok_or_else(lacking)?,
             matrix,
             skip_clean: !self.no_skip,
+            pipeline_cache: pipelines::open(gpu),
         })
     }
 

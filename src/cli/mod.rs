@@ -15,6 +15,7 @@ mod devices;
 mod engine;
 mod failure;
 mod info;
+pub(crate) mod pipelines;
 mod profile;
 mod progress;
 mod report;

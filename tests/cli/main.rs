@@ -6,5 +6,6 @@ mod commands;
 mod denoise;
 mod failures;
 mod ldr;
+mod pipelines;
 mod report;
 mod support;

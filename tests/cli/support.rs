@@ -39,10 +39,12 @@ impl Folder {
         names
     }
 
-    /// The command, in this folder and without a desktop session, of which drivers complain.
+    /// The command, in this folder and without a desktop session, of which drivers complain. What
+    /// it keeps from run to run is not the user's.
     pub(crate) fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wgdenoise"));
         command.current_dir(self.0.path()).env_remove("XDG_RUNTIME_DIR").args(args);
+        command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
         command
     }
 

@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
-use super::{print, say};
+use super::{pipelines, print, say};
 use crate::files::{self, LayerChoice, Picture, Problem};
 use crate::metrics::{self, Metrics};
 use crate::{Denoiser, Frame, Gpu, Options, Quality, Weights};
@@ -68,6 +68,7 @@ pub(super) fn run(args: &BenchArgs, noisy: &Path, reference: &Path) -> Result<()
         before,
         rows: measure::rows(&gpu, &options, &frame, truth.color(), args.runs),
     };
+    pipelines::keep(&gpu, &options);
     report.deliver(args)
 }
 
