@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex};
 use crate::error::{Error, Result};
 use crate::graph::Model;
 use crate::kernel::Context;
+use crate::model::cost::largest_layer_macs_per_pixel;
 use crate::model::{Inputs, Weights};
 use crate::ops::conv3x3::conv3x3;
 use crate::ops::self_test::self_test;
@@ -141,7 +142,8 @@ impl Denoiser {
                 "{width}×{height}: sides of at most {MAX_SIDE} pixels are accepted"
             )));
         }
-        let limits = self.context.device.limits();
+        let device = &self.context.device;
+        let limits = device.limits();
         let alignment = model.alignment;
         let texel = self.options.precision.texel_bytes();
         let block = model.bytes([alignment; 2], texel);
@@ -152,6 +154,11 @@ impl Denoiser {
             max_side: self.options.tile.unwrap_or(u32::MAX).min(limits.max_texture_dimension_2d),
             max_pixels: (self.options.memory_bytes / per_pixel)
                 .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES),
+        };
+        // Behind a CPU driver no display waits, and no watchdog: there, tiles would cost for nothing.
+        let constraints = match device.adapter_info().device_type {
+            wgpu::DeviceType::Cpu => constraints,
+            _ => constraints.with_short_dispatches(largest_layer_macs_per_pixel(&model.network)),
         };
         TilePlan::new(size, &constraints)
             .ok_or_else(|| self.too_small(size, &constraints, per_pixel))

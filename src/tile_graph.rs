@@ -63,8 +63,8 @@ pub(crate) struct TileGraph {
     batches: Vec<Range<usize>>,
 }
 
-/// Most multiply-accumulates of one submission of the blocking call: Windows takes a GPU that
-/// does not answer for two seconds from its program, and this is 0.2 s at 100 GFLOP/s.
+/// Most multiply-accumulates of a submission of several calls: 0.2 s at 100 GFLOP/s. A call alone
+/// may have more, up to [`MACS_PER_DISPATCH`](crate::plan::tiles::MACS_PER_DISPATCH).
 const MACS_PER_SUBMISSION: f64 = 10e9;
 
 impl TileGraph {

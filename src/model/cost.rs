@@ -22,6 +22,12 @@ pub fn layer_macs_per_pixel(network: &Network, index: usize) -> f64 {
     per_output / f64::from(1_u32 << (2 * output.level))
 }
 
+/// Multiply-accumulates of the largest layer per pixel.
+#[must_use]
+pub fn largest_layer_macs_per_pixel(network: &Network) -> f64 {
+    (0..network.layers.len()).map(|i| layer_macs_per_pixel(network, i)).fold(0.0, f64::max)
+}
+
 /// Multiply-accumulates of the whole network per pixel.
 #[must_use]
 pub fn macs_per_pixel(network: &Network) -> f64 {
@@ -48,6 +54,9 @@ mod tests {
         let full = 9 * (3 * 2 + 2 * 2) + 4 * 2 + 9 * (4 * 2 + 2 * 2) + 2 * 3;
         let quarter = 9 * (2 * 4 + 4 * 4);
         let expected = f64::from(full) + f64::from(quarter) / 4.0;
-        assert!((macs_per_pixel(&Network::unet(3, &[2, 4])) - expected).abs() < 1e-9);
+        let network = Network::unet(3, &[2, 4]);
+        assert!((macs_per_pixel(&network) - expected).abs() < 1e-9);
+        // The decoder's first convolution, 4→2 at full size.
+        assert_eq!(largest_layer_macs_per_pixel(&network), 72.0);
     }
 }

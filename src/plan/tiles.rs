@@ -30,6 +30,22 @@ pub struct Constraints {
     pub max_pixels: u64,
 }
 
+/// Most multiply-accumulates of one dispatch where a display or a watchdog waits for it: 0.2 s at
+/// 0.5 TFLOP/s, and at 0.05 TFLOP/s the 2 s after which Windows takes a GPU that does not answer
+/// from its program.
+pub const MACS_PER_DISPATCH: f64 = 50e9;
+
+impl Constraints {
+    /// The same for tiles whose largest layer, of so many multiply-accumulates per pixel, stays
+    /// within [`MACS_PER_DISPATCH`]. The smallest tile stays what it is: it cannot be divided.
+    #[must_use]
+    pub fn with_short_dispatches(self, macs_per_pixel: f64) -> Self {
+        let smallest = u64::from(2 * self.halo + self.alignment).pow(2);
+        let short = (MACS_PER_DISPATCH / macs_per_pixel) as u64;
+        Self { max_pixels: self.max_pixels.min(short.max(smallest)), ..self }
+    }
+}
+
 /// Tiles of one size that cover an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TilePlan {
@@ -134,6 +150,9 @@ fn spans(size: u32, tile: u32, constraints: &Constraints) -> Vec<Span> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::cost::largest_layer_macs_per_pixel;
+    use crate::model::{Network, Quality, Weights, fuse::Fused};
+    use crate::plan::halo::halo;
     use proptest::prelude::*;
 
     fn constraints(alignment: u32, halo: u32, max_side: u32) -> Constraints {
@@ -159,6 +178,44 @@ mod tests {
     #[test]
     fn tiles_smaller_than_twice_the_overlap_are_refused() {
         assert_eq!(TilePlan::new([1000, 1000], &constraints(16, 96, 192)), None);
+    }
+
+    /// What an adapter with memory for any tile would be given, and its largest dispatch.
+    fn short(network: &Network, size: [u32; 2]) -> (TilePlan, f64) {
+        let macs = largest_layer_macs_per_pixel(network);
+        let limits = constraints(16, halo(network), 16384).with_short_dispatches(macs);
+        let plan = TilePlan::new(size, &limits).unwrap();
+        let largest = area(plan.tile) as f64 * macs;
+        (plan, largest)
+    }
+
+    #[test]
+    fn no_dispatch_of_the_built_in_weights_is_longer_than_the_bound() {
+        for (quality, size, tiles) in [
+            (Quality::Fast, [3840, 2160], 1),
+            (Quality::Fast, [7680, 4320], 1),
+            (Quality::Balanced, [3840, 2160], 1),
+            (Quality::Balanced, [7680, 4320], 4),
+            (Quality::High, [1920, 1080], 1),
+            (Quality::High, [3840, 2160], 4),
+            (Quality::High, [7680, 4320], 15),
+        ] {
+            let weights = Weights::builtin(quality).unwrap();
+            let (fused, plain) = (Fused::new(&weights).network, weights.network().clone());
+            assert!(short(&plain, size).1 <= MACS_PER_DISPATCH, "{quality:?} {size:?}, plain");
+            let (plan, largest) = short(&fused, size);
+            assert!(largest <= MACS_PER_DISPATCH, "{quality:?} {size:?}: {largest}");
+            assert_eq!(plan.tiles.len(), tiles, "{quality:?} {size:?}: {:?}", plan.tile);
+        }
+    }
+
+    #[test]
+    fn the_smallest_tile_is_accepted_however_long_its_dispatches_are() {
+        let huge = Network::unet(9, &[2048, 2048, 2048, 2048, 2048]);
+        let (plan, largest) = short(&huge, [1000, 1000]);
+        assert!(plan.tile == [208, 208] && largest > MACS_PER_DISPATCH, "{plan:?}");
+        let memory = Constraints { max_pixels: 208 * 208 - 1, ..constraints(16, 96, 16384) };
+        assert_eq!(TilePlan::new([1000, 1000], &memory.with_short_dispatches(1.0)), None);
     }
 
     proptest! {
