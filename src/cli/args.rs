@@ -115,7 +115,7 @@ pub(super) struct EngineArgs {
     /// Most GPU memory to use, in MiB [default: 2048]
     #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 24))]
     pub(super) memory: Option<u64>,
-    /// Largest side of a tile in pixels [default: what the memory allows]
+    /// Largest side of a tile in pixels [default: what memory and short dispatches allow]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) tile: Option<u32>,
     /// Which variant of the convolutions runs, for tests and measurements
