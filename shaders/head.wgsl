@@ -18,8 +18,8 @@ struct Tile {
 
 @group(0) @binding(0) var<uniform> tile: Tile;
 @group(0) @binding(1) var input: TensorIn;
-// Row = input quad, texel = input channel of it: what that channel adds to the outputs. The row
-// after the last quad begins with the bias.
+// Row = input quad, texel = input channel of it: what that channel adds to the outputs. The last
+// row begins with the bias.
 @group(0) @binding(2) var weights: texture_storage_2d_array<rgba32float, read>;
 @group(0) @binding(3) var<storage, read> input_scale: f32;
 // Whether each 16×16 block of the tile is clean, row by row.
@@ -61,7 +61,7 @@ fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
         store_noisy(at);
         return;
     }
-    let bias = textureLoad(weights, vec2(0, i32(textureNumLayers(input))), 0);
+    let bias = textureLoad(weights, vec2(0, i32(textureDimensions(weights).y) - 1), 0);
     // Beyond ±30 the sigmoid is within 1e-13 of 0 or 1, and exp stays far from overflow.
     let x = clamp(sums + bias, vec4(-30.0), vec4(30.0));
     let encoded = 1.0 / (1.0 + exp(-x));

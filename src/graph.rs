@@ -3,7 +3,8 @@
 use crate::error::{Error, Result};
 use crate::kernel::Context;
 use crate::model::fuse::Fused;
-use crate::model::{INPUT, Network, Op, Params, Weights};
+use crate::model::{INPUT, Layer, Network, Op, Params, Weights};
+use crate::ops::conv_head::{self, conv_head};
 use crate::ops::head::Head;
 use crate::ops::{self, ChannelMap, Operator, channel_map};
 use crate::options::{KernelSet, Options};
@@ -12,7 +13,9 @@ use crate::plan::{halo, storage::Storage};
 /// A network whose kernels are compiled and whose weights are on the GPU.
 #[derive(Debug)]
 pub(crate) struct Model {
+    /// All layers but those that are always the head's.
     pub(crate) network: Network,
+    /// Of the tensors that some layer stores; the last one is what the image is made of.
     pub(crate) storage: Storage,
     /// Tiles begin and end at multiples of this.
     pub(crate) alignment: u32,
@@ -20,9 +23,9 @@ pub(crate) struct Model {
     pub(crate) halo: u32,
     /// By tensor, see [`halo::reach`].
     pub(crate) reach: Vec<u32>,
-    /// By layer.
+    /// By layer; the head has the last one if there are fewer than layers.
     pub(crate) operators: Vec<BoxedOperator>,
-    /// The last layers, if they are one kernel.
+    /// The end of the network, if it is one kernel.
     pub(crate) head: Option<Head>,
 }
 
@@ -48,17 +51,17 @@ impl Model {
         params: impl Fn(&str) -> Params,
         head: Option<&Params>,
     ) -> Result<Self> {
-        let storage = Storage::plan(&network);
+        let merged = head.is_some() && conv_head::ends(&network, kernels);
+        let stored = network.first(network.layers.len() - usize::from(merged));
+        let storage = Storage::plan(&stored);
         check_layers(&storage, &context.device.limits())?;
-        let maps = channel_maps(&network);
-        let mut operators = Vec::new();
-        for (i, layer) in network.layers.iter().enumerate() {
-            let (op, params) = (layer.op, params(&layer.name));
-            let maps: Vec<_> = layer.inputs.iter().map(|&input| &maps[input]).collect();
-            let pools = follows(&network, i) == Some(Op::MaxPool);
-            operators.push(ops::build(context, kernels, op, &params, &maps, pools));
-        }
-        let head = head.map(|head| Head::new(context, kernels, head, &maps[network.output()]));
+        let maps = channel_maps(&stored);
+        let operators = operators(context, kernels, &stored, &params, &maps);
+        let map = &maps[stored.output()];
+        let head = head.map(|head| match network.layers.get(operators.len()) {
+            Some(conv) => conv_head(context, kernels, [&params(&conv.name), head], map),
+            None => Head::new(context, kernels, head, map),
+        });
         let alignment = network.alignment().max(halo::BLOCK);
         let reach = halo::reach(&network);
         let halo = halo::halo(&network).next_multiple_of(alignment);
@@ -69,6 +72,21 @@ impl Model {
     pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64) -> u64 {
         self.storage.bytes(tile[0], tile[1], texel_bytes) + ops::activity::bytes(tile)
     }
+}
+
+fn operators(
+    context: &Context,
+    kernels: KernelSet,
+    network: &Network,
+    params: impl Fn(&str) -> Params,
+    maps: &[ChannelMap],
+) -> Vec<BoxedOperator> {
+    let operator = |(i, layer): (usize, &Layer)| {
+        let maps: Vec<_> = layer.inputs.iter().map(|&input| &maps[input]).collect();
+        let pools = follows(network, i) == Some(Op::MaxPool);
+        ops::build(context, kernels, layer.op, &params(&layer.name), &maps, pools)
+    };
+    network.layers.iter().enumerate().map(operator).collect()
 }
 
 /// The layer right after `i`, if it reads what that makes.

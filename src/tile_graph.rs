@@ -113,13 +113,20 @@ fn last_call(
     tensors: &[GpuTensor],
     activity: &Activity,
 ) -> Call {
-    let last = &tensors[model.network.output()];
+    let last = tensors.last().expect("a network has an input");
+    let bytes = last.bytes(context.precision);
     let Bound { sources: Sources { tiles, input_scale, color, .. }, output, blend, .. } = *bound;
     let images = Images { tiles, input_scale, color, output, blend };
-    match &model.head {
-        None => Call::per_tile("output_process", output_process(context, last, &images)),
-        Some(head) => Call::per_tile("head", head.dispatch(context, last, activity, &images)),
-    }
+    let Some(head) = &model.head else {
+        let call = output_process(context, last, &images);
+        return Call { bytes, ..Call::per_tile("output_process", call) };
+    };
+    let call = head.dispatch(context, last, activity, &images);
+    // The layer that has no operator of its own.
+    let conv = model.network.layers.get(model.operators.len());
+    let name = conv.map_or("head".into(), |conv| format!("{}+head", conv.name));
+    let macs = head.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
+    Call { macs, bytes, ..Call::per_tile(&name, call) }
 }
 
 /// Views of new textures, by tensor.
@@ -133,7 +140,7 @@ fn tensors(context: &Context, model: &Model, tile: [u32; 2]) -> Vec<GpuTensor> {
         let place = model.storage.placements[id];
         GpuTensor::of(&slots[place.slot], place.first_quad, place.quads)
     };
-    (0..model.network.shapes.len()).map(tensor).collect()
+    (0..model.storage.placements.len()).map(tensor).collect()
 }
 
 fn layer_calls(

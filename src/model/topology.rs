@@ -109,6 +109,15 @@ impl Network {
         self.layers.len()
     }
 
+    /// The network that ends after `count` layers.
+    ///
+    /// # Panics
+    /// If there are fewer.
+    #[must_use]
+    pub fn first(&self, count: usize) -> Self {
+        Self { layers: self.layers[..count].to_vec(), shapes: self.shapes[..=count].to_vec() }
+    }
+
     /// Both sides of an image must be a multiple of this: `2^(number of poolings)`.
     #[must_use]
     pub fn alignment(&self) -> u32 {

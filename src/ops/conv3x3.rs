@@ -14,16 +14,33 @@ pub const PLAIN: KernelSpec =
 /// The variant for GPUs; `pools` adds the max-pool that follows.
 #[must_use]
 pub fn tiled_spec(pools: bool) -> KernelSpec {
-    let source = include_str!("../../shaders/conv3x3_tiled.wgsl");
-    let without = || source.lines().filter(|line| !line.contains("pooled"));
+    let without = || TILED_SOURCE.lines().filter(|line| !line.contains("pooled"));
     KernelSpec {
         name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
-        source: if pools { source.into() } else { without().collect::<Vec<_>>().join("\n").into() },
+        source: if pools {
+            TILED_SOURCE.into()
+        } else {
+            without().collect::<Vec<_>>().join("\n").into()
+        },
         entry: "main",
         bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
         overrides: &["largest", "relu"],
         workgroup: [8, 8, 1],
     }
+}
+
+const TILED_SOURCE: &str = include_str!("../../shaders/conv3x3_tiled.wgsl");
+
+/// What makes the sums in the variant for GPUs, without bindings and entry point.
+///
+/// # Panics
+/// Never: the shader has tiles and an entry point.
+#[must_use]
+pub fn tiled_sums() -> &'static str {
+    let declarations =
+        TILED_SOURCE.split_once("@compute").expect("the shader has an entry point").0;
+    let begin = declarations.find("const TILE").expect("the shader has tiles");
+    &declarations[begin..]
 }
 
 /// What the generated variant binds.
@@ -71,19 +88,28 @@ pub fn conv3x3(
     Convolution::new(context, variant, bias, &constants)
 }
 
-/// A step is a kernel row of an input quad.
 fn generated(context: &Context, taps: &Taps<'_>) -> Variant {
+    let shape = simd::Shape::Conv3x3;
+    let spec = simd::conv3x3_spec(shape.quads(taps.outputs));
+    Variant::simd(spec, shape, generated_weights(context, shape, taps), taps.outputs)
+}
+
+/// A step is a kernel row of an input quad.
+pub(super) fn generated_weights(context: &Context, shape: simd::Shape, taps: &Taps<'_>) -> Weights {
     let in_quads = taps.in_quads();
     let weight = |step: usize, column: usize, channel: usize, output: usize| {
         taps.at(output, step % in_quads * 4 + channel, step / in_quads * 3 + column)
     };
-    Variant::simd(context, simd::Shape::Conv3x3, taps.outputs, 3 * in_quads, weight)
+    Weights::Texture(simd::pack(context, shape, taps.outputs, 3 * in_quads, weight))
 }
 
-/// Weights as `[block of output quads][in_quad][tap][out_quad]` matrices.
 fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
     let blocks = taps.out_quads().div_ceil(TILED_QUADS);
-    let data = taps.tiled(blocks, TILED_QUADS);
-    let weights = Weights::Buffer(storage_buffer(context, "weights", &data));
-    Variant { pools, ..Variant::tiled(tiled_spec(pools), weights, blocks) }
+    Variant { pools, ..Variant::tiled(tiled_spec(pools), tiled_weights(context, taps), blocks) }
+}
+
+/// `[block of output quads][in_quad][tap][out_quad]` matrices.
+pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> Weights {
+    let data = taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS);
+    Weights::Buffer(storage_buffer(context, "weights", &data))
 }

@@ -28,6 +28,17 @@ pub enum Weights {
     Texture(wgpu::TextureView),
 }
 
+impl Weights {
+    /// The weights as what a bind group takes.
+    #[must_use]
+    pub fn resource(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Buffer(buffer) => buffer.as_entire_binding(),
+            Self::Texture(view) => wgpu::BindingResource::TextureView(view),
+        }
+    }
+}
+
 /// A variant of a convolution, and what a workgroup does of the whole.
 pub struct Variant {
     /// The kernel.
@@ -63,24 +74,13 @@ impl Variant {
         Self { spec, weights, tile: [16, 16], blocks, footprint: Some(16), pools: false }
     }
 
-    /// The generated code for CPU drivers; `weight` as in [`simd::pack`].
+    /// The generated code for CPU drivers: `spec` for `outputs` channels, with weights that
+    /// [`simd::pack`] made.
     #[must_use]
-    pub fn simd(
-        context: &Context,
-        shape: simd::Shape,
-        outputs: usize,
-        steps: usize,
-        weight: impl Fn(usize, usize, usize, usize) -> f32,
-    ) -> Self {
-        let quads = shape.quads(outputs);
-        let spec = match shape {
-            simd::Shape::UpConv => simd::up_conv_spec(quads),
-            _ => simd::conv3x3_spec(quads),
-        };
-        let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
-        let tile = [shape.pixels() * simd::LANES, 1];
+    pub fn simd(spec: KernelSpec, shape: simd::Shape, weights: Weights, outputs: usize) -> Self {
+        let (tile, footprint) = (shape.tile(), Some(shape.pixels()));
         let blocks = simd::blocks(shape, outputs) as u32;
-        Self { spec, weights, tile, blocks, footprint: Some(shape.pixels()), pools: false }
+        Self { spec, weights, tile, blocks, footprint, pools: false }
     }
 }
 
@@ -123,16 +123,16 @@ pub const fn plain_spec(
 
 impl Operator for Convolution {
     fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch> {
-        let weights = match &self.weights {
-            Weights::Buffer(buffer) => buffer.as_entire_binding(),
-            Weights::Texture(view) => wgpu::BindingResource::TextureView(view),
-        };
         let need = self.footprint.map(|footprint| {
             let need = io.need.expect("the variant asks what is needed");
             (need.map, need.buffer(device, footprint))
         });
         let mut resources: Vec<_> = io.inputs.iter().map(|input| input.resource()).collect();
-        resources.extend([io.output.resource(), weights, self.bias.as_entire_binding()]);
+        resources.extend([
+            io.output.resource(),
+            self.weights.resource(),
+            self.bias.as_entire_binding(),
+        ]);
         if let Some((map, need)) = &need {
             resources.push(wgpu::BindingResource::TextureView(map));
             resources.push(need.as_entire_binding());

@@ -4,11 +4,12 @@
 //! [`output_process`]: mod@super::output_process
 
 use super::activity::Activity;
+use super::convolution::Weights;
 use super::image::{BLEND, ImageFormat};
 use super::input_process::{TILE, tile_binding};
 use super::output_process::Images;
-use super::{ChannelMap, GpuTensor, simd};
-use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+use super::{ChannelMap, GpuTensor, conv_head, simd};
+use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::model::Params;
 use crate::options::KernelSet;
 
@@ -25,7 +26,7 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
-/// What both variants bind.
+/// What both variants bind, and [`conv_head`](mod@super::conv_head) before all else.
 #[must_use]
 pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
     let (input, weights) = (Binding::TensorIn, Binding::WeightTexture);
@@ -51,28 +52,85 @@ pub fn declarations(color: ImageFormat, output: ImageFormat) -> String {
     color.result(output, 5) + text
 }
 
-/// The operator.
+/// Which kernel an operator runs.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum HeadKernel {
+    /// [`spec`].
+    Plain,
+    /// The generated one.
+    Simd,
+    /// [`conv_head::tiled_spec`].
+    ConvTiled,
+    /// The generated one of [`conv_head`](mod@super::conv_head), for so many quads.
+    ConvSimd { quads: usize },
+}
+
+impl HeadKernel {
+    fn spec(self, color: ImageFormat, output: ImageFormat) -> KernelSpec {
+        match self {
+            Self::Plain => spec(color, output),
+            Self::Simd => simd::head_spec(color, output),
+            Self::ConvTiled => conv_head::tiled_spec(color, output),
+            Self::ConvSimd { quads } => simd::conv_head_spec(quads, color, output),
+        }
+    }
+
+    /// Pixels per workgroup along x and y.
+    fn tile(self) -> [u32; 2] {
+        match self {
+            Self::Plain => [8, 8],
+            Self::ConvTiled => [16, 16],
+            Self::Simd => simd::Shape::Head.tile(),
+            Self::ConvSimd { .. } => simd::Shape::ConvHead.tile(),
+        }
+    }
+}
+
+/// The operator, alone or with the 3×3 convolution before it: see [`conv_head`].
+///
+/// [`conv_head`]: mod@super::conv_head
 #[derive(Debug)]
 pub struct Head {
-    kernels: KernelSet,
-    weights: wgpu::TextureView,
+    pub(super) kernel: HeadKernel,
+    /// As [`pack`] makes them.
+    pub(super) weights: wgpu::TextureView,
+    /// Bias and weights of the 3×3 convolution.
+    pub(super) conv: Option<(wgpu::Buffer, Weights)>,
+    /// Multiply-accumulates per pixel.
+    pub(super) macs: usize,
+}
+
+/// The weights `[output][input]` and the bias as all variants read them. `map` says how the input
+/// is stored.
+pub(super) fn pack(context: &Context, params: &Params, map: &ChannelMap) -> wgpu::TextureView {
+    let outputs = params.bias.len();
+    let inputs = params.weight.len() / outputs;
+    let quads = map.len() / 4;
+    let weight = |step: usize, _: usize, channel: usize, output: usize| {
+        if step == quads {
+            return params.bias[output];
+        }
+        map[step * 4 + channel].map_or(0.0, |input| params.weight[output * inputs + input])
+    };
+    simd::pack(context, simd::Shape::Head, outputs, quads + 1, weight)
 }
 
 impl Head {
     /// The operator for the 1×1 convolution's weights `[3][input]` and bias.
     #[must_use]
     pub fn new(context: &Context, kernels: KernelSet, params: &Params, map: &ChannelMap) -> Self {
-        let (shape, outputs) = (simd::Shape::Head, params.bias.len());
-        let inputs = params.weight.len() / outputs;
-        let quads = map.len() / 4;
-        let weight = |step: usize, _: usize, channel: usize, output: usize| {
-            if step == quads {
-                return params.bias[output];
-            }
-            map[step * 4 + channel].map_or(0.0, |input| params.weight[output * inputs + input])
+        let kernel = match kernels.resolve(&context.device) {
+            KernelSet::Simd => HeadKernel::Simd,
+            _ => HeadKernel::Plain,
         };
-        let weights = simd::pack(context, shape, outputs, quads + 1, weight);
-        Self { kernels: kernels.resolve(&context.device), weights }
+        let weights = pack(context, params, map);
+        Self { kernel, weights, conv: None, macs: params.weight.len() }
+    }
+
+    /// Multiply-accumulates per pixel of a tile.
+    #[must_use]
+    pub fn macs_per_pixel(&self) -> f64 {
+        self.macs as f64
     }
 
     /// The call that stores what `input` comes to; choose the tile with
@@ -85,7 +143,7 @@ impl Head {
         activity: &Activity,
         images: &Images<'_>,
     ) -> Dispatch {
-        let resources = [
+        let mut resources = vec![
             tile_binding(images.tiles),
             input.resource(),
             wgpu::BindingResource::TextureView(&self.weights),
@@ -95,18 +153,13 @@ impl Head {
             images.output.resource(),
             images.blend.as_entire_binding(),
         ];
-        let (kernel, pixels) = self.kernel(context, images.color.format(), images.output.format());
-        let group = kernel.bind(&context.device, &resources);
-        kernel.dispatch(group, [input.width.div_ceil(pixels), input.height, 1])
-    }
-
-    /// The kernel for these formats, and the pixels that one invocation makes.
-    fn kernel(&self, context: &Context, color: ImageFormat, output: ImageFormat) -> (Kernel, u32) {
-        match self.kernels {
-            KernelSet::Simd => {
-                (context.kernel(&simd::head_spec(color, output), &[]), simd::Shape::Head.pixels())
-            }
-            _ => (context.kernel(&spec(color, output), &[]), 1),
+        if let Some((bias, weights)) = &self.conv {
+            resources.extend([bias.as_entire_binding(), weights.resource()]);
         }
+        let spec = self.kernel.spec(images.color.format(), images.output.format());
+        let kernel = context.kernel(&spec, &[]);
+        let [x, y] = self.kernel.tile();
+        let workgroups = [input.width.div_ceil(x), input.height.div_ceil(y), 1];
+        kernel.dispatch_workgroups(kernel.bind(&context.device, &resources), workgroups)
     }
 }

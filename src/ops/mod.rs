@@ -6,6 +6,7 @@ pub mod autoexposure;
 pub mod concat;
 pub mod conv1x1;
 pub mod conv3x3;
+pub mod conv_head;
 pub mod conv_transpose;
 pub mod convolution;
 pub mod elementwise;
@@ -189,6 +190,9 @@ fn image_specs() -> Vec<KernelSpec> {
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), simd::head_spec(color, output)]);
+            specs.push(conv_head::tiled_spec(color, output));
+            let quads = simd::Shape::ConvHead.all_quads();
+            specs.extend(quads.map(|quads| simd::conv_head_spec(quads, color, output)));
         }
     }
     specs

@@ -1,3 +1,4 @@
+use wgdenoise::kernel::Context;
 use wgdenoise::model::Params;
 use wgdenoise::ops::activity::Activity;
 use wgdenoise::ops::channel_map;
@@ -54,33 +55,46 @@ fn run(
     clean: &[bool],
     color: &Image,
 ) -> Image {
-    let context = context(precision);
     let (width, height) = color.size();
-    let layout = Layout::packed(width);
-    let size = [width, height];
+    let (size, layout) = ([width, height], Layout::packed(width));
     let tile =
         Tile { image_size: size, end: size, color: layout, output: layout, ..Tile::default() };
+    let map = channel_map(input.channels);
+    let head = Head::new(context(precision), kernels, params, &map);
+    let color: &[f32] = bytemuck::cast_slice(color.pixels());
+    let output = store(context(precision), &head, input, &tile, clean, color, color.len());
+    Image::new(width, height, bytemuck::pod_collect_to_vec(&output)).expect("the count is right")
+}
+
+/// What the kernel leaves in a buffer of `count` times −1 if colour was multiplied by 2.5.
+pub(crate) fn store(
+    context: &Context,
+    head: &Head,
+    input: &Tensor,
+    tile: &Tile,
+    clean: &[bool],
+    color: &[f32],
+    count: usize,
+) -> Vec<f32> {
     let flags: Vec<u32> = clean.iter().map(|&clean| clean.into()).collect();
     let activity = Activity {
         map: everything(&context.device),
         clean: buffer(context, bytemuck::cast_slice(&flags)),
     };
-    let output = buffer(context, bytemuck::cast_slice(&vec![-1.0_f32; color.pixels().len() * 3]));
-    let color = buffer(context, bytemuck::cast_slice(color.pixels()));
+    let output = buffer(context, bytemuck::cast_slice(&vec![-1.0_f32; count]));
+    let color = buffer(context, bytemuck::cast_slice(color));
     let images = Images {
-        tiles: &buffer(context, bytemuck::bytes_of(&tile)),
+        tiles: &buffer(context, bytemuck::bytes_of(tile)),
         input_scale: &buffer(context, bytemuck::bytes_of(&2.5_f32)),
         color: (&color).into(),
         output: (&output).into(),
         blend: &buffer(context, &[0; 4]),
     };
-    let map = channel_map(input.channels);
-    let input = upload(context, input, &map);
-    let head = Head::new(context, kernels, params, &map);
+    let input = upload(context, input, &channel_map(input.channels));
     let call = head.dispatch(context, &input, &activity, &images);
     submit(context, |pass| call.record_at(pass, 0));
     let bytes = read_back(context, output.size(), |encoder, target| {
         encoder.copy_buffer_to_buffer(&output, 0, target, 0, output.size());
     });
-    Image::new(width, height, bytemuck::pod_collect_to_vec(&bytes)).expect("the count is right")
+    bytemuck::pod_collect_to_vec(&bytes)
 }

@@ -8,6 +8,7 @@ mod autoexposure;
 mod concat;
 mod conv1x1;
 mod conv3x3;
+mod conv_head;
 mod conv_transpose;
 mod head;
 mod image;

@@ -17,9 +17,9 @@ mod walk;
 use std::borrow::Cow;
 
 use self::walk::Walk;
-use super::head;
 use super::image::ImageFormat;
 use super::packing::weight_texture;
+use super::{conv_head, head};
 use crate::kernel::{Binding, Context, KernelSpec};
 
 /// What the generated kernel computes.
@@ -31,6 +31,8 @@ pub enum Shape {
     UpConv,
     /// [`super::head`].
     Head,
+    /// [`super::conv_head`].
+    ConvHead,
 }
 
 /// Invocations that share a set of weights: the subgroup of llvmpipe with 256-bit vectors, its
@@ -38,14 +40,12 @@ pub enum Shape {
 pub const LANES: u32 = 8;
 
 impl Shape {
-    /// All shapes.
-    pub const ALL: [Self; 3] = [Self::Conv3x3, Self::UpConv, Self::Head];
-
     fn name(self) -> &'static str {
         match self {
             Self::Conv3x3 => "conv3x3",
             Self::UpConv => "up_conv",
             Self::Head => "head",
+            Self::ConvHead => "conv_head",
         }
     }
 
@@ -54,6 +54,12 @@ impl Shape {
     #[must_use]
     pub fn pixels(self) -> u32 {
         if self == Self::UpConv { 8 } else { 4 }
+    }
+
+    /// Pixels along x and y that a workgroup makes.
+    #[must_use]
+    pub fn tile(self) -> [u32; 2] {
+        [self.pixels() * LANES, 1]
     }
 
     /// Output quads per invocation for a layer: as many as the registers hold, or fewer.
@@ -67,7 +73,7 @@ impl Shape {
     #[must_use]
     pub fn all_quads(self) -> std::ops::RangeInclusive<usize> {
         match self {
-            Self::Conv3x3 => 1..=4,
+            Self::Conv3x3 | Self::ConvHead => 1..=4,
             Self::UpConv => 1..=2,
             Self::Head => 1..=1,
         }
@@ -79,6 +85,7 @@ impl Shape {
             Self::Conv3x3 => &[walk::ROWS],
             Self::UpConv => &[walk::SKIP, walk::LOW],
             Self::Head => &[walk::POINT],
+            Self::ConvHead => &[walk::BEFORE_HEAD],
         }
     }
 }
@@ -103,11 +110,17 @@ pub fn head_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let bindings = head::bindings(color, output).into();
     // All of the GPU's variant but its entry point.
     let declarations = head::declarations(color, output);
-    let KernelSpec { name, .. } = head::spec(color, output);
-    KernelSpec {
-        name: format!("{name} simd").into(),
-        ..spec(Shape::Head, 1, bindings, &declarations, &[])
-    }
+    let spec = spec(Shape::Head, 1, bindings, &declarations, &[]);
+    KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
+}
+
+/// The generated kernel of [`super::conv_head`], for a noisy colour and a result in these formats.
+#[must_use]
+pub fn conv_head_spec(out_quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let bindings = conv_head::bindings(color, output, Binding::WeightTexture).into();
+    let declarations = text::conv_head(color, output);
+    let spec = spec(Shape::ConvHead, out_quads, bindings, &declarations, &[]);
+    KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
 }
 
 fn spec(

@@ -2,8 +2,13 @@
 
 use std::fmt::Write as _;
 
+use super::super::conv_head;
+use super::super::image::ImageFormat;
 use super::walk::Walk;
 use super::{LANES, Shape};
+
+/// The components of a texel.
+const CHANNELS: [&str; 4] = ["x", "y", "z", "w"];
 
 /// What every convolution declares after its tensors.
 const NEED: &str = "
@@ -45,6 +50,14 @@ alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(6) var<uniform> need: Need;
 ";
 
+const CONV_HEAD: &str = "
+@group(0) @binding(9) var conv_weights: texture_storage_2d_array<rgba32float, read>;
+
+fn any_needed(x: i32, y: i32) -> bool {
+    return subgroupAny(is_needed(vec2<u32>(vec2(x, y)), vec2(4u, 1u)));
+}
+";
+
 /// What [`Shape::Conv3x3`] declares.
 pub(super) fn conv3x3() -> String {
     format!("{CONV3X3}{NEED}")
@@ -55,13 +68,19 @@ pub(super) fn up_conv() -> String {
     format!("{UP_CONV}{NEED}")
 }
 
+/// What [`Shape::ConvHead`] declares for a noisy colour and a result in these formats.
+pub(super) fn conv_head(color: ImageFormat, output: ImageFormat) -> String {
+    conv_head::declarations(color, output) + CONV_HEAD
+}
+
 /// The whole shader.
 pub(super) fn source(shape: Shape, quads: usize, declarations: &str) -> String {
     let walks = shape.walks().iter().map(|walk| walk_text(shape, walk, quads));
     let needed = if shape == Shape::Head { "true" } else { "any_needed(x, y)" };
     let tail = match shape {
         Shape::Conv3x3 | Shape::UpConv => store(shape, quads),
-        Shape::Head => finish(),
+        Shape::Head => finish("sum0_"),
+        Shape::ConvHead => project(quads) + &finish("result"),
     };
     format!(
         "{declarations}
@@ -116,7 +135,7 @@ fn walk_text(shape: Shape, walk: &Walk, quads: usize) -> String {
 
 /// Loads, then all multiply-adds.
 fn step(shape: Shape, walk: &Walk, quads: usize) -> String {
-    let Walk { tensor, x, y, .. } = walk;
+    let Walk { tensor, weights, x, y, .. } = walk;
     let (pixels, lanes) = (shape.pixels() as usize, LANES as usize);
     let mut text = String::new();
     for i in 0..(walk.texels)(pixels) {
@@ -125,7 +144,7 @@ fn step(shape: Shape, walk: &Walk, quads: usize) -> String {
     }
     for r in 0..(walk.taps * 4 * quads).div_ceil(lanes) {
         let at = format!("vec2({} + lane, first_step + step)", r * lanes);
-        let _ = writeln!(text, "        let w{r} = textureLoad(weights, {at}, block);");
+        let _ = writeln!(text, "        let w{r} = textureLoad({weights}, {at}, block);");
     }
     for k in 0..quads {
         for tap in 0..walk.taps * 4 {
@@ -144,7 +163,7 @@ fn step(shape: Shape, walk: &Walk, quads: usize) -> String {
 fn multiply_add(walk: &Walk, k: usize, p: usize) -> String {
     let mut text = String::new();
     for (tap, texel) in (walk.terms)(p) {
-        for (c, channel) in ["x", "y", "z", "w"].into_iter().enumerate() {
+        for (c, channel) in CHANNELS.into_iter().enumerate() {
             let weight = tap * 4 + c;
             let _ = writeln!(text, "        sum{k}_{p} += b{k}_{weight} * in{texel}.{channel};");
         }
@@ -197,9 +216,33 @@ fn up_conv_bias(k: usize) -> String {
     text
 }
 
-/// The sums go on to the image by the function of the shader.
-fn finish() -> String {
-    let pixel = |p| format!("    finish(vec2(x + {p}, y), sum0_{p});\n");
+/// The 1×1 convolution of what the sums come to: the lanes load a quad's weights and hand them
+/// round.
+fn project(quads: usize) -> String {
+    let pixels = Shape::ConvHead.pixels();
+    let mut text = String::new();
+    for p in 0..pixels {
+        let _ = writeln!(text, "    var result{p} = vec4<f32>();");
+    }
+    for k in 0..quads {
+        let _ = writeln!(text, "    let bias{k} = conv_bias[{k}];");
+        let _ = writeln!(text, "    let h{k} = textureLoad(weights, vec2(lane, {k}), 0);");
+        for c in 0..4 {
+            let _ = writeln!(text, "    let h{k}_{c} = subgroupBroadcast(h{k}, {c}u);");
+        }
+        for p in 0..pixels {
+            let _ = writeln!(text, "    let value{k}_{p} = relu(sum{k}_{p} + bias{k});");
+            for (c, channel) in CHANNELS.into_iter().enumerate() {
+                let _ = writeln!(text, "    result{p} += h{k}_{c} * value{k}_{p}.{channel};");
+            }
+        }
+    }
+    text
+}
+
+/// The results, one per pixel, go on to the image by the function of the shader.
+fn finish(result: &str) -> String {
+    let pixel = |p| format!("    finish(vec2(x + {p}, y), {result}{p});\n");
     (0..Shape::Head.pixels()).map(pixel).collect()
 }
 

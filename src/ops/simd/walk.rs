@@ -5,6 +5,8 @@
 pub(super) struct Walk {
     /// The tensor's name.
     pub(super) tensor: &'static str,
+    /// The name of its weights.
+    pub(super) weights: &'static str,
     /// Kernel rows.
     pub(super) rows: usize,
     /// Taps that have weights of their own in a step.
@@ -24,6 +26,7 @@ pub(super) struct Walk {
 /// The 3×3 neighbourhood of each pixel.
 pub(super) const ROWS: Walk = Walk {
     tensor: "input",
+    weights: "weights",
     rows: 3,
     taps: 3,
     texels: |pixels| pixels + 2,
@@ -33,6 +36,9 @@ pub(super) const ROWS: Walk = Walk {
     terms: |pixel| (0..3).map(|column| (column, pixel + column)).collect(),
 };
 
+/// The same before the head, whose weights are others.
+pub(super) const BEFORE_HEAD: Walk = Walk { weights: "conv_weights", ..ROWS };
+
 /// The same over the skip of a decoder level.
 pub(super) const SKIP: Walk = Walk { tensor: "skip", ..ROWS };
 
@@ -40,6 +46,7 @@ pub(super) const SKIP: Walk = Walk { tensor: "skip", ..ROWS };
 /// with which weights, depends on whether its coordinates are even or odd. `x` is even.
 pub(super) const LOW: Walk = Walk {
     tensor: "low",
+    weights: "weights",
     rows: 2,
     taps: 4,
     texels: |pixels| pixels / 2 + 2,
@@ -52,6 +59,7 @@ pub(super) const LOW: Walk = Walk {
 /// Each pixel alone.
 pub(super) const POINT: Walk = Walk {
     tensor: "input",
+    weights: "weights",
     rows: 1,
     taps: 1,
     texels: |pixels| pixels,

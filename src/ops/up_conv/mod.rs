@@ -87,7 +87,9 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
         low.at(output, stored, ((y * 2 + x) * 2 + row) * 2 + column)
     };
     let steps = 3 * skip_quads + 4 * low_quads;
-    Variant::simd(context, simd::Shape::UpConv, skip.outputs, steps, weight)
+    let (shape, outputs) = (simd::Shape::UpConv, skip.outputs);
+    let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
+    Variant::simd(simd::up_conv_spec(shape.quads(outputs)), shape, weights, outputs)
 }
 
 /// `[block][skip quad][9 taps][4 output quads]` matrices, then the same of the low-resolution

@@ -1,0 +1,99 @@
+//! The last 3×3 convolution with bias and ReLU, and [`head`](mod@super::head) behind it, in one
+//! kernel: an invocation holds all channels of its pixels, so that nothing is stored between.
+//!
+//! What stays in registers is not rounded to the tensors' 16 bits.
+
+use super::head::{self, Head, HeadKernel};
+use super::image::ImageFormat;
+use super::packing::{Taps, storage_buffer};
+use super::{ChannelMap, conv3x3, simd};
+use crate::kernel::{Binding, Context, KernelSpec};
+use crate::model::{Network, Op, Params};
+use crate::options::KernelSet;
+
+/// Channels of the 3×3 convolution that an invocation holds at most.
+const CHANNELS: usize = 16;
+
+/// What both variants bind.
+#[must_use]
+pub fn bindings(color: ImageFormat, output: ImageFormat, weights: Binding) -> Vec<Binding> {
+    let mut bindings = head::bindings(color, output);
+    bindings.extend([Binding::Buffer, weights]);
+    bindings
+}
+
+/// The variant for GPUs, for a noisy colour and a result in these formats.
+#[must_use]
+pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let main = include_str!("../../shaders/conv_head_tiled.wgsl");
+    KernelSpec {
+        name: head::name("conv_head_tiled", color, output).into(),
+        source: (declarations(color, output) + conv3x3::tiled_sums() + main).into(),
+        entry: "main",
+        bindings: bindings(color, output, Binding::Buffer).into(),
+        overrides: &[],
+        workgroup: [8, 8, 1],
+    }
+}
+
+/// What both variants begin with.
+#[must_use]
+pub fn declarations(color: ImageFormat, output: ImageFormat) -> String {
+    head::declarations(color, output) + include_str!("../../shaders/conv_head.wgsl")
+}
+
+/// Whether the kernel can be the end of a network whose last tensor the head reads.
+///
+/// Not in place of matrices: they make the convolution in a fraction of the time in which the
+/// tiled kernel does, and the tensor between costs less than the difference.
+#[must_use]
+pub fn ends(network: &Network, kernels: KernelSet) -> bool {
+    let last = network.layers.last().is_some_and(|layer| layer.op == Op::Conv3x3 { relu: true });
+    let fits = network.shapes[network.output()].channels <= CHANNELS;
+    last && fits && !matches!(kernels, KernelSet::Matrix(_))
+}
+
+/// The operator for the weights of the 3×3 convolution, `[output][input][ky][kx]`, whose input is
+/// stored as `map` says, and those of the 1×1 convolution, `[3][output]`.
+///
+/// # Panics
+/// If the 3×3 convolution has more than 16 outputs.
+#[must_use]
+pub fn conv_head(
+    context: &Context,
+    kernels: KernelSet,
+    [conv, head]: [&Params; 2],
+    map: &ChannelMap,
+) -> Head {
+    let outputs = conv.bias.len();
+    assert!(outputs <= CHANNELS, "{outputs} channels, but an invocation holds {CHANNELS}");
+    let inputs = conv.weight.len() / (9 * outputs);
+    let weight = |o: usize, i: usize, tap: usize| conv.weight[(o * inputs + i) * 9 + tap];
+    let taps = Taps { outputs, taps: 9, map, weight: &weight };
+    let shape = simd::Shape::ConvHead;
+    let kernels = kernels.resolve(&context.device);
+    let (kernel, weights) = match kernels {
+        KernelSet::Simd => {
+            let kernel = HeadKernel::ConvSimd { quads: shape.quads(outputs) };
+            (kernel, conv3x3::generated_weights(context, shape, &taps))
+        }
+        _ => (HeadKernel::ConvTiled, conv3x3::tiled_weights(context, &taps)),
+    };
+    Head {
+        kernel,
+        weights: head::pack(context, head, &held(outputs)),
+        conv: Some((bias(context, conv), weights)),
+        macs: conv.weight.len() + head.weight.len(),
+    }
+}
+
+/// The channels as an invocation holds them: the tiled variant makes all 16, some for nothing.
+fn held(outputs: usize) -> ChannelMap {
+    (0..CHANNELS).map(|c| (c < outputs).then_some(c)).collect()
+}
+
+fn bias(context: &Context, conv: &Params) -> wgpu::Buffer {
+    let mut bias = conv.bias.clone();
+    bias.resize(CHANNELS, 0.0);
+    storage_buffer(context, "bias", &bias)
+}
