@@ -1,9 +1,12 @@
 //! Every format of every image, in a mix.
 
 use wgdenoise::wgpu::TextureFormat as Texture;
-use wgdenoise::{Element, Image, ImageFormat, Inputs, Layout, NormalEncoding, Options, Precision};
+use wgdenoise::{
+    Element, Image, ImageFormat, Inputs, KernelSet, Layout, NormalEncoding, Options, Precision,
+};
 
 use super::{F32, Scene};
+use crate::common::gpu::kernel_sets;
 use crate::common::image::{GpuImage, Pixel, cpu_image, quantised};
 use crate::common::{Tolerance, compare, run_cases};
 use crate::support::{denoiser, encoded, frame, images, run, same_bits};
@@ -56,9 +59,11 @@ fn every_format_gives_what_its_values_give_as_floats() {
         buffer(F16, Layout::packed(SIZE[0])),
         unorm(F32),
     ];
-    // Every format of each image once, beside others of the other images.
-    let cases = (0..6).map(|i| (floats()[i], albedos[i], normals[i], floats()[(i + 2) % 6]));
-    run_cases(cases, |&(color, albedo, normal, output)| check(color, albedo, normal, output));
+    // Every format of each image once, beside others of the other images, in turn by all kernels.
+    let sets = kernel_sets(Precision::F32);
+    let images = |i| [floats()[i], albedos[i], normals[i], floats()[(i + 2) % 6]];
+    let cases = (0..6).map(|i| (images(i), sets[i % sets.len()]));
+    run_cases(cases, |&(images, kernels)| check(images, kernels));
 }
 
 /// In the transfer domain, whose bright part is `log(v) / 16.3`: a 16-bit output rounds by 2⁻¹¹,
@@ -67,7 +72,7 @@ const TOLERANCE: Tolerance = Tolerance { absolute: 1e-4, relative: 0.0 };
 /// Vulkan lets drivers decode sRGB with an error of half a step of its 8 bits.
 const SRGB: Tolerance = Tolerance { absolute: 2e-3, relative: 0.0 };
 
-fn check(color: Stored, albedo: Stored, normal: Stored, output: Stored) -> Result<(), String> {
+fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Result<(), String> {
     let images = images(SIZE[0], SIZE[1]);
     let [colors, albedos, normals] = [&images[0], &images[1], &images[2]].map(with_alpha);
     let encoded_normals =
@@ -81,7 +86,7 @@ fn check(color: Stored, albedo: Stored, normal: Stored, output: Stored) -> Resul
         normal_encoding: normal.2,
         output: image(&vec![[0.0; 4]; colors.len()], output),
     };
-    let options = Options { precision: Precision::F32, ..Options::default() };
+    let options = Options { kernels, precision: Precision::F32, ..Options::default() };
     let found = scene.run(&denoiser(&options));
     let colors = quantised(&colors, color.0);
     let normals = quantised(&encoded_normals, normal.0);
