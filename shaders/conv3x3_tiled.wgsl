@@ -18,25 +18,20 @@ alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(5) var<uniform> need: Need;
 @group(0) @binding(6) var pooled: TensorOut;
 
-struct Need { layer: u32, shift: u32, reach: u32, padding: u32 }
+// What is convolved. From here to `Need` this text is also part of the tiled conv_head, and from
+// `TILE` on of the tiled input_conv.
 
-override relu: bool;
-override largest: f32;
-
-fn activate(sum: vec4<f32>, quad: u32) -> vec4<f32> {
-    return clamp(sum + bias[quad], vec4(select(-largest, 0.0, relu)), vec4(largest));
+fn input_size() -> vec2<i32> {
+    return vec2<i32>(textureDimensions(input));
 }
 
-fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
-    // Stores outside of the tensor do nothing.
-    textureStore(output, at, quad, activate(a, quad));
-    textureStore(output, at + vec2(1, 0), quad, activate(b, quad));
-    textureStore(output, at + vec2(0, 1), quad, activate(c, quad));
-    textureStore(output, at + vec2(1, 1), quad, activate(d, quad));
-    textureStore(pooled, at / 2, quad, activate(max(max(a, b), max(c, d)), quad));
+fn input_quads() -> u32 {
+    return textureNumLayers(input);
 }
 
-// From here to the entry point is also part of the tiled conv_head.
+fn load_input(at: vec2<i32>, quad: u32) -> vec4<f32> {
+    return textureLoad(input, at, quad);
+}
 
 const TILE = 16u;            // output pixels per side
 const STAGED = TILE + 2u;    // with the border
@@ -47,14 +42,14 @@ var<workgroup> pixels: array<vec4<f32>, STAGED * STAGED>;
 var<workgroup> taps: array<mat4x4<f32>, 9u * QUADS>;
 
 fn stage(corner: vec2<i32>, quad: u32, block: u32, lane: u32) {
-    let size = vec2<i32>(textureDimensions(input));
+    let size = input_size();
     for (var i = lane; i < STAGED * STAGED; i += INVOCATIONS) {
         let at = corner + vec2<i32>(vec2(i % STAGED, i / STAGED)) - 1;
         let inside = all(at >= vec2(0)) && all(at < size);
-        let texel = textureLoad(input, clamp(at, vec2(0), size - 1), quad);
+        let texel = load_input(clamp(at, vec2(0), size - 1), quad);
         pixels[i] = select(vec4<f32>(), texel, inside);
     }
-    let matrices = (block * textureNumLayers(input) + quad) * 9u * QUADS;
+    let matrices = (block * input_quads() + quad) * 9u * QUADS;
     for (var i = lane; i < 9u * QUADS; i += INVOCATIONS) {
         taps[i] = conv_weights[matrices + i];
     }
@@ -72,7 +67,7 @@ struct Sums {
 // The sums at the pixels from `first` on of the tile of pixels from `corner` on, without bias,
 // of a block of output quads. The whole workgroup must call it.
 fn convolve(corner: vec2<i32>, first: vec2<u32>, block: u32, lane: u32) -> Sums {
-    let in_quads = textureNumLayers(input);
+    let in_quads = input_quads();
     var s = Sums();
     for (var quad = 0u; quad < in_quads; quad++) {
         workgroupBarrier();
@@ -95,6 +90,24 @@ fn convolve(corner: vec2<i32>, first: vec2<u32>, block: u32, lane: u32) -> Sums 
         }
     }
     return s;
+}
+
+struct Need { layer: u32, shift: u32, reach: u32, padding: u32 }
+
+override relu: bool;
+override largest: f32;
+
+fn activate(sum: vec4<f32>, quad: u32) -> vec4<f32> {
+    return clamp(sum + bias[quad], vec4(select(-largest, 0.0, relu)), vec4(largest));
+}
+
+fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
+    // Stores outside of the tensor do nothing.
+    textureStore(output, at, quad, activate(a, quad));
+    textureStore(output, at + vec2(1, 0), quad, activate(b, quad));
+    textureStore(output, at + vec2(0, 1), quad, activate(c, quad));
+    textureStore(output, at + vec2(1, 1), quad, activate(d, quad));
+    textureStore(pooled, at / 2, quad, activate(max(max(a, b), max(c, d)), quad));
 }
 
 @compute @workgroup_size(8, 8)

@@ -68,18 +68,28 @@ fn encoded_normal(at: vec2<u32>) -> vec3<f32> {
     return clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5;
 }
 
+fn layers() -> u32 {
+    return 1u + u32(has_albedo) + u32(has_normal);
+}
+
+// A pixel of the tile, as it stands in a layer.
+fn encoded(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
+    let at = min(tile.origin + pixel, tile.image_size - 1u);
+    if layer == 0u {
+        return vec4(encoded_color(at), 0.0);
+    }
+    if has_albedo && layer == 1u {
+        return vec4(encoded_albedo(at), 0.0);
+    }
+    return vec4(encoded_normal(at), 0.0);
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(output)) {
         return;
     }
-    let at = min(tile.origin + id.xy, tile.image_size - 1u);
-    textureStore(output, id.xy, 0, vec4(encoded_color(at), 0.0));
-    if has_albedo {
-        textureStore(output, id.xy, 1, vec4(encoded_albedo(at), 0.0));
-    }
-    if has_normal {
-        let layer = select(1, 2, has_albedo);
-        textureStore(output, id.xy, layer, vec4(encoded_normal(at), 0.0));
+    for (var layer = 0u; layer < layers(); layer++) {
+        textureStore(output, id.xy, layer, encoded(id.xy, layer));
     }
 }

@@ -6,6 +6,7 @@ use crate::model::fuse::Fused;
 use crate::model::{INPUT, Layer, Network, Op, Params, Weights};
 use crate::ops::conv_head::{self, conv_head};
 use crate::ops::head::Head;
+use crate::ops::input_conv::{self, InputConv};
 use crate::ops::{self, ChannelMap, Operator, channel_map};
 use crate::options::{KernelSet, Options};
 use crate::plan::{halo, storage::Storage};
@@ -13,9 +14,9 @@ use crate::plan::{halo, storage::Storage};
 /// A network whose kernels are compiled and whose weights are on the GPU.
 #[derive(Debug)]
 pub(crate) struct Model {
-    /// All layers but those that are always the head's.
+    /// All layers but the stem's and those that are always the head's.
     pub(crate) network: Network,
-    /// Of the tensors that some layer stores; the last one is what the image is made of.
+    /// Of the tensors that some kernel stores; the last one is what the image is made of.
     pub(crate) storage: Storage,
     /// Tiles begin and end at multiples of this.
     pub(crate) alignment: u32,
@@ -23,6 +24,8 @@ pub(crate) struct Model {
     pub(crate) halo: u32,
     /// By tensor, see [`halo::reach`].
     pub(crate) reach: Vec<u32>,
+    /// The first layer, if it is one kernel with the encoding of the images.
+    pub(crate) stem: Option<Stem>,
     /// By layer; the head has the last one if there are fewer than layers.
     pub(crate) operators: Vec<BoxedOperator>,
     /// The end of the network, if it is one kernel.
@@ -30,6 +33,20 @@ pub(crate) struct Model {
 }
 
 pub(crate) type BoxedOperator = Box<dyn Operator>;
+
+/// What makes the network's input from the images.
+#[derive(Debug)]
+pub(crate) struct Stem {
+    /// The layer's name.
+    pub(crate) name: String,
+    pub(crate) operator: InputConv,
+}
+
+impl Stem {
+    fn new(context: &Context, name: &str, params: &impl Fn(&str) -> Params) -> Self {
+        Self { name: name.into(), operator: InputConv::new(context, &params(name)) }
+    }
+}
 
 impl Model {
     /// Uploads the weights and compiles the kernels.
@@ -51,21 +68,28 @@ impl Model {
         params: impl Fn(&str) -> Params,
         head: Option<&Params>,
     ) -> Result<Self> {
-        let merged = head.is_some() && conv_head::ends(&network, kernels);
-        let stored = network.first(network.layers.len() - usize::from(merged));
+        let alignment = network.alignment().max(halo::BLOCK);
+        let halo = halo::halo(&network).next_multiple_of(alignment);
+        let reach = halo::reach(&network);
+        let merges = head.is_some();
+        let stem = (merges && input_conv::begins(&network, kernels))
+            .then(|| Stem::new(context, &network.layers[0].name, &params));
+        let (network, reach) = match stem {
+            Some(_) => (network.behind_first(), reach[1..].to_vec()),
+            None => (network, reach),
+        };
+        let of_head = usize::from(merges && conv_head::ends(&network, kernels));
+        let stored = network.first(network.layers.len() - of_head);
         let storage = Storage::plan(&stored);
         check_layers(&storage, &context.device.limits())?;
-        let maps = channel_maps(&stored);
+        let maps = channel_maps(&stored, stem.is_some());
         let operators = operators(context, kernels, &stored, &params, &maps);
         let map = &maps[stored.output()];
         let head = head.map(|head| match network.layers.get(operators.len()) {
             Some(conv) => conv_head(context, kernels, [&params(&conv.name), head], map),
             None => Head::new(context, kernels, head, map),
         });
-        let alignment = network.alignment().max(halo::BLOCK);
-        let reach = halo::reach(&network);
-        let halo = halo::halo(&network).next_multiple_of(alignment);
-        Ok(Self { network, storage, alignment, halo, reach, operators, head })
+        Ok(Self { network, storage, alignment, halo, reach, stem, operators, head })
     }
 
     /// GPU memory for everything between the images, in bytes.
@@ -106,9 +130,10 @@ fn check_layers(storage: &Storage, limits: &wgpu::Limits) -> Result<()> {
     )))
 }
 
-/// How each tensor is stored.
-fn channel_maps(network: &Network) -> Vec<ChannelMap> {
-    let mut maps = vec![ops::input_process::channel_map(network.shapes[INPUT].channels)];
+/// How each tensor is stored. The input is made by a convolution or by `input_process`.
+fn channel_maps(network: &Network, convolved: bool) -> Vec<ChannelMap> {
+    let of_input = if convolved { channel_map } else { ops::input_process::channel_map };
+    let mut maps = vec![of_input(network.shapes[INPUT].channels)];
     for (i, layer) in network.layers.iter().enumerate() {
         maps.push(match layer.op {
             Op::Concat => ops::concat::channel_map(&maps[layer.inputs[0]], &maps[layer.inputs[1]]),

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::graph::{BoxedOperator, Model};
+use crate::graph::{BoxedOperator, Model, Stem};
 use crate::kernel::{Context, Dispatch};
 use crate::model::cost::layer_macs_per_pixel;
 use crate::model::{INPUT, TensorId};
@@ -79,8 +79,7 @@ impl TileGraph {
         if model.head.is_some() {
             calls.extend(activity_calls.map(|call| Call::per_tile("activity", call)));
         }
-        let input = input_process(context, sources, &tensors[INPUT]);
-        calls.push(Call::per_tile("input_process", input));
+        calls.push(first_call(context, model, bound, &tensors[INPUT], &activity));
         calls.extend(layer_calls(context, model, *tile, &tensors, &activity));
         calls.push(last_call(context, model, bound, &tensors, &activity));
         let batches = batches(&calls.iter().map(|call| call.macs).collect::<Vec<_>>());
@@ -103,6 +102,25 @@ impl TileGraph {
     pub(crate) fn calls(&self) -> &[Call] {
         &self.calls
     }
+}
+
+/// From the images to the first tensor.
+fn first_call(
+    context: &Context,
+    model: &Model,
+    bound: &Bound<'_>,
+    tensor: &GpuTensor,
+    activity: &Activity,
+) -> Call {
+    let bytes = tensor.bytes(context.precision);
+    let Some(Stem { name, operator }) = &model.stem else {
+        let call = input_process(context, &bound.sources, tensor);
+        return Call { bytes, ..Call::per_tile("input_process", call) };
+    };
+    let need = Need { map: &activity.map, level: 0, reach: model.reach[INPUT] };
+    let call = operator.dispatch(context, &bound.sources, tensor, &need);
+    let macs = operator.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
+    Call { macs, bytes, ..Call::per_tile(&format!("input+{name}"), call) }
 }
 
 /// From the last tensor to the image.

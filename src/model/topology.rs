@@ -118,6 +118,20 @@ impl Network {
         Self { layers: self.layers[..count].to_vec(), shapes: self.shapes[..=count].to_vec() }
     }
 
+    /// The network whose input is what the first layer made.
+    ///
+    /// # Panics
+    /// If another layer reads the input, or there is no layer.
+    #[must_use]
+    pub fn behind_first(&self) -> Self {
+        let behind = |id: &TensorId| id.checked_sub(1).expect("only the first reads the input");
+        let mut layers = self.layers[1..].to_vec();
+        for layer in &mut layers {
+            layer.inputs = layer.inputs.iter().map(behind).collect();
+        }
+        Self { layers, shapes: self.shapes[1..].to_vec() }
+    }
+
     /// Both sides of an image must be a multiple of this: `2^(number of poolings)`.
     #[must_use]
     pub fn alignment(&self) -> u32 {

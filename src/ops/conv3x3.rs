@@ -14,14 +14,9 @@ pub const PLAIN: KernelSpec =
 /// The variant for GPUs; `pools` adds the max-pool that follows.
 #[must_use]
 pub fn tiled_spec(pools: bool) -> KernelSpec {
-    let without = || TILED_SOURCE.lines().filter(|line| !line.contains("pooled"));
     KernelSpec {
         name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
-        source: if pools {
-            TILED_SOURCE.into()
-        } else {
-            without().collect::<Vec<_>>().join("\n").into()
-        },
+        source: if pools { TILED_SOURCE.into() } else { without_pooling(TILED_SOURCE).into() },
         entry: "main",
         bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
         overrides: &["largest", "relu"],
@@ -31,16 +26,23 @@ pub fn tiled_spec(pools: bool) -> KernelSpec {
 
 const TILED_SOURCE: &str = include_str!("../../shaders/conv3x3_tiled.wgsl");
 
-/// What makes the sums in the variant for GPUs, without bindings and entry point.
-///
-/// # Panics
-/// Never: the shader has tiles and an entry point.
-#[must_use]
-pub fn tiled_sums() -> &'static str {
-    let declarations =
-        TILED_SOURCE.split_once("@compute").expect("the shader has an entry point").0;
-    let begin = declarations.find("const TILE").expect("the shader has tiles");
-    &declarations[begin..]
+/// What makes the sums in the variant for GPUs, for [`conv_head`](mod@super::conv_head).
+pub(super) fn tiled_sums() -> &'static str {
+    &TILED_SOURCE[place("fn input_size")..place("struct Need")]
+}
+
+/// What follows the input's functions in the variant for GPUs that does not pool, for
+/// [`input_conv`](mod@super::input_conv).
+pub(super) fn tiled_behind_input() -> String {
+    without_pooling(&TILED_SOURCE[place("const TILE")..])
+}
+
+fn place(declaration: &str) -> usize {
+    TILED_SOURCE.find(declaration).expect("the shader has the declaration")
+}
+
+fn without_pooling(source: &str) -> String {
+    source.lines().filter(|line| !line.contains("pooled")).collect::<Vec<_>>().join("\n")
 }
 
 /// What the generated variant binds.
@@ -108,8 +110,11 @@ fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
     Variant { pools, ..Variant::tiled(tiled_spec(pools), tiled_weights(context, taps), blocks) }
 }
 
-/// `[block of output quads][in_quad][tap][out_quad]` matrices.
 pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> Weights {
-    let data = taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS);
-    Weights::Buffer(storage_buffer(context, "weights", &data))
+    Weights::Buffer(storage_buffer(context, "weights", &tiled_matrices(taps)))
+}
+
+/// `[block of output quads][in_quad][tap][out_quad]` matrices.
+pub(super) fn tiled_matrices(taps: &Taps<'_>) -> Vec<f32> {
+    taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS)
 }

@@ -9,15 +9,31 @@ use crate::model::Inputs;
 /// The kernel for colour, albedo and normal in these formats.
 #[must_use]
 pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
-    let [color, albedo, normal] = formats.map(ImageFormat::source_binding);
     KernelSpec {
         name: format!("input_process {}", source_names(formats)).into(),
-        source: (reading(formats) + include_str!("../../shaders/input_process.wgsl")).into(),
+        source: (reading(formats) + SOURCE).into(),
         entry: "main",
-        bindings: vec![TILE, color, albedo, normal, Binding::Buffer, Binding::TensorOut].into(),
-        overrides: &["has_albedo", "has_normal", "unorm_normal"],
+        bindings: bindings(formats).into(),
+        overrides: &OVERRIDES,
         workgroup: [8, 8, 1],
     }
+}
+
+const SOURCE: &str = include_str!("../../shaders/input_process.wgsl");
+
+/// What say which images there are.
+pub(super) const OVERRIDES: [&str; 3] = ["has_albedo", "has_normal", "unorm_normal"];
+
+/// The shader without its entry point, for [`input_conv`](mod@super::input_conv).
+pub(super) fn declarations(formats: [ImageFormat; 3]) -> String {
+    let (text, _) = SOURCE.split_once("@compute").expect("the shader has an entry point");
+    reading(formats) + text
+}
+
+/// What [`declarations`] bind.
+pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
+    let [color, albedo, normal] = formats.map(ImageFormat::source_binding);
+    vec![TILE, color, albedo, normal, Binding::Buffer, Binding::TensorOut]
 }
 
 /// [`Tile`]s as kernels bind them.
@@ -60,7 +76,7 @@ pub struct Sources<'a> {
     pub input_scale: &'a wgpu::Buffer,
 }
 
-impl Sources<'_> {
+impl<'a> Sources<'a> {
     /// Which images there are.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
@@ -70,7 +86,7 @@ impl Sources<'_> {
     /// What to bind for colour, albedo and normal: an absent image is never read, but a binding
     /// cannot stay empty.
     #[must_use]
-    pub fn images(&self) -> [ImageBinding<'_>; 3] {
+    pub fn images(&self) -> [ImageBinding<'a>; 3] {
         [self.color, self.albedo.unwrap_or(self.color), self.normal.unwrap_or(self.color)]
     }
 
@@ -86,19 +102,20 @@ impl Sources<'_> {
 /// The call that fills `output`; choose the tile with [`Dispatch::record_at`].
 #[must_use]
 pub fn input_process(context: &Context, sources: &Sources<'_>, output: &GpuTensor) -> Dispatch {
-    let images = sources.images();
-    let kernel = context.kernel(&spec(images.map(|image| image.format())), &sources.constants());
-    let [color, albedo, normal] = images.map(|image| image.resource());
-    let resources = [
-        tile_binding(sources.tiles),
-        color,
-        albedo,
-        normal,
-        sources.input_scale.as_entire_binding(),
-        output.resource(),
-    ];
-    let group = kernel.bind(&context.device, &resources);
+    let formats = sources.images().map(|image| image.format());
+    let kernel = context.kernel(&spec(formats), &sources.constants());
+    let group = kernel.bind(&context.device, &resources(sources, output));
     kernel.dispatch(group, [output.width, output.height, 1])
+}
+
+/// What [`bindings`] are.
+pub(super) fn resources<'a>(
+    sources: &Sources<'a>,
+    output: &'a GpuTensor,
+) -> Vec<wgpu::BindingResource<'a>> {
+    let [color, albedo, normal] = sources.images().map(|image| image.resource());
+    let (tile, scale) = (tile_binding(sources.tiles), sources.input_scale.as_entire_binding());
+    vec![tile, color, albedo, normal, scale, output.resource()]
 }
 
 /// One [`Tile`] of a buffer of many.

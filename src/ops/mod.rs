@@ -12,6 +12,7 @@ pub mod convolution;
 pub mod elementwise;
 pub mod head;
 pub mod image;
+pub mod input_conv;
 pub mod input_process;
 pub mod matrix;
 pub mod max_pool;
@@ -186,7 +187,7 @@ fn image_specs() -> Vec<KernelSpec> {
         let images = [color, source, f16];
         specs.extend([autoexposure::bins_spec(color), autoexposure::reduce_spec(color)]);
         specs.extend([activity::classify_spec(images), activity::spread_spec(images)]);
-        specs.push(input_process::spec(images));
+        specs.extend([input_process::spec(images), input_conv::spec(images)]);
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), simd::head_spec(color, output)]);

@@ -12,6 +12,7 @@ mod conv_head;
 mod conv_transpose;
 mod head;
 mod image;
+mod input_conv;
 mod input_process;
 mod max_pool;
 mod output_process;

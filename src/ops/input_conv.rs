@@ -1,0 +1,106 @@
+//! [`input_process`] and the first 3×3 convolution behind it, with bias and ReLU, in one kernel, so
+//! that the network's input is stored nowhere.
+//!
+//! For GPUs alone: the generated kernels for CPU drivers would encode every pixel 4.5 times, which
+//! costs more than the tensor between.
+//!
+//! [`input_process`]: mod@super::input_process
+
+use super::image::ImageFormat;
+use super::input_process::{self, Sources, declarations, resources, source_names};
+use super::need::{self, Need};
+use super::packing::{Taps, bias_table, storage_buffer};
+use super::{GpuTensor, conv3x3};
+use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::model::{Network, Op, Params};
+use crate::options::KernelSet;
+
+/// Channels that a workgroup makes. With more, several would encode the same pixels.
+const CHANNELS: usize = 16;
+
+/// Pixels per side of a workgroup.
+const TILE: u32 = 16;
+
+/// The kernel for colour, albedo and normal in these formats.
+#[must_use]
+pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
+    let text = include_str!("../../shaders/input_conv_tiled.wgsl");
+    let mut bindings = input_process::bindings(formats);
+    bindings.extend([Binding::Buffer, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]);
+    KernelSpec {
+        name: format!("input_conv {}", source_names(formats)).into(),
+        source: (declarations(formats) + text + &conv3x3::tiled_behind_input()).into(),
+        entry: "main",
+        bindings: bindings.into(),
+        overrides: &["has_albedo", "has_normal", "largest", "relu", "unorm_normal"],
+        workgroup: [8, 8, 1],
+    }
+}
+
+/// Whether the kernel can be the beginning of a network.
+#[must_use]
+pub fn begins(network: &Network, kernels: KernelSet) -> bool {
+    let first = network.layers.first().is_some_and(|l| l.op == Op::Conv3x3 { relu: true });
+    kernels == KernelSet::Tiled && first && network.shapes[1].channels <= CHANNELS
+}
+
+/// The operator.
+#[derive(Debug)]
+pub struct InputConv {
+    weights: wgpu::Buffer,
+    bias: wgpu::Buffer,
+    macs: usize,
+}
+
+impl InputConv {
+    /// The operator for the convolution's weights, `[output][input][ky][kx]`.
+    ///
+    /// # Panics
+    /// If it has more than 16 outputs.
+    #[must_use]
+    pub fn new(context: &Context, params: &Params) -> Self {
+        let outputs = params.bias.len();
+        assert!(outputs <= CHANNELS, "{outputs} channels, but a workgroup makes {CHANNELS}");
+        let inputs = params.weight.len() / (9 * outputs);
+        let weight = |o: usize, i: usize, tap: usize| params.weight[(o * inputs + i) * 9 + tap];
+        let map = input_process::channel_map(inputs);
+        let taps = Taps { outputs, taps: 9, map: &map, weight: &weight };
+        let weights = storage_buffer(context, "weights", &conv3x3::tiled_matrices(&taps));
+        let bias = bias_table(context, &params.bias, outputs);
+        Self { weights, bias, macs: params.weight.len() }
+    }
+
+    /// Multiply-accumulates per pixel of a tile.
+    #[must_use]
+    pub fn macs_per_pixel(&self) -> f64 {
+        self.macs as f64
+    }
+
+    /// The call that fills `output` where it is needed; choose the tile with
+    /// [`Dispatch::record_at`].
+    #[must_use]
+    pub fn dispatch(
+        &self,
+        context: &Context,
+        sources: &Sources<'_>,
+        output: &GpuTensor,
+        need: &Need<'_>,
+    ) -> Dispatch {
+        let spec = spec(sources.images().map(|image| image.format()));
+        let mut constants = sources.constants().to_vec();
+        constants.extend([("largest", context.precision.largest()), ("relu", 1.0)]);
+        let kernel = context.kernel(&spec, &constants);
+        let uniform = need.buffer(&context.device, TILE);
+        let mut resources = resources(sources, output);
+        let buffers = [&self.weights, &self.bias].map(wgpu::Buffer::as_entire_binding);
+        resources.extend(buffers);
+        resources.push(wgpu::BindingResource::TextureView(need.map));
+        resources.push(uniform.as_entire_binding());
+        let group = kernel.bind(&context.device, &resources);
+        kernel.dispatch_workgroups(group, [output.width, output.height, 1].map(tiles))
+    }
+}
+
+fn tiles(side: u32) -> u32 {
+    side.div_ceil(TILE)
+}

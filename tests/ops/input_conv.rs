@@ -1,0 +1,167 @@
+//! The first convolution of the tiled kernels, which reads the images.
+
+use wgdenoise::model::Params;
+use wgdenoise::ops::input_conv::InputConv;
+use wgdenoise::ops::input_process::{self, Sources, input_process};
+use wgdenoise::ops::need::{Need, everything};
+use wgdenoise::ops::tile::{Layout, Tile};
+use wgdenoise::ops::{GpuTensor, channel_map, conv3x3::conv3x3};
+use wgdenoise::reference::{self, Tensor};
+use wgdenoise::{Image, Inputs, KernelSet, Precision};
+
+use crate::common::gpu::{PRECISIONS, buffer, context, download, submit, sum_tolerance, upload};
+use crate::common::run::{activity_map, run};
+use crate::common::{Random, Tolerance, compare, run_cases};
+
+/// What the images are multiplied by.
+const SCALE: f32 = 0.7;
+
+/// Size of the images, channels out, and which images there are. Sizes around the 16 of a
+/// workgroup; channels at, below and above multiples of 4, up to 16.
+const CASES: [([u32; 2], usize, Inputs); 6] = [
+    ([1, 1], 1, Inputs::ALL),
+    ([16, 16], 16, Inputs { albedo: true, normal: false }),
+    ([17, 15], 8, Inputs { albedo: false, normal: true }),
+    ([33, 40], 12, Inputs { albedo: false, normal: false }),
+    ([48, 31], 5, Inputs::ALL),
+    ([70, 20], 13, Inputs::ALL),
+];
+
+/// A convolution, and the images that it reads.
+struct Problem {
+    color: Image,
+    auxiliary: [Option<Image>; 2],
+    params: Params,
+}
+
+impl Problem {
+    fn new(([width, height], outputs, inputs): ([u32; 2], usize, Inputs)) -> Self {
+        let mut random = Random::new(u64::from(width) * 31 + outputs as u64);
+        let mut image = |value: fn(f32) -> f32| {
+            let pixel = |_| [0; 3].map(|_| value(random.value()));
+            Image::new(width, height, (0..width * height).map(pixel).collect()).expect("it fits")
+        };
+        let color = image(|v| (v * 6.0).exp2());
+        let (albedo, normal) = (image(f32::abs), image(|v| v));
+        let weight = random.values(outputs * inputs.channels() * 9);
+        let params = Params { weight, bias: random.values(outputs) };
+        let auxiliary = [inputs.albedo.then_some(albedo), inputs.normal.then_some(normal)];
+        Self { color, auxiliary, params }
+    }
+
+    fn outputs(&self) -> usize {
+        self.params.bias.len()
+    }
+
+    /// What the kernel leaves in a tensor of −77, where `need` says so.
+    fn run(&self, precision: Precision, need: &Need<'_>) -> Tensor {
+        self.record(precision, |context, sources, sides| {
+            let map = channel_map(self.outputs());
+            let output = Tensor::from_fn(self.outputs(), sides[1], sides[0], |_, _, _| -77.0);
+            let output = upload(context, &output, &map);
+            let operator = InputConv::new(context, &self.params);
+            let call = operator.dispatch(context, sources, &output, need);
+            submit(context, |pass| call.record_at(pass, 0));
+            download(context, &output, &map)
+        })
+    }
+
+    /// What the two kernels that it replaces make.
+    fn run_apart(&self) -> Tensor {
+        let input = self.record(Precision::F32, |context, sources, [width, height]| {
+            let map = input_process::channel_map(sources.inputs().channels());
+            let quads = map.len() as u32 / 4;
+            let texture = GpuTensor::texture(context, [width as u32, height as u32], quads);
+            let output = GpuTensor::of(&texture, 0, quads);
+            let call = input_process(context, sources, &output);
+            submit(context, |pass| call.record_at(pass, 0));
+            download(context, &output, &map)
+        });
+        let (context, map) = (context(Precision::F32), input_process::channel_map(input.channels));
+        let conv = conv3x3(context, KernelSet::Tiled, &self.params, &map, true, false);
+        run(context, &conv, &input, &map, [self.outputs(), input.height, input.width])
+    }
+
+    /// Binds the images for `make`, with the sides of the tensor.
+    fn record<T>(
+        &self,
+        precision: Precision,
+        make: impl FnOnce(&wgdenoise::kernel::Context, &Sources<'_>, [usize; 2]) -> T,
+    ) -> T {
+        let context = context(precision);
+        let (width, height) = self.color.size();
+        let layout = Layout::packed(width);
+        let (color, albedo, normal) = (layout, layout, layout);
+        let tile = Tile { image_size: [width, height], color, albedo, normal, ..Tile::default() };
+        let upload = |image: &Image| buffer(context, bytemuck::cast_slice(image.pixels()));
+        let [albedo, normal] = self.auxiliary.each_ref().map(|image| image.as_ref().map(upload));
+        let color = upload(&self.color);
+        let sources = Sources {
+            tiles: &buffer(context, bytemuck::bytes_of(&tile)),
+            color: (&color).into(),
+            albedo: albedo.as_ref().map(Into::into),
+            normal: normal.as_ref().map(Into::into),
+            unorm_normal: false,
+            input_scale: &buffer(context, bytemuck::bytes_of(&SCALE)),
+        };
+        make(context, &sources, [width, height].map(|side| side.next_multiple_of(16) as usize))
+    }
+
+    fn expected(&self) -> Tensor {
+        let auxiliary = self.auxiliary.each_ref().map(Option::as_ref);
+        reference::input_conv(&self.color, auxiliary, &self.params, SCALE, 16)
+    }
+
+    /// Each input may be off by 2e-6, as `input_process` says; the errors of a sum of `n` products
+    /// with weights up to 1 add up like `√n`. Then the sum is rounded.
+    fn tolerance(&self, precision: Precision) -> Tolerance {
+        let terms = self.params.weight.len() / self.outputs();
+        let sum = sum_tolerance(terms, precision);
+        Tolerance { absolute: sum.absolute + 2e-6 * (terms as f32).sqrt(), ..sum }
+    }
+}
+
+fn check(problem: &Problem, precision: Precision) -> Result<(), String> {
+    let map = everything(&context(precision).device);
+    let found = problem.run(precision, &Need { map: &map, level: 0, reach: 0 });
+    compare(&found, &problem.expected(), problem.tolerance(precision))
+}
+
+#[test]
+fn input_conv_equals_the_reference_on_every_shape() {
+    let cases = CASES.iter().flat_map(|case| PRECISIONS.map(|precision| (*case, precision)));
+    run_cases(cases, |&(case, precision)| check(&Problem::new(case), precision));
+}
+
+#[test]
+fn input_conv_equals_the_two_kernels_that_it_replaces() {
+    let problem = Problem::new(CASES[4]);
+    let map = everything(&context(Precision::F32).device);
+    let found = problem.run(Precision::F32, &Need { map: &map, level: 0, reach: 0 });
+    compare(&found, &problem.run_apart(), problem.tolerance(Precision::F32)).unwrap();
+}
+
+#[test]
+fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
+    for precision in PRECISIONS {
+        let problem = Problem::new(CASES[5]);
+        let mut wrong = Problem::new(CASES[5]);
+        wrong.params.weight[100] += 0.1;
+        let map = everything(&context(precision).device);
+        let found = wrong.run(precision, &Need { map: &map, level: 0, reach: 0 });
+        compare(&found, &problem.expected(), problem.tolerance(precision)).unwrap_err();
+    }
+}
+
+/// Blocks further away than the reach are left as they were.
+#[test]
+fn blocks_that_nobody_needs_are_not_computed() {
+    let problem = Problem::new(([64, 16], 4, Inputs::ALL));
+    let map = activity_map(context(Precision::F32), [4, 1], &[1, 0, 1, 2]);
+    let found = problem.run(Precision::F32, &Need { map: &map, level: 0, reach: 1 });
+    let expected = problem.expected();
+    for x in 0..64 {
+        let value = if x < 48 { expected.at(2, 5, x) } else { -77.0 };
+        assert!((found.at(2, 5, x) - value).abs() < 1e-4, "column {x}: {}", found.at(2, 5, x));
+    }
+}
