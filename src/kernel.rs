@@ -198,6 +198,12 @@ impl Context {
         result
     }
 
+    /// How many kernels there are.
+    #[cfg(test)]
+    pub(crate) fn compiled(&self) -> usize {
+        self.kernels.lock().expect("no kernel failed to compile").len()
+    }
+
     fn compile(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {
         let name = spec.name.as_ref();
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {

@@ -57,7 +57,9 @@ impl Denoiser {
         let device = &self.context.device;
         self.context.catch(|| {
             Ok(match format {
-                ImageFormat::Texture(format) => Pixel::Texture(one_texel(device, format, usage)),
+                ImageFormat::Texture(format) => {
+                    Pixel::Texture(texture(device, wgpu::Extent3d::default(), format, usage))
+                }
                 ImageFormat::Buffer(_) => {
                     Pixel::Buffer(device.create_buffer(&wgpu::BufferDescriptor {
                         label: Some("warm-up"),
@@ -85,14 +87,15 @@ impl Pixel {
     }
 }
 
-fn one_texel(
+fn texture(
     device: &wgpu::Device,
+    size: wgpu::Extent3d,
     format: wgpu::TextureFormat,
     usage: wgpu::TextureUsages,
 ) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
         label: Some("warm-up"),
-        size: wgpu::Extent3d::default(),
+        size,
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
@@ -100,4 +103,52 @@ fn one_texel(
         usage,
         view_formats: &[],
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gpu, Options, Quality, Weights};
+    use wgpu::TextureFormat::{Rgba8Snorm, Rgba8Unorm, Rgba16Float, Rgba32Float};
+
+    const FORMATS: PassFormats = PassFormats {
+        color: ImageFormat::Texture(Rgba32Float),
+        albedo: Some(ImageFormat::Texture(Rgba8Unorm)),
+        normal: Some(ImageFormat::Texture(Rgba8Snorm)),
+        normal_encoding: NormalEncoding::Signed,
+        output: ImageFormat::Texture(Rgba16Float),
+    };
+
+    /// Kernels that are compiled for a pass of this size, on top of those that there are.
+    fn compiles(denoiser: &Denoiser, width: u32, height: u32) -> usize {
+        let before = denoiser.context.compiled();
+        let create = |format, usage| {
+            let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+            texture(&denoiser.context.device, size, format, usage)
+        };
+        let input = |format| create(format, wgpu::TextureUsages::TEXTURE_BINDING);
+        let [color, albedo, normal] = [Rgba32Float, Rgba8Unorm, Rgba8Snorm].map(input);
+        let output = create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
+        let [color, albedo, normal, output] =
+            [&color, &albedo, &normal, &output].map(PassImage::Texture);
+        let pass = denoiser.pass(&PassDescriptor {
+            albedo: Some(albedo),
+            normal: Some(normal),
+            ..PassDescriptor::new(width, height, color, output)
+        });
+        pass.expect("the images fit");
+        denoiser.context.compiled() - before
+    }
+
+    #[test]
+    fn after_a_warm_up_and_after_another_size_nothing_is_left_to_compile() {
+        let gpu = Gpu::open(None).expect("the tests need an adapter");
+        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
+        let denoiser = || Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default());
+        let [cold, warm] = [denoiser(), denoiser()].map(|denoiser| denoiser.expect("it works"));
+        warm.warm_up(&FORMATS).expect("a pass takes them");
+        assert_eq!([compiles(&warm, 40, 30), compiles(&warm, 64, 16)], [0, 0]);
+        assert!(compiles(&cold, 40, 30) > 0);
+        assert_eq!(compiles(&cold, 64, 16), 0);
+    }
 }

@@ -208,8 +208,13 @@ fn images_of_another_device_are_refused() {
 #[test]
 fn destroyed_images_are_refused() {
     let fitting = Fitting::new();
-    let texture = texture(Texture::Rgba16Float, ALL);
+    let (texture, buffer) =
+        (texture(Texture::Rgba16Float, ALL), storage(192, BufferUsages::STORAGE));
     texture.destroy();
-    let color = PassImage::Texture(&texture);
-    fitting.refuses(&PassDescriptor { color, ..fitting.descriptor() }, &["color", "destroyed"]);
+    buffer.destroy();
+    let layout = Layout::packed(4);
+    let buffer = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
+    for color in [PassImage::Texture(&texture), buffer] {
+        fitting.refuses(&PassDescriptor { color, ..fitting.descriptor() }, &["color", "destroyed"]);
+    }
 }
