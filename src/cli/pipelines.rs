@@ -17,21 +17,21 @@ const MAX_BYTES: u64 = 64 << 20;
 /// What an earlier run left in its file: data of the driver's, as long as its header holds.
 pub(crate) struct Left {
     file: Vec<u8>,
-    header: usize,
+    begin: usize,
 }
 
 impl Left {
     /// `None` if the file is damaged, not of this program's version or for another driver.
     fn of(file: Vec<u8>, key: &str) -> Option<Self> {
         // The header's length does not depend on the data.
-        let header = header(key, &[]).len();
-        let data = file.get(header..)?;
-        file.starts_with(&self::header(key, data)).then_some(Self { file, header })
+        let begin = header(key, &[]).len();
+        let data = file.get(begin..)?;
+        file.starts_with(&header(key, data)).then_some(Self { file, begin })
     }
 
     /// What [`PipelineCache::get_data`] gave.
     pub(crate) fn data(&self) -> &[u8] {
-        &self.file[self.header..]
+        &self.file[self.begin..]
     }
 }
 
@@ -159,6 +159,16 @@ mod tests {
         }
         store.write(DATA).unwrap();
         assert_eq!(fs::read(&store.path).unwrap(), whole);
+    }
+
+    #[test]
+    fn a_file_that_has_grown_too_long_is_begun_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = store(&folder, "1.0");
+        store.write(&vec![7; MAX_BYTES as usize]).unwrap();
+        assert_eq!(read(&store), None);
+        store.write(DATA).unwrap();
+        assert_eq!(read(&store).as_deref(), Some(DATA));
     }
 
     #[test]
