@@ -67,6 +67,27 @@ fn bindings_are_what_the_host_declares() {
 }
 
 #[test]
+fn bindings_are_as_few_as_every_device_has() {
+    let limits = wgpu::Limits::default();
+    for spec in all_specs() {
+        let count = |kinds: &[Binding]| spec.bindings.iter().filter(|b| kinds.contains(b)).count();
+        let textures = count(&[
+            Binding::TensorIn,
+            Binding::TensorOut,
+            Binding::WeightTexture,
+            Binding::ActivityOut,
+        ]);
+        let buffers = count(&[Binding::Buffer, Binding::BufferMut]);
+        let most = [
+            limits.max_storage_textures_per_shader_stage,
+            limits.max_storage_buffers_per_shader_stage,
+        ];
+        let fits = textures <= most[0] as usize && buffers <= most[1] as usize;
+        assert!(fits, "{} has {textures} and {buffers} of {most:?}", spec.name);
+    }
+}
+
+#[test]
 fn workgroup_memory_is_within_what_every_device_has() {
     let most = wgpu::Limits::default().max_compute_workgroup_storage_size;
     for_every_module(|spec, _, module| {

@@ -97,3 +97,21 @@ fn bias(context: &Context, conv: &Params) -> wgpu::Buffer {
     bias.resize(CHANNELS, 0.0);
     storage_buffer(context, "bias", &bias)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ops::matrix::{Factor, MatrixShape};
+
+    #[test]
+    fn it_ends_networks_whose_last_convolution_an_invocation_can_hold() {
+        let network = |width: usize| Network::unet(3, &[width, 40]).first(9);
+        assert!(ends(&network(16), KernelSet::Simd) && ends(&network(1), KernelSet::Tiled));
+        assert!(!ends(&network(17), KernelSet::Simd));
+        let shape = MatrixShape { side: 16, factor: Factor::F16, lanes: 32 };
+        assert!(!ends(&network(16), KernelSet::Matrix(shape)));
+        let mut linear = network(16);
+        linear.layers[8].op = Op::Conv3x3 { relu: false };
+        assert!(!ends(&linear, KernelSet::Simd));
+    }
+}

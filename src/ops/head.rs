@@ -42,7 +42,7 @@ pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
 
 const SOURCE: &str = include_str!("../../shaders/head.wgsl");
 
-/// The shader without its entry point, for the variant with another one.
+/// The shader without its entry point, for the variants with others.
 ///
 /// # Panics
 /// Never: the shader has an entry point.
