@@ -1,0 +1,151 @@
+//! The scene on the GPU, as `shaders/scene.wgsl` reads it.
+
+use bytemuck::{NoUninit, Pod, Zeroable};
+use glam::Vec3;
+use wgpu::util::DeviceExt as _;
+
+use super::Method;
+use super::bvh::{Bounds, Bvh};
+use super::scene::{Material, Scene, Shape, Sky};
+
+/// Buffers in the order of their bindings.
+pub(super) struct SceneBuffers([wgpu::Buffer; 5]);
+
+#[repr(C)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+struct GpuPrimitive {
+    at: Vec3,
+    kind: u32,
+    edge1: Vec3,
+    material: u32,
+    edge2: Vec3,
+    padding: u32,
+    normals: [[f32; 4]; 3],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+struct GpuMaterial {
+    color: Vec3,
+    kind: u32,
+    second_color: Vec3,
+    cell: f32,
+    alpha: f32,
+    ior: f32,
+    padding: [u32; 2],
+}
+
+#[repr(C)]
+#[derive(Clone, Copy, Default, Pod, Zeroable)]
+struct GpuWorld {
+    horizon: Vec3,
+    lights: u32,
+    zenith: Vec3,
+    sun_cosine: f32,
+    sun_direction: Vec3,
+    padding: f32,
+    sun_radiance: Vec3,
+    more_padding: f32,
+}
+
+/// Marks the sun among the lights.
+const SUN: u32 = u32::MAX;
+
+/// A cosine that no direction has.
+const NO_SUN: f32 = 2.0;
+
+/// Below this, what the shader squares and divides by leaves 32-bit floats.
+const LEAST_ROUGHNESS: f32 = 0.05;
+
+impl SceneBuffers {
+    pub(super) fn new(device: &wgpu::Device, scene: &Scene, method: Method) -> Self {
+        let bounds: Vec<_> = scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect();
+        let bvh = if method.hierarchy { Bvh::build(&bounds) } else { Bvh::flat(&bounds) };
+        let shapes: Vec<_> = bvh.order.iter().map(|&index| scene.shapes[index]).collect();
+        let primitives: Vec<_> = shapes.iter().map(GpuPrimitive::from).collect();
+        let materials: Vec<_> = scene.materials.iter().map(GpuMaterial::from).collect();
+        let mut lights = lights(scene, &shapes);
+        let world = world(&scene.sky, if method.sample_lights { lights.len() as u32 } else { 0 });
+        // A binding must not be empty.
+        lights.push(SUN);
+        let storage = wgpu::BufferUsages::STORAGE;
+        Self([
+            buffer(device, &[world], wgpu::BufferUsages::UNIFORM),
+            buffer(device, &bvh.nodes, storage),
+            buffer(device, &primitives, storage),
+            buffer(device, &materials, storage),
+            buffer(device, &lights, storage),
+        ])
+    }
+
+    /// In the order of their bindings.
+    pub(super) fn all(&self) -> Vec<&wgpu::Buffer> {
+        self.0.iter().collect()
+    }
+}
+
+fn buffer<T: NoUninit>(
+    device: &wgpu::Device,
+    contents: &[T],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        label: Some("scene"),
+        contents: bytemuck::cast_slice(contents),
+        usage,
+    })
+}
+
+/// The shapes that shine, and the sun.
+fn lights(scene: &Scene, shapes: &[(Shape, usize)]) -> Vec<u32> {
+    let shines = |material: usize| matches!(scene.materials[material], Material::Emitter(_));
+    let shining = (0..).zip(shapes).filter(|(_, (_, material))| shines(*material));
+    shining.map(|(index, _)| index).chain(scene.sky.sun.map(|_| SUN)).collect()
+}
+
+fn world(sky: &Sky, lights: u32) -> GpuWorld {
+    let world = GpuWorld { horizon: sky.horizon, zenith: sky.zenith, lights, ..Default::default() };
+    let Some(sun) = sky.sun else { return GpuWorld { sun_cosine: NO_SUN, ..world } };
+    GpuWorld {
+        sun_cosine: (sun.angle.to_radians() / 2.0).cos(),
+        sun_direction: sun.direction.normalize(),
+        sun_radiance: sun.radiance,
+        ..world
+    }
+}
+
+impl From<&(Shape, usize)> for GpuPrimitive {
+    fn from(&(shape, material): &(Shape, usize)) -> Self {
+        let primitive = Self { material: material as u32, ..Default::default() };
+        match shape {
+            Shape::Sphere { centre, radius } => {
+                Self { at: centre, kind: 0, edge1: Vec3::X * radius, ..primitive }
+            }
+            Shape::Quad { corner, edges: [edge1, edge2] } => {
+                Self { at: corner, kind: 1, edge1, edge2, ..primitive }
+            }
+            Shape::Triangle { corners: [a, b, c], normals } => {
+                let normals = normals.map(|n| n.extend(0.0).to_array());
+                Self { at: a, kind: 2, edge1: b - a, edge2: c - a, normals, ..primitive }
+            }
+        }
+    }
+}
+
+impl From<&Material> for GpuMaterial {
+    fn from(material: &Material) -> Self {
+        let none = Self::default();
+        match *material {
+            Material::Diffuse(color) => Self { color, kind: 0, ..none },
+            Material::Checker { colors: [color, second_color], cell } => {
+                Self { color, second_color, cell, kind: 0, ..none }
+            }
+            Material::Metal { color, roughness } => {
+                let alpha = roughness.max(LEAST_ROUGHNESS).powi(2);
+                Self { color, kind: 1, alpha, ..none }
+            }
+            Material::Glass { color, ior } => Self { color, kind: 2, ior, ..none },
+            Material::Emitter(color) => Self { color, kind: 3, ..none },
+        }
+    }
+}

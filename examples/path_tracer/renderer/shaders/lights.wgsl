@@ -1,0 +1,128 @@
+// Light from emitters, the sun and the sky, found by chance or aimed at. The two ways are weighted
+// by the power heuristic (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997).
+
+const SUN = 0xffffffffu;
+
+struct LightSample {
+    direction: vec3<f32>,
+    distance: f32,
+    radiance: vec3<f32>,
+    density: f32,            // per steradian; 0: no light from there
+}
+
+// What a randomly chosen light sends through this point.
+fn direct_light(surface: Surface, out: vec3<f32>) -> vec3<f32> {
+    if world.lights == 0u || surface.material.kind == GLASS {
+        return vec3(0.0);
+    }
+    let light = sample_light(surface.position);
+    let value = bsdf(surface, out, light.direction);
+    if value.w == 0.0 || light.density == 0.0 {
+        return vec3(0.0);
+    }
+    let shadow_ray = leave(surface, light.direction);
+    if trace(shadow_ray, light.distance * 0.999, true).primitive != NOTHING {
+        return vec3(0.0);
+    }
+    return heuristic(light.density, value.w) / light.density * value.rgb * light.radiance;
+}
+
+fn heuristic(taken: f32, other: f32) -> f32 {
+    let ratio = other / taken;
+    return 1.0 / (1.0 + ratio * ratio);
+}
+
+// The weight of light that scattering of this density found: 1 if no light sample could have.
+fn chance_weight(scattering: f32, light: f32) -> f32 {
+    if scattering == 0.0 || world.lights == 0u {
+        return 1.0;
+    }
+    return heuristic(scattering, light / f32(world.lights));
+}
+
+fn sample_light(origin: vec3<f32>) -> LightSample {
+    let choice = min(u32(random() * f32(world.lights)), world.lights - 1u);
+    var light: LightSample;
+    if lights[choice] == SUN {
+        let direction = frame_around(world.sun_direction) * cone_direction(1.0 - world.sun_cosine);
+        light = LightSample(direction, FAR, world.sun_radiance, cone_density(1.0 - world.sun_cosine));
+    } else if primitives[lights[choice]].kind == SPHERE {
+        light = sample_sphere(origin, primitives[lights[choice]]);
+    } else {
+        light = sample_face(origin, primitives[lights[choice]]);
+    }
+    light.density /= f32(world.lights);
+    return light;
+}
+
+fn sample_face(origin: vec3<f32>, face: Primitive) -> LightSample {
+    var uv = random_pair();
+    if face.kind == TRIANGLE && uv.x + uv.y > 1.0 {
+        uv = 1.0 - uv;
+    }
+    let to_light = face.at + uv.x * face.edge1 + uv.y * face.edge2 - origin;
+    let distance = length(to_light);
+    let direction = to_light / distance;
+    let density = face_density(face, direction, distance);
+    return LightSample(direction, distance, materials[face.material].color, density);
+}
+
+// Points are uniform over the area; seen from behind there is no light.
+fn face_density(face: Primitive, direction: vec3<f32>, distance: f32) -> f32 {
+    let across = cross(face.edge1, face.edge2);
+    let area = select(1.0, 0.5, face.kind == TRIANGLE) * length(across);
+    let cosine = -dot(normalize(across), direction);
+    return select(0.0, distance * distance / (cosine * area), cosine > 0.0);
+}
+
+// Directions are uniform over the cone that the sphere fills.
+fn sample_sphere(origin: vec3<f32>, sphere: Primitive) -> LightSample {
+    let to_centre = sphere.at - origin;
+    let height = sphere_cone(sphere, to_centre);
+    let direction = frame_around(normalize(to_centre)) * cone_direction(height);
+    let distance = hit_sphere(Ray(origin, direction), sphere.at, sphere.edge1.x);
+    // A ray along the cone's edge may miss by rounding: then it ends beside the centre.
+    let reach = select(dot(to_centre, direction), distance, distance > 0.0);
+    return LightSample(direction, reach, materials[sphere.material].color, cone_density(height));
+}
+
+// 1 − cosine of half the angle that a sphere fills, without the difference of nearly equal numbers.
+fn sphere_cone(sphere: Primitive, to_centre: vec3<f32>) -> f32 {
+    let sine2 = min(sphere.edge1.x * sphere.edge1.x / dot(to_centre, to_centre), 1.0);
+    return sine2 / (1.0 + sqrt(1.0 - sine2));
+}
+
+fn cone_direction(height: f32) -> vec3<f32> {
+    let xi = random_pair();
+    let below = xi.x * height;
+    let radius = sqrt(below * (2.0 - below));
+    let angle = 2.0 * PI * xi.y;
+    return vec3(radius * cos(angle), radius * sin(angle), 1.0 - below);
+}
+
+fn cone_density(height: f32) -> f32 {
+    return 1.0 / (2.0 * PI * height);
+}
+
+// Light of an emitter that a ray met, `density` being that of the scattering which sent it there.
+fn emitted(ray: Ray, hit: Hit, surface: Surface, density: f32) -> vec3<f32> {
+    if !surface.outward {
+        return vec3(0.0);
+    }
+    let primitive = primitives[surface.primitive];
+    var light = face_density(primitive, ray.direction, hit.distance);
+    if primitive.kind == SPHERE {
+        light = cone_density(sphere_cone(primitive, primitive.at - ray.origin));
+    }
+    return chance_weight(density, light) * surface.material.color;
+}
+
+// The sky, brighter or darker towards its zenith, and the sun where it stands.
+fn sky(direction: vec3<f32>, density: f32) -> vec3<f32> {
+    let gradient = mix(world.horizon, world.zenith, sqrt(max(direction.y, 0.0)));
+    if dot(direction, world.sun_direction) < world.sun_cosine {
+        return gradient;
+    }
+    let weight = chance_weight(density, cone_density(1.0 - world.sun_cosine));
+    return gradient + weight * world.sun_radiance;
+}

@@ -1,0 +1,51 @@
+// The scene as the host lays it out in `scene_buffers.rs`: the two must agree field by field.
+
+const SPHERE = 0u;           // `at`: centre, `edge1.x`: radius
+const QUAD = 1u;             // `at`: a corner, the edges that leave it
+const TRIANGLE = 2u;         // the same, and a normal at each corner
+
+struct Primitive {
+    at: vec3<f32>,
+    kind: u32,
+    edge1: vec3<f32>,
+    material: u32,
+    edge2: vec3<f32>,
+    normals: array<vec3<f32>, 3>,
+}
+
+const DIFFUSE = 0u;
+const METAL = 1u;
+const GLASS = 2u;
+const EMITTER = 3u;
+
+struct Material {
+    color: vec3<f32>,        // reflectance; of an emitter its radiance
+    kind: u32,
+    second_color: vec3<f32>, // of every other cell
+    cell: f32,               // side of a checkerboard's cell in metres; 0: one colour
+    alpha: f32,              // width of the microfacets' slopes
+    ior: f32,                // index of refraction
+}
+
+struct Node {
+    low: vec3<f32>,
+    next: u32,               // inner: the node to go on with if the box is missed; leaf: first primitive
+    high: vec3<f32>,
+    count: u32,              // primitives of a leaf; 0 for an inner node
+}
+
+struct World {
+    horizon: vec3<f32>,      // radiance of the sky there
+    lights: u32,             // how many are sampled
+    zenith: vec3<f32>,
+    sun_cosine: f32,         // of half the angle that the sun fills
+    sun_direction: vec3<f32>,
+    sun_radiance: vec3<f32>,
+}
+
+@group(0) @binding(0) var<uniform> world: World;
+@group(0) @binding(1) var<storage, read> nodes: array<Node>;
+@group(0) @binding(2) var<storage, read> primitives: array<Primitive>;
+@group(0) @binding(3) var<storage, read> materials: array<Material>;
+// Indices of emitting primitives, or `SUN`.
+@group(0) @binding(4) var<storage, read> lights: array<u32>;

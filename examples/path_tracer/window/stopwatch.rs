@@ -1,0 +1,120 @@
+//! How long the parts of a frame take on the GPU.
+
+use std::time::{Duration, Instant};
+
+use crate::renderer::Result;
+
+/// Times of a frame.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Times {
+    /// By the GPU's clock: the path tracer, and the denoiser.
+    Parts { render: Duration, denoise: Duration },
+    /// By the CPU's, where the GPU offers none: the whole submission.
+    Whole(Duration),
+}
+
+/// Takes the time of one frame after the other.
+pub(super) struct Stopwatch {
+    queries: Option<Queries>,
+    begin: Instant,
+}
+
+struct Queries {
+    set: wgpu::QuerySet,
+    resolved: wgpu::Buffer,
+    readable: wgpu::Buffer,
+    /// Nanoseconds per tick.
+    period: f32,
+}
+
+/// Begin and end of the path tracer's pass, and begin of the pass that shows the result: what lies
+/// between the last two is the denoiser.
+const TICKS: u32 = 3;
+const BYTES: u64 = TICKS as u64 * size_of::<u64>() as u64;
+
+impl Stopwatch {
+    pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let queries = timestamps.then(|| Queries::new(device, queue.get_timestamp_period()));
+        Self { queries, begin: Instant::now() }
+    }
+
+    /// To be called when the recording of a frame begins.
+    pub(super) fn start(&mut self) {
+        self.begin = Instant::now();
+    }
+
+    /// For the path tracer's pass.
+    pub(super) fn render(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        self.queries.as_ref().map(|queries| wgpu::ComputePassTimestampWrites {
+            query_set: &queries.set,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
+        })
+    }
+
+    /// For the pass that shows the result.
+    pub(super) fn present(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        self.queries.as_ref().map(|queries| wgpu::RenderPassTimestampWrites {
+            query_set: &queries.set,
+            beginning_of_pass_write_index: Some(2),
+            end_of_pass_write_index: None,
+        })
+    }
+
+    /// To be recorded last.
+    pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
+        if let Some(Queries { set, resolved, readable, .. }) = &self.queries {
+            encoder.resolve_query_set(set, 0..TICKS, resolved, 0);
+            encoder.copy_buffer_to_buffer(resolved, 0, readable, 0, BYTES);
+        }
+    }
+
+    /// Waits for the submitted frame. A queue of frames would only make the camera lag.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub(super) fn stop(&self, device: &wgpu::Device) -> Result<Times> {
+        let Some(queries) = &self.queries else {
+            device.poll(wgpu::PollType::wait_indefinitely())?;
+            return Ok(Times::Whole(self.begin.elapsed()));
+        };
+        queries.readable.map_async(wgpu::MapMode::Read, .., |_| {});
+        device.poll(wgpu::PollType::wait_indefinitely())?;
+        let times = queries.times()?;
+        queries.readable.unmap();
+        Ok(times)
+    }
+}
+
+impl Queries {
+    fn new(device: &wgpu::Device, period: f32) -> Self {
+        let set = device.create_query_set(&wgpu::QuerySetDescriptor {
+            label: Some("frame times"),
+            ty: wgpu::QueryType::Timestamp,
+            count: TICKS,
+        });
+        let buffer = |usage| {
+            device.create_buffer(&wgpu::BufferDescriptor {
+                label: Some("frame times"),
+                size: BYTES,
+                usage,
+                mapped_at_creation: false,
+            })
+        };
+        let resolved = buffer(wgpu::BufferUsages::QUERY_RESOLVE | wgpu::BufferUsages::COPY_SRC);
+        let readable = buffer(wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ);
+        Self { set, resolved, readable, period }
+    }
+
+    /// From the mapped buffer.
+    fn times(&self) -> Result<Times> {
+        let bytes = self.readable.get_mapped_range(..)?;
+        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
+        let between = |from: usize, to: usize| {
+            let ticks = ticks[to].saturating_sub(ticks[from]);
+            Duration::from_secs_f64(ticks as f64 * f64::from(self.period) * 1e-9)
+        };
+        Ok(Times::Parts { render: between(0, 1), denoise: between(1, 2) })
+    }
+}

@@ -1,0 +1,124 @@
+//! Draws frames: path tracing, denoising and showing in one submission.
+
+use wgdenoise::Denoiser;
+
+use super::present::{Present, Split};
+use super::screen::Screen;
+use super::stopwatch::{Stopwatch, Times};
+use crate::args::Args;
+use crate::denoise::{Denoised, denoiser};
+use crate::renderer::camera::Camera;
+use crate::renderer::film::Film;
+use crate::renderer::{Method, Renderer, Result};
+
+/// A scene in a window.
+pub(super) struct Viewer {
+    screen: Screen,
+    renderer: Renderer,
+    denoiser: Denoiser,
+    present: Present,
+    stopwatch: Stopwatch,
+    canvas: Canvas,
+    camera: Camera,
+    per_frame: u32,
+}
+
+/// All that depends on the window's size.
+struct Canvas {
+    film: Film,
+    denoised: Denoised,
+    images: wgpu::BindGroup,
+}
+
+impl Viewer {
+    /// # Errors
+    /// If the device cannot hold what is needed.
+    pub(super) fn new(screen: Screen, args: &Args) -> Result<Self> {
+        let (device, queue) = (&screen.device, &screen.queue);
+        let scene = args.scene.build();
+        let renderer = Renderer::new(device, queue, &scene, Method::default());
+        let denoiser = denoiser(device, queue, args.quality.into())?;
+        let present = Present::new(device, screen.config.format);
+        let size = [screen.config.width, screen.config.height];
+        let canvas = Canvas::new(&renderer, &denoiser, &present, device, (size, args.seed))?;
+        let stopwatch = Stopwatch::new(device, queue);
+        let (camera, per_frame) = (scene.camera, args.spp);
+        Ok(Self { screen, renderer, denoiser, present, stopwatch, canvas, camera, per_frame })
+    }
+
+    /// Images of another size begin anew; the denoiser stays.
+    ///
+    /// # Errors
+    /// If the device cannot hold them.
+    pub(super) fn resize(&mut self, size: [u32; 2]) -> Result<()> {
+        self.screen.resize(size);
+        let (device, seed) = (&self.screen.device, self.canvas.film.seed);
+        let Self { renderer, denoiser, present, .. } = &*self;
+        self.canvas = Canvas::new(renderer, denoiser, present, device, (size, seed))?;
+        Ok(())
+    }
+
+    /// Another view begins anew.
+    pub(super) fn look(&mut self, change: impl FnOnce(&Camera) -> Camera) {
+        self.camera = change(&self.camera);
+        self.canvas.film.samples = 0;
+    }
+
+    /// Samples per pixel so far.
+    pub(super) fn samples(&self) -> u32 {
+        self.canvas.film.samples
+    }
+
+    /// Pixels per row.
+    pub(super) fn width(&self) -> f32 {
+        self.screen.config.width as f32
+    }
+
+    /// Draws a frame and waits for it; `None` if the window is not to be drawn on now.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub(super) fn draw(&mut self, split: Split) -> Result<Option<Times>> {
+        let Some(target) = self.screen.next()? else { return Ok(None) };
+        let view = target.texture.create_view(&Default::default());
+        self.stopwatch.start();
+        self.present.write_split(&self.screen.queue, split);
+        let mut encoder = self.screen.device.create_command_encoder(&Default::default());
+        self.record(&mut encoder, split, &view);
+        self.screen.queue.submit([encoder.finish()]);
+        self.screen.queue.present(target);
+        self.stopwatch.stop(&self.screen.device).map(Some)
+    }
+
+    /// The whole frame.
+    fn record(
+        &mut self,
+        encoder: &mut wgpu::CommandEncoder,
+        split: Split,
+        target: &wgpu::TextureView,
+    ) {
+        let Canvas { film, denoised, images } = &mut self.canvas;
+        let times = self.stopwatch.render();
+        self.renderer.encode(encoder, film, &self.camera, self.per_frame, times);
+        if split.divider < self.screen.config.width as f32 {
+            denoised.encode(encoder, film);
+        }
+        self.present.encode(encoder, images, target, self.stopwatch.present());
+        self.stopwatch.resolve(encoder);
+    }
+}
+
+impl Canvas {
+    fn new(
+        renderer: &Renderer,
+        denoiser: &Denoiser,
+        present: &Present,
+        device: &wgpu::Device,
+        (size, seed): ([u32; 2], u32),
+    ) -> Result<Self> {
+        let film = renderer.film(size, seed)?;
+        let denoised = Denoised::new(denoiser, device, &film)?;
+        let images = present.bind(device, &film.color, &denoised.output);
+        Ok(Self { film, denoised, images })
+    }
+}
