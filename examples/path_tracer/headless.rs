@@ -52,7 +52,10 @@ impl Studio {
             })?;
         }
         let [width, height] = size;
-        println!("drew {width}×{height} with {samples} samples per pixel in {}", ms(begin.elapsed()));
+        println!(
+            "drew {width}×{height} with {samples} samples per pixel in {}",
+            ms(begin.elapsed())
+        );
         Ok(film)
     }
 

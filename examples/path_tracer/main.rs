@@ -8,7 +8,7 @@ mod args;
 mod denoise;
 mod headless;
 mod renderer;
-//mod window;
+mod window;
 
 use std::process::ExitCode;
 
@@ -20,7 +20,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     let result = match &args.out {
         Some(out) => headless::run(&args, out),
-        None => Err("no window yet".into()),
+        None => window::run(&args),
     };
     match result {
         Ok(()) => ExitCode::SUCCESS,

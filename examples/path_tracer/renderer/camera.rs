@@ -25,10 +25,6 @@ impl Camera {
         let right = forward.cross(Vec3::Y).normalize();
         let half_height = (self.field_of_view.to_radians() / 2.0).tan();
         let half_width = half_height * width as f32 / height as f32;
-        ImagePlane {
-            right: right * half_width,
-            up: right.cross(forward) * half_height,
-            forward,
-        }
+        ImagePlane { right: right * half_width, up: right.cross(forward) * half_height, forward }
     }
 }

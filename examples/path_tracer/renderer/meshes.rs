@@ -11,8 +11,7 @@ pub(crate) fn cuboid(low: Vec3, high: Vec3) -> Vec<Shape> {
     let [x, y, z] = (high - low).to_array();
     let [x, y, z] = [Vec3::X * x, Vec3::Y * y, Vec3::Z * z];
     let at_low = [[y, x], [z, y], [x, z]].map(|edges| Shape::Quad { corner: low, edges });
-    let at_high =
-        [[-x, -y], [-y, -z], [-z, -x]].map(|edges| Shape::Quad { corner: high, edges });
+    let at_high = [[-x, -y], [-y, -z], [-z, -x]].map(|edges| Shape::Quad { corner: high, edges });
     at_low.into_iter().chain(at_high).collect()
 }
 
@@ -28,7 +27,8 @@ pub(crate) fn torus(ring: f32, tube: f32, transform: Affine3A) -> Vec<Shape> {
     };
     let cells = (0..RING_STEPS).flat_map(|i| (0..TUBE_STEPS).map(move |j| (i, j)));
     let halves = cells.flat_map(|(i, j)| {
-        let [a, b, c, d] = [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| vertex(i, j));
+        let [a, b, c, d] =
+            [(i, j), (i + 1, j), (i + 1, j + 1), (i, j + 1)].map(|(i, j)| vertex(i, j));
         [[a, b, c], [a, c, d]]
     });
     halves

@@ -42,7 +42,7 @@ pub(crate) struct Renderer {
     scene: wgpu::BindGroup,
 }
 
-const PATH_TRACE: &str = concat!(
+pub(crate) const PATH_TRACE: &str = concat!(
     include_str!("shaders/frame.wgsl"),
     include_str!("shaders/scene.wgsl"),
     include_str!("shaders/random.wgsl"),
@@ -53,7 +53,7 @@ const PATH_TRACE: &str = concat!(
     include_str!("shaders/path_trace.wgsl"),
 );
 
-const RESOLVE: &str =
+pub(crate) const RESOLVE: &str =
     concat!(include_str!("shaders/frame.wgsl"), include_str!("shaders/resolve.wgsl"));
 
 /// Pixels per side of a workgroup.

@@ -55,10 +55,7 @@ fn decode(bytes: &[u8], format: wgpu::TextureFormat) -> Vec<[f32; 4]> {
         wgpu::TextureFormat::Rgba16Float => {
             bytes.chunks_exact(2).map(|b| f16::from_le_bytes([b[0], b[1]]).to_f32()).collect()
         }
-        _ => bytes
-            .chunks_exact(4)
-            .map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]]))
-            .collect(),
+        _ => bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect(),
     };
     channels.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect()
 }

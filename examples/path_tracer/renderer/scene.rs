@@ -17,11 +17,20 @@ pub(crate) struct Scene {
 /// side of an emitter shines.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Shape {
-    Sphere { centre: Vec3, radius: f32 },
+    Sphere {
+        centre: Vec3,
+        radius: f32,
+    },
     /// A corner and the two edges that leave it.
-    Quad { corner: Vec3, edges: [Vec3; 2] },
+    Quad {
+        corner: Vec3,
+        edges: [Vec3; 2],
+    },
     /// Corners and the unit normals there, between which shading interpolates.
-    Triangle { corners: [Vec3; 3], normals: [Vec3; 3] },
+    Triangle {
+        corners: [Vec3; 3],
+        normals: [Vec3; 3],
+    },
 }
 
 /// How a surface scatters or sends light.
@@ -29,12 +38,21 @@ pub(crate) enum Shape {
 pub(crate) enum Material {
     Diffuse(Vec3),
     /// Diffuse, of two colours in cells of this side.
-    Checker { colors: [Vec3; 2], cell: f32 },
+    Checker {
+        colors: [Vec3; 2],
+        cell: f32,
+    },
     /// The reflectance at a right angle, and the roughness from 0.05 to 1.
-    Metal { color: Vec3, roughness: f32 },
+    Metal {
+        color: Vec3,
+        roughness: f32,
+    },
     /// Smooth glass and what it lets through at each surface; the other side of its shape is its
     /// inside.
-    Glass { color: Vec3, ior: f32 },
+    Glass {
+        color: Vec3,
+        ior: f32,
+    },
     /// Radiance of the front.
     Emitter(Vec3),
 }

@@ -39,30 +39,38 @@ impl SceneName {
 }
 
 fn still_life() -> Scene {
-    let camera =
-        Camera { position: vec3(0.5, 1.35, 4.3), target: vec3(0.0, 0.62, 0.0), field_of_view: 32.0 };
     let lean = Quat::from_rotation_y(0.5) * Quat::from_rotation_x(-0.25);
-    let ring = Affine3A::from_rotation_translation(lean, vec3(-0.62, 0.92, -0.45));
-    let gem = Affine3A::from_rotation_translation(Quat::from_rotation_x(0.3), vec3(0.05, 0.2, 0.95));
-    let window = panel(vec3(2.6, 2.3, 1.6), vec3(0.0, 0.3, 0.0), [1.5, 1.5]);
-    let room = Scene::new(camera, Sky::constant(vec3(0.10, 0.12, 0.16)))
+    let ring = Affine3A::from_rotation_translation(lean, vec3(-0.62, 0.91, -0.45));
+    let tilt = Quat::from_rotation_x(0.3);
+    let gem = Affine3A::from_rotation_translation(tilt, vec3(0.05, 0.22, 0.95));
+    let block = cuboid(vec3(-1.15, 0.0, -0.85), vec3(-0.15, 0.42, -0.05));
+    room()
+        .with(Material::Diffuse(vec3(0.78, 0.76, 0.72)), block)
+        .with(Material::Metal { color: GOLD, roughness: 0.3 }, torus(0.36, 0.13, ring))
+        .with(GLASS, [sphere(vec3(0.62, 0.42, 0.25), 0.42)])
         .with(
-            Material::Checker { colors: [vec3(0.62, 0.55, 0.46), vec3(0.30, 0.22, 0.17)], cell: 0.5 },
-            [floor(4.0)],
+            Material::Metal { color: SILVER, roughness: 0.12 },
+            [sphere(vec3(1.15, 0.5, -0.75), 0.5)],
         )
+        .with(Material::Diffuse(vec3(0.72, 0.22, 0.12)), [sphere(vec3(-0.55, 0.24, 0.62), 0.24)])
+        .with(Material::Diffuse(vec3(0.15, 0.27, 0.62)), icosphere(0.22, 1, gem))
+        .with(Material::Emitter(vec3(26.0, 15.0, 6.0)), [sphere(vec3(0.1, 0.09, -0.25), 0.09)])
+}
+
+/// A corner with a checkered floor, lit by a window behind the camera.
+fn room() -> Scene {
+    let camera = Camera {
+        position: vec3(0.5, 1.35, 4.3),
+        target: vec3(0.05, 0.62, 0.0),
+        field_of_view: 32.0,
+    };
+    let tiles = [vec3(0.62, 0.55, 0.46), vec3(0.30, 0.22, 0.17)];
+    let window = panel(vec3(2.6, 2.3, 1.6), vec3(0.0, 0.3, 0.0), [1.5, 1.5]);
+    Scene::new(camera, Sky::constant(vec3(0.10, 0.12, 0.16)))
+        .with(Material::Checker { colors: tiles, cell: 0.5 }, [floor(4.0)])
         .with(Material::Diffuse(vec3(0.72, 0.70, 0.66)), [wall_behind(-1.7, 4.0, 3.2)])
         .with(Material::Diffuse(vec3(0.16, 0.36, 0.38)), [wall_left(-2.1, 4.0, 3.2)])
-        .with(Material::Emitter(vec3(13.0, 11.5, 9.5)), [window]);
-    room.with(
-        Material::Diffuse(vec3(0.78, 0.76, 0.72)),
-        cuboid(vec3(-1.15, 0.0, -0.85), vec3(-0.15, 0.42, -0.05)),
-    )
-    .with(Material::Metal { color: GOLD, roughness: 0.3 }, torus(0.36, 0.13, ring))
-    .with(GLASS, [sphere(vec3(0.62, 0.42, 0.25), 0.42)])
-    .with(Material::Metal { color: SILVER, roughness: 0.12 }, [sphere(vec3(1.15, 0.5, -0.75), 0.5)])
-    .with(Material::Diffuse(vec3(0.72, 0.22, 0.12)), [sphere(vec3(-0.55, 0.24, 0.62), 0.24)])
-    .with(Material::Diffuse(vec3(0.15, 0.27, 0.62)), icosphere(0.22, 1, gem))
-    .with(Material::Emitter(vec3(26.0, 15.0, 6.0)), [sphere(vec3(0.1, 0.09, -0.25), 0.09)])
+        .with(Material::Emitter(vec3(13.0, 11.5, 9.5)), [window])
 }
 
 fn fireflies() -> Scene {
@@ -72,20 +80,18 @@ fn fireflies() -> Scene {
         let angle = step as f32 / 7.0 * TAU + 0.4;
         sphere(vec3(1.5 * angle.cos(), 0.5 + 0.13 * step as f32, 1.1 * angle.sin()), 0.018)
     };
-    let upright = Affine3A::from_rotation_translation(
-        Quat::from_rotation_y(0.6),
-        vec3(0.0, 0.62, 0.0),
-    );
+    let upright =
+        Affine3A::from_rotation_translation(Quat::from_rotation_y(0.6), vec3(0.0, 0.62, 0.0));
     Scene::new(camera, Sky::constant(vec3(0.004, 0.006, 0.012)))
         .with(Material::Diffuse(vec3(0.35, 0.33, 0.32)), [floor(6.0)])
         .with(Material::Metal { color: COPPER, roughness: 0.45 }, [wall_behind(-2.0, 6.0, 4.0)])
         .with(Material::Metal { color: GOLD, roughness: 0.35 }, torus(0.45, 0.17, upright))
-        .with(Material::Metal { color: SILVER, roughness: 0.25 }, [
-            sphere(vec3(-1.1, 0.4, 0.1), 0.4),
-            sphere(vec3(1.1, 0.4, -0.2), 0.4),
-        ])
+        .with(
+            Material::Metal { color: SILVER, roughness: 0.25 },
+            [sphere(vec3(-1.1, 0.4, 0.1), 0.4), sphere(vec3(1.1, 0.4, -0.2), 0.4)],
+        )
         .with(GLASS, [sphere(vec3(0.55, 0.22, 0.95), 0.22)])
-        .with(Material::Emitter(vec3(2200.0, 1300.0, 500.0)), (0..7).map(lamp))
+        .with(Material::Emitter(vec3(1100.0, 650.0, 250.0)), (0..7).map(lamp))
 }
 
 fn caustics() -> Scene {
@@ -98,19 +104,21 @@ fn caustics() -> Scene {
     let gem = Affine3A::from_translation(vec3(0.1, 0.42, -0.75));
     let green = Material::Glass { color: vec3(0.75, 0.95, 0.8), ior: 1.5 };
     Scene::new(camera, Sky::constant(vec3(0.05, 0.06, 0.08)))
-        .with(Material::Diffuse(vec3(0.7, 0.68, 0.64)), [floor(5.0)])
+        .with(Material::Diffuse(vec3(0.7, 0.68, 0.64)), [floor(20.0)])
         .with(GLASS, [sphere(vec3(0.75, 0.5, 0.2), 0.5)])
         .with(green, torus(0.45, 0.16, upright))
         .with(Material::Glass { color: vec3(0.8, 0.88, 1.0), ior: 1.8 }, icosphere(0.42, 0, gem))
-        .with(Material::Emitter(vec3(60.0, 54.0, 45.0)), [sphere(vec3(-1.8, 3.2, -1.6), 0.35)])
+        .with(Material::Emitter(vec3(120.0, 108.0, 90.0)), [sphere(vec3(-1.8, 3.2, -1.6), 0.25)])
 }
 
 fn sky() -> Scene {
     let camera =
         Camera { position: vec3(0.0, 0.9, 5.2), target: vec3(0.0, 0.95, 0.0), field_of_view: 34.0 };
-    let sun = Sun { direction: vec3(-0.6, 0.8, 0.5), angle: 2.0, radiance: vec3(2400.0, 2200.0, 1900.0) };
-    let sky = Sky { horizon: vec3(0.75, 0.85, 1.0), zenith: vec3(0.18, 0.36, 0.85), sun: Some(sun) };
-    let ring = Affine3A::from_rotation_translation(Quat::from_rotation_y(-0.5), vec3(0.9, 0.75, -0.3));
+    let sun =
+        Sun { direction: vec3(-0.6, 0.8, 0.5), angle: 2.0, radiance: vec3(2400.0, 2200.0, 1900.0) };
+    let sky = Sky { horizon: vec3(0.5, 0.6, 0.75), zenith: vec3(0.12, 0.26, 0.62), sun: Some(sun) };
+    let ring =
+        Affine3A::from_rotation_translation(Quat::from_rotation_y(-0.5), vec3(0.9, 0.75, -0.3));
     let ball = Affine3A::from_translation(vec3(-0.15, 0.33, 0.8));
     Scene::new(camera, sky)
         .with(

@@ -110,7 +110,8 @@ impl Queries {
     /// From the mapped buffer.
     fn times(&self) -> Result<Times> {
         let bytes = self.readable.get_mapped_range(..)?;
-        let ticks: Vec<u64> = bytemuck::pod_collect_to_vec(&bytes);
+        let ticks = bytes.chunks_exact(size_of::<u64>());
+        let ticks: Vec<u64> = ticks.map(bytemuck::pod_read_unaligned).collect();
         let between = |from: usize, to: usize| {
             let ticks = ticks[to].saturating_sub(ticks[from]);
             Duration::from_secs_f64(ticks as f64 * f64::from(self.period) * 1e-9)

@@ -1,0 +1,100 @@
+//! The tree of boxes against tests of all shapes.
+
+use glam::Vec3;
+
+use crate::renderer::Method;
+use crate::renderer::bvh::{Bounds, Bvh, Node};
+use crate::renderer::scene::Scene;
+use crate::renderer::scenes::SceneName;
+use crate::support::{Shot, draw};
+
+fn bounds(scene: &Scene) -> Vec<Bounds> {
+    scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect()
+}
+
+fn meets(origin: Vec3, direction: Vec3, low: Vec3, high: Vec3) -> bool {
+    let (a, b) = ((low - origin) / direction, (high - origin) / direction);
+    let (enter, leave) = (a.min(b), a.max(b));
+    enter.max_element().max(0.0) <= leave.min_element()
+}
+
+/// The shapes in the leaves that a ray reaches, as the shader walks.
+fn candidates(bvh: &Bvh, origin: Vec3, direction: Vec3) -> Vec<usize> {
+    let (mut found, mut index) = (Vec::new(), 0);
+    while let Some(node) = bvh.nodes.get(index) {
+        let met = meets(origin, direction, node.low, node.high);
+        if met {
+            found.extend_from_slice(leaf(bvh, node));
+        }
+        index = if met || node.count > 0 { index + 1 } else { node.next as usize };
+    }
+    found
+}
+
+/// The shapes of a leaf; none for an inner node.
+fn leaf<'a>(bvh: &'a Bvh, node: &Node) -> &'a [usize] {
+    if node.count == 0 { &[] } else { &bvh.order[node.next as usize..][..node.count as usize] }
+}
+
+/// Points that fill the unit cube evenly: multiples of powers of the plastic number's
+/// generalisation (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+fn point(index: usize) -> Vec3 {
+    let root = 1.220_744_1_f32;
+    let step = Vec3::new(1.0 / root, 1.0 / root.powi(2), 1.0 / root.powi(3));
+    (step * index as f32).fract_gl()
+}
+
+#[test]
+fn the_walk_reaches_every_shape_whose_box_a_ray_meets() {
+    let bounds = bounds(&SceneName::StillLife.build());
+    let bvh = Bvh::build(&bounds);
+    let (mut reached, mut needed) = (0, 0);
+    for i in 1..400 {
+        let origin = (point(2 * i) - 0.5) * 4.0;
+        let direction = (point(2 * i + 1) - 0.5).normalize();
+        let found = candidates(&bvh, origin, direction);
+        let meeting =
+            |&shape: &usize| meets(origin, direction, bounds[shape].low, bounds[shape].high);
+        let expected: Vec<_> = (0..bounds.len()).filter(meeting).collect();
+        for shape in &expected {
+            assert!(found.contains(shape), "ray {i} misses shape {shape}");
+        }
+        reached += found.len();
+        needed += expected.len();
+    }
+    assert!(needed > 1000, "the rays meet {needed} boxes, too few to say anything");
+    let all = 399 * bounds.len();
+    assert!(reached * 20 < all, "the walk tests {reached} shapes of {all}");
+}
+
+#[test]
+fn every_shape_is_in_one_leaf_and_inside_of_its_box() {
+    let bounds = bounds(&SceneName::Caustics.build());
+    let bvh = Bvh::build(&bounds);
+    let leaves: Vec<_> = bvh.nodes.iter().map(|node| (node, leaf(&bvh, node))).collect();
+    let mut seen: Vec<_> = leaves.iter().flat_map(|(_, shapes)| shapes.iter().copied()).collect();
+    seen.sort_unstable();
+    assert_eq!(seen, (0..bounds.len()).collect::<Vec<_>>());
+    for (node, shapes) in leaves {
+        for &shape in shapes {
+            assert_eq!(node.low.min(bounds[shape].low), node.low);
+            assert_eq!(node.high.max(bounds[shape].high), node.high);
+        }
+    }
+}
+
+#[test]
+fn one_shape_is_one_leaf() {
+    let bvh = Bvh::build(&[Bounds { low: Vec3::ZERO, high: Vec3::ONE }]);
+    assert_eq!((bvh.nodes.len(), bvh.nodes[0].count, bvh.order), (1, 1, vec![0]));
+}
+
+#[test]
+fn pictures_with_and_without_the_tree_are_the_same_to_the_bit() {
+    let scene = SceneName::StillLife.build();
+    let shot = Shot { size: [48, 36], samples: 1, seed: 5 };
+    let fast = draw(&scene, Method::default(), shot);
+    let slow = draw(&scene, Method { hierarchy: false, ..Method::default() }, shot);
+    assert_eq!(fast.color, slow.color);
+    assert_eq!(fast.normal, slow.normal);
+}

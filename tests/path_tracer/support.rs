@@ -1,0 +1,90 @@
+//! Draws scenes on the adapter of this machine, and what is known of a mean.
+
+use std::sync::OnceLock;
+
+use glam::{Vec3, vec3};
+use wgdenoise::Gpu;
+
+use crate::renderer::camera::Camera;
+use crate::renderer::pixels::read;
+use crate::renderer::scene::{Scene, Shape};
+use crate::renderer::{Method, Renderer};
+
+/// The images of a film.
+pub(crate) struct Drawn {
+    pub(crate) color: Vec<[f32; 4]>,
+    pub(crate) albedo: Vec<[f32; 4]>,
+    pub(crate) normal: Vec<[f32; 4]>,
+}
+
+/// Size, samples per pixel and seed.
+#[derive(Clone, Copy)]
+pub(crate) struct Shot {
+    pub(crate) size: [u32; 2],
+    pub(crate) samples: u32,
+    pub(crate) seed: u32,
+}
+
+/// A device without any feature, with WebGPU's default limits.
+fn device() -> &'static (wgpu::Device, wgpu::Queue) {
+    static DEVICE: OnceLock<(wgpu::Device, wgpu::Queue)> = OnceLock::new();
+    DEVICE.get_or_init(|| {
+        let adapter = Gpu::open(None).expect("the tests need an adapter").adapter;
+        let device = adapter.request_device(&wgpu::DeviceDescriptor::default());
+        pollster::block_on(device).expect("every adapter has what WebGPU needs")
+    })
+}
+
+/// Draws a scene.
+pub(crate) fn draw(scene: &Scene, method: Method, shot: Shot) -> Drawn {
+    let (device, queue) = device();
+    let renderer = Renderer::new(device, queue, scene, method);
+    let mut film = renderer.film(shot.size, shot.seed).expect("a small film");
+    while film.samples < shot.samples {
+        let mut encoder = device.create_command_encoder(&Default::default());
+        let more = shot.samples - film.samples;
+        renderer.encode(&mut encoder, &mut film, &scene.camera, more, None);
+        queue.submit([encoder.finish()]);
+    }
+    let read = |texture| read(device, queue, texture).expect("the film can be read");
+    Drawn { color: read(&film.color), albedo: read(&film.albedo), normal: read(&film.normal) }
+}
+
+/// A camera that looks at the origin.
+pub(crate) fn camera_at(position: Vec3, field_of_view: f32) -> Camera {
+    Camera { position, target: Vec3::ZERO, field_of_view }
+}
+
+pub(crate) fn sphere(centre: Vec3, radius: f32) -> Shape {
+    Shape::Sphere { centre, radius }
+}
+
+/// A square at height 0, seen from above.
+pub(crate) fn floor(reach: f32) -> Shape {
+    let edges = [Vec3::Z * 2.0 * reach, Vec3::X * 2.0 * reach];
+    Shape::Quad { corner: vec3(-reach, 0.0, -reach), edges }
+}
+
+/// The red channel.
+pub(crate) fn reds(color: &[[f32; 4]]) -> Vec<f64> {
+    color.iter().map(|pixel| f64::from(pixel[0])).collect()
+}
+
+/// The mean of independent numbers and its standard error.
+pub(crate) fn estimate(values: &[f64]) -> (f64, f64) {
+    let count = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / count;
+    let variance = values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / (count - 1.0);
+    (mean, (variance / count).sqrt())
+}
+
+/// Fails if the mean is not `expected`: further from it than five standard errors, which happens by
+/// chance in one of a million runs, or known less well than to `precision` of it.
+pub(crate) fn assert_mean(what: &str, values: &[f64], expected: f64, precision: f64) {
+    let (mean, error) = estimate(values);
+    assert!(error < precision * expected, "{what}: {mean} ± {error} says too little");
+    // What is exact but for rounding has no spread.
+    let rounding = 1e-5 * expected;
+    let off = (mean - expected).abs();
+    assert!(off < 5.0 * error + rounding, "{what}: {mean} ± {error}, expected {expected}");
+}
