@@ -50,6 +50,7 @@ alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 @group(0) @binding(6) var<uniform> need: Need;
 ";
 
+/// What follows the declarations of both variants of `conv_head`.
 const CONV_HEAD: &str = "
 @group(0) @binding(9) var conv_weights: texture_storage_2d_array<rgba32float, read>;
 
