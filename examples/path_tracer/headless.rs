@@ -11,7 +11,7 @@ use crate::renderer::exr::{self, ALBEDO, COLOR, NORMAL};
 use crate::renderer::film::Film;
 use crate::renderer::pixels::read;
 use crate::renderer::scene::Scene;
-use crate::renderer::{Method, Renderer, Result};
+use crate::renderer::{Kernels, Method, Renderer, Result};
 
 /// A device, and a scene on it.
 struct Studio {
@@ -25,7 +25,8 @@ pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     let gpu = Gpu::open(args.device.as_deref())?;
     println!("on {}", gpu.info.name);
     let scene = args.scene.build();
-    let renderer = Renderer::new(&gpu.device, &gpu.queue, &scene, Method::default());
+    let kernels = Kernels::new(&gpu.device);
+    let renderer = Renderer::new(&gpu.device, &gpu.queue, &kernels, &scene, Method::default());
     let studio = Studio { gpu, scene, renderer };
     let film = studio.draw(args.size, args.spp, args.seed)?;
     studio.write(out, &film)?;

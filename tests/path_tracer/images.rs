@@ -62,7 +62,7 @@ fn more_samples_come_nearer_to_many() {
     let draw = |samples, seed| {
         draw(&scene, Method::default(), Shot { samples, seed, size: [32, 24] }).color
     };
-    let many = draw(256, 1);
+    let many = draw(128, 1);
     let off = |few: Vec<[f32; 4]>| -> f32 {
         few.iter().zip(&many).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>()
     };

@@ -102,7 +102,7 @@ fn a_whole_scene_is_as_bright_by_aim_as_by_chance() {
             let pixels = reds(&drawn.color);
             pixels.iter().sum::<f64>() / pixels.len() as f64
         };
-        (0..12).map(mean).collect()
+        (0..8).map(mean).collect()
     };
     let (aimed, aimed_error) = estimate(&means(Method::default(), 8));
     let (chance, chance_error) = estimate(&means(CHANCE, 24));

@@ -8,7 +8,7 @@ use wgdenoise::Gpu;
 use crate::renderer::camera::Camera;
 use crate::renderer::pixels::read;
 use crate::renderer::scene::{Scene, Shape};
-use crate::renderer::{Method, Renderer};
+use crate::renderer::{Kernels, Method, Renderer};
 
 /// The images of a film.
 pub(crate) struct Drawn {
@@ -26,19 +26,28 @@ pub(crate) struct Shot {
 }
 
 /// A device without any feature, with WebGPU's default limits.
-fn device() -> &'static (wgpu::Device, wgpu::Queue) {
-    static DEVICE: OnceLock<(wgpu::Device, wgpu::Queue)> = OnceLock::new();
+struct Device {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
+    kernels: Kernels,
+}
+
+fn device() -> &'static Device {
+    static DEVICE: OnceLock<Device> = OnceLock::new();
     DEVICE.get_or_init(|| {
         let adapter = Gpu::open(None).expect("the tests need an adapter").adapter;
         let device = adapter.request_device(&wgpu::DeviceDescriptor::default());
-        pollster::block_on(device).expect("every adapter has what WebGPU needs")
+        let opened = pollster::block_on(device);
+        let (device, queue) = opened.expect("every adapter has what WebGPU needs");
+        let kernels = Kernels::new(&device);
+        Device { device, queue, kernels }
     })
 }
 
 /// Draws a scene.
 pub(crate) fn draw(scene: &Scene, method: Method, shot: Shot) -> Drawn {
-    let (device, queue) = device();
-    let renderer = Renderer::new(device, queue, scene, method);
+    let Device { device, queue, kernels } = device();
+    let renderer = Renderer::new(device, queue, kernels, scene, method);
     let mut film = renderer.film(shot.size, shot.seed).expect("a small film");
     while film.samples < shot.samples {
         let mut encoder = device.create_command_encoder(&Default::default());

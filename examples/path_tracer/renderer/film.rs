@@ -58,8 +58,8 @@ impl Renderer {
         let color = texture(device, "color", size, wgpu::TextureFormat::Rgba32Float);
         let albedo = texture(device, "albedo", size, wgpu::TextureFormat::Rgba8Unorm);
         let normal = texture(device, "normal", size, wgpu::TextureFormat::Rgba16Float);
-        let path_trace = bind(device, &self.path_trace, 1, &buffers, &[]);
-        let resolve = bind(device, &self.resolve, 0, &buffers, &[&color, &albedo, &normal]);
+        let path_trace = bind(device, &self.kernels.path_trace, 1, &buffers, &[]);
+        let resolve = bind(device, &self.kernels.resolve, 0, &buffers, &[&color, &albedo, &normal]);
         Ok(Film { size, samples: 0, seed, color, albedo, normal, frame, path_trace, resolve })
     }
 }

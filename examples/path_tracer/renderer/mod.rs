@@ -33,12 +33,18 @@ pub(crate) struct Method {
     pub(crate) hierarchy: bool,
 }
 
+/// What draws, compiled once for all scenes.
+#[derive(Clone)]
+pub(crate) struct Kernels {
+    path_trace: wgpu::ComputePipeline,
+    resolve: wgpu::ComputePipeline,
+}
+
 /// A scene and the kernels that draw it.
 pub(crate) struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
-    path_trace: wgpu::ComputePipeline,
-    resolve: wgpu::ComputePipeline,
+    kernels: Kernels,
     scene: wgpu::BindGroup,
 }
 
@@ -65,19 +71,27 @@ impl Default for Method {
     }
 }
 
+impl Kernels {
+    pub(crate) fn new(device: &wgpu::Device) -> Self {
+        Self {
+            path_trace: pipeline(device, "path_trace", PATH_TRACE),
+            resolve: pipeline(device, "resolve", RESOLVE),
+        }
+    }
+}
+
 impl Renderer {
-    /// Compiles the kernels and uploads the scene, which has at least one shape.
+    /// Uploads the scene, which has at least one shape.
     pub(crate) fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
+        kernels: &Kernels,
         scene: &Scene,
         method: Method,
     ) -> Self {
-        let path_trace = pipeline(device, "path_trace", PATH_TRACE);
-        let resolve = pipeline(device, "resolve", RESOLVE);
         let buffers = SceneBuffers::new(device, scene, method);
-        let scene = bind(device, &path_trace, 0, &buffers.all(), &[]);
-        Self { device: device.clone(), queue: queue.clone(), path_trace, resolve, scene }
+        let scene = bind(device, &kernels.path_trace, 0, &buffers.all(), &[]);
+        Self { device: device.clone(), queue: queue.clone(), kernels: kernels.clone(), scene }
     }
 
     /// Records up to [`SAMPLES_PER_DISPATCH`] more samples per pixel and their means. To be
@@ -97,11 +111,11 @@ impl Renderer {
         let label = Some("path tracer");
         let descriptor = wgpu::ComputePassDescriptor { label, timestamp_writes };
         let mut pass = encoder.begin_compute_pass(&descriptor);
-        pass.set_pipeline(&self.path_trace);
+        pass.set_pipeline(&self.kernels.path_trace);
         pass.set_bind_group(0, &self.scene, &[]);
         pass.set_bind_group(1, &film.path_trace, &[]);
         pass.dispatch_workgroups(x, y, 1);
-        pass.set_pipeline(&self.resolve);
+        pass.set_pipeline(&self.kernels.resolve);
         pass.set_bind_group(0, &film.resolve, &[]);
         pass.dispatch_workgroups(x, y, 1);
     }

@@ -61,10 +61,10 @@ impl SceneBuffers {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene, method: Method) -> Self {
         let bounds: Vec<_> = scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect();
         let bvh = if method.hierarchy { Bvh::build(&bounds) } else { Bvh::flat(&bounds) };
-        let shapes: Vec<_> = bvh.order.iter().map(|&index| scene.shapes[index]).collect();
-        let primitives: Vec<_> = shapes.iter().map(GpuPrimitive::from).collect();
+        let primitive = |&shape: &usize| GpuPrimitive::from(&scene.shapes[shape]);
+        let primitives: Vec<_> = bvh.order.iter().map(primitive).collect();
         let materials: Vec<_> = scene.materials.iter().map(GpuMaterial::from).collect();
-        let mut lights = lights(scene, &shapes);
+        let mut lights = lights(scene, &bvh.order);
         let world = world(&scene.sky, if method.sample_lights { lights.len() as u32 } else { 0 });
         // A binding must not be empty.
         lights.push(SUN);
@@ -96,11 +96,15 @@ fn buffer<T: NoUninit>(
     })
 }
 
-/// The shapes that shine, and the sun.
-fn lights(scene: &Scene, shapes: &[(Shape, usize)]) -> Vec<u32> {
-    let shines = |material: usize| matches!(scene.materials[material], Material::Emitter(_));
-    let shining = (0..).zip(shapes).filter(|(_, (_, material))| shines(*material));
-    shining.map(|(index, _)| index).chain(scene.sky.sun.map(|_| SUN)).collect()
+/// Where the shapes that shine are in the tree's order, and the sun. They stand in the scene's order,
+/// so that the tree does not matter for which of them a random number chooses.
+fn lights(scene: &Scene, order: &[usize]) -> Vec<u32> {
+    let shines =
+        |shape: usize| matches!(scene.materials[scene.shapes[shape].1], Material::Emitter(_));
+    let places = (0..).zip(order).map(|(place, &shape)| (shape, place));
+    let mut shining: Vec<_> = places.filter(|(shape, _)| shines(*shape)).collect();
+    shining.sort_unstable();
+    shining.into_iter().map(|(_, place)| place).chain(scene.sky.sun.map(|_| SUN)).collect()
 }
 
 fn world(sky: &Sky, lights: u32) -> GpuWorld {

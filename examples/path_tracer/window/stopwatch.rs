@@ -9,7 +9,7 @@ use crate::renderer::Result;
 pub(super) enum Times {
     /// By the GPU's clock: the path tracer, and the denoiser.
     Parts { render: Duration, denoise: Duration },
-    /// By the CPU's, where the GPU offers none: the whole submission.
+    /// By the CPU's, where the adapter offers none that can be trusted: the whole submission.
     Whole(Duration),
 }
 
@@ -34,8 +34,11 @@ const BYTES: u64 = TICKS as u64 * size_of::<u64>() as u64;
 
 impl Stopwatch {
     pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
+        // CPU drivers take timestamps before their threads are done.
+        let is_gpu = device.adapter_info().device_type != wgpu::DeviceType::Cpu;
         let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
-        let queries = timestamps.then(|| Queries::new(device, queue.get_timestamp_period()));
+        let queries =
+            (is_gpu && timestamps).then(|| Queries::new(device, queue.get_timestamp_period()));
         Self { queries, begin: Instant::now() }
     }
 

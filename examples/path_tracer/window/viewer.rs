@@ -9,7 +9,7 @@ use crate::args::Args;
 use crate::denoise::{Denoised, denoiser};
 use crate::renderer::camera::Camera;
 use crate::renderer::film::Film;
-use crate::renderer::{Method, Renderer, Result};
+use crate::renderer::{Kernels, Method, Renderer, Result};
 
 /// A scene in a window.
 pub(super) struct Viewer {
@@ -36,7 +36,8 @@ impl Viewer {
     pub(super) fn new(screen: Screen, args: &Args) -> Result<Self> {
         let (device, queue) = (&screen.device, &screen.queue);
         let scene = args.scene.build();
-        let renderer = Renderer::new(device, queue, &scene, Method::default());
+        let kernels = Kernels::new(device);
+        let renderer = Renderer::new(device, queue, &kernels, &scene, Method::default());
         let denoiser = denoiser(device, queue, args.quality.into())?;
         let present = Present::new(device, screen.config.format);
         let size = [screen.config.width, screen.config.height];
