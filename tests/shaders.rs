@@ -70,14 +70,12 @@ fn bindings_are_what_the_host_declares() {
 fn bindings_are_as_few_as_every_device_has() {
     let limits = wgpu::Limits::default();
     for spec in all_specs() {
-        let count = |kinds: &[Binding]| spec.bindings.iter().filter(|b| kinds.contains(b)).count();
-        let textures = count(&[
-            Binding::TensorIn,
-            Binding::TensorOut,
-            Binding::WeightTexture,
-            Binding::ActivityOut,
-        ]);
-        let buffers = count(&[Binding::Buffer, Binding::BufferMut]);
+        let count = |is: fn(&&Binding) -> bool| spec.bindings.iter().filter(is).count();
+        let textures = count(|binding| {
+            use Binding::{ActivityOut, ImageOut, TensorIn, TensorOut, WeightTexture};
+            matches!(binding, TensorIn | TensorOut | WeightTexture | ActivityOut | ImageOut(_))
+        });
+        let buffers = count(|binding| matches!(binding, Binding::Buffer | Binding::BufferMut));
         let most = [
             limits.max_storage_textures_per_shader_stage,
             limits.max_storage_buffers_per_shader_stage,

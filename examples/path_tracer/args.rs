@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
+use wgdenoise::Schedule;
 
 use crate::renderer::scenes::SceneName;
 
@@ -29,6 +30,12 @@ pub(crate) struct Args {
     /// Which of the denoiser's built-in weights
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) quality: Quality,
+    /// In the window, denoise in every how many frames
+    #[arg(long, value_name = "N", value_parser = count(), default_value = "1")]
+    pub(crate) every: u32,
+    /// In the window, the samples per pixel at which noisy and denoised have equal shares
+    #[arg(long, value_name = "N", default_value_t = Schedule::default().half_life)]
+    pub(crate) half_life: f32,
     /// Which adapter: a part of its name [default: the fastest kind]
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
@@ -44,6 +51,13 @@ pub(crate) struct Args {
     /// Its samples per pixel
     #[arg(long, value_name = "N", value_parser = count(), default_value = "1024")]
     pub(crate) reference_spp: u32,
+}
+
+impl Args {
+    /// When the window denoises, and how much.
+    pub(crate) fn schedule(&self) -> Schedule {
+        Schedule { every: self.every, half_life: self.half_life }
+    }
 }
 
 /// The denoiser's quality on the command line.

@@ -66,14 +66,10 @@ impl Studio {
         let Gpu { device, queue, .. } = &self.gpu;
         let denoiser = denoiser(device, queue, args.quality.into())?;
         let denoised = Denoised::new(&denoiser, device, film)?;
-        let first = self.submit(|encoder| denoised.encode(encoder, film))?;
-        let again = self.submit(|encoder| denoised.encode(encoder, film))?;
+        let first = self.submit(|encoder| denoised.encode(encoder))?;
+        let again = self.submit(|encoder| denoised.encode(encoder))?;
         println!("denoised in {}, the first time in {}", ms(again), ms(first));
-        let coverage = read(device, queue, &film.color)?;
-        let mut color = read(device, queue, &denoised.output)?;
-        for (pixel, noisy) in color.iter_mut().zip(coverage) {
-            pixel[3] = noisy[3];
-        }
+        let color = read(device, queue, &denoised.output)?;
         exr::write(out, film.size, &[(COLOR.0, COLOR.1, &color)])?;
         println!("wrote {}", out.display());
         Ok(())

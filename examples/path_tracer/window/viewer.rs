@@ -1,6 +1,6 @@
 //! Draws frames: path tracing, denoising and showing in one submission.
 
-use wgdenoise::Denoiser;
+use wgdenoise::{Denoiser, Schedule};
 
 use super::present::{Present, Split};
 use super::screen::Screen;
@@ -21,6 +21,7 @@ pub(super) struct Viewer {
     canvas: Canvas,
     camera: Camera,
     per_frame: u32,
+    schedule: Schedule,
 }
 
 /// All that depends on the window's size.
@@ -42,9 +43,17 @@ impl Viewer {
         let present = Present::new(device, screen.config.format);
         let size = [screen.config.width, screen.config.height];
         let canvas = Canvas::new(&renderer, &denoiser, &present, device, (size, args.seed))?;
-        let stopwatch = Stopwatch::new(device, queue);
-        let (camera, per_frame) = (scene.camera, args.spp);
-        Ok(Self { screen, renderer, denoiser, present, stopwatch, canvas, camera, per_frame })
+        Ok(Self {
+            renderer,
+            denoiser,
+            present,
+            stopwatch: Stopwatch::new(device, queue),
+            canvas,
+            camera: scene.camera,
+            per_frame: args.spp,
+            schedule: args.schedule(),
+            screen,
+        })
     }
 
     /// Images of another size begin anew; the denoiser stays.
@@ -102,7 +111,9 @@ impl Viewer {
         let times = self.stopwatch.render();
         self.renderer.encode(encoder, film, &self.camera, self.per_frame, times);
         if split.divider < self.screen.config.width as f32 {
-            denoised.encode(encoder, film);
+            let frame = (film.samples - 1) / self.per_frame;
+            let now = (frame, film.samples);
+            denoised.encode_by(self.schedule, now, &self.screen.queue, encoder);
         }
         self.present.encode(encoder, images, target, self.stopwatch.present());
         self.stopwatch.resolve(encoder);
