@@ -25,28 +25,28 @@ pub(crate) struct Shot {
     pub(crate) seed: u32,
 }
 
-/// A device without any feature, with WebGPU's default limits.
-struct Device {
+/// What all tests draw with: a device without any feature, with WebGPU's default limits.
+struct Bench {
     device: wgpu::Device,
     queue: wgpu::Queue,
     kernels: Kernels,
 }
 
-fn device() -> &'static Device {
-    static DEVICE: OnceLock<Device> = OnceLock::new();
-    DEVICE.get_or_init(|| {
+fn bench() -> &'static Bench {
+    static BENCH: OnceLock<Bench> = OnceLock::new();
+    BENCH.get_or_init(|| {
         let adapter = Gpu::open(None).expect("the tests need an adapter").adapter;
         let device = adapter.request_device(&wgpu::DeviceDescriptor::default());
         let opened = pollster::block_on(device);
         let (device, queue) = opened.expect("every adapter has what WebGPU needs");
         let kernels = Kernels::new(&device);
-        Device { device, queue, kernels }
+        Bench { device, queue, kernels }
     })
 }
 
 /// Draws a scene.
 pub(crate) fn draw(scene: &Scene, method: Method, shot: Shot) -> Drawn {
-    let Device { device, queue, kernels } = device();
+    let Bench { device, queue, kernels } = bench();
     let renderer = Renderer::new(device, queue, kernels, scene, method);
     let mut film = renderer.film(shot.size, shot.seed).expect("a small film");
     while film.samples < shot.samples {

@@ -40,5 +40,6 @@ fn tone_map(color: vec3<f32>) -> vec3<f32> {
 
 // IEC 61966-2-1.
 fn srgb(linear: vec3<f32>) -> vec3<f32> {
-    return select(1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055, 12.92 * linear, linear <= vec3(0.0031308));
+    let curve = 1.055 * pow(linear, vec3(1.0 / 2.4)) - 0.055;
+    return select(curve, 12.92 * linear, linear <= vec3(0.0031308));
 }

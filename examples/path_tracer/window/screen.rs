@@ -99,7 +99,7 @@ fn configuration(
 ) -> Option<wgpu::SurfaceConfiguration> {
     let mut config = surface.get_default_config(adapter, width.max(1), height.max(1))?;
     let formats = surface.get_capabilities(adapter).formats;
-    config.format = formats.into_iter().find(|f| f.is_srgb()).unwrap_or(config.format);
+    config.format = formats.into_iter().find(wgpu::TextureFormat::is_srgb).unwrap_or(config.format);
     config.present_mode = wgpu::PresentMode::AutoNoVsync;
     Some(config)
 }

@@ -42,7 +42,9 @@ fn frame_around(n: vec3<f32>) -> mat3x3<f32> {
     let s = select(-1.0, 1.0, n.z >= 0.0);
     let a = -1.0 / (s + n.z);
     let b = n.x * n.y * a;
-    return mat3x3(vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x), vec3(b, s + n.y * n.y * a, -n.y), n);
+    let x = vec3(1.0 + s * n.x * n.x * a, s * b, -s * n.x);
+    let y = vec3(b, s + n.y * n.y * a, -n.y);
+    return mat3x3(x, y, n);
 }
 
 fn cosine_direction() -> vec3<f32> {

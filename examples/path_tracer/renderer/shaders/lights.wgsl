@@ -44,8 +44,9 @@ fn sample_light(origin: vec3<f32>) -> LightSample {
     let choice = min(u32(random() * f32(world.lights)), world.lights - 1u);
     var light: LightSample;
     if lights[choice] == SUN {
-        let direction = frame_around(world.sun_direction) * cone_direction(1.0 - world.sun_cosine);
-        light = LightSample(direction, FAR, world.sun_radiance, cone_density(1.0 - world.sun_cosine));
+        let height = 1.0 - world.sun_cosine;
+        let direction = frame_around(world.sun_direction) * cone_direction(height);
+        light = LightSample(direction, FAR, world.sun_radiance, cone_density(height));
     } else if primitives[lights[choice]].kind == SPHERE {
         light = sample_sphere(origin, primitives[lights[choice]]);
     } else {

@@ -29,7 +29,7 @@ struct Material {
 
 struct Node {
     low: vec3<f32>,
-    next: u32,               // inner: the node to go on with if the box is missed; leaf: first primitive
+    next: u32,               // inner: the node after its descendants; leaf: first primitive
     high: vec3<f32>,
     count: u32,              // primitives of a leaf; 0 for an inner node
 }
