@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use wgdenoise::Gpu;
+use wgdenoise::files::check_output;
 
 use crate::args::Args;
 use crate::denoise::{Denoised, denoiser};
@@ -22,6 +23,10 @@ struct Studio {
 
 /// Draws, denoises and writes what the command line asks for.
 pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
+    let denoised = args.denoised.clone().unwrap_or_else(|| beside(out));
+    for file in [Some(out), Some(&denoised), args.reference.as_deref()].into_iter().flatten() {
+        check_output(file, true)?;
+    }
     let gpu = Gpu::open(args.device.as_deref())?;
     println!("on {}", gpu.info.name);
     let scene = args.scene.build();
@@ -30,7 +35,7 @@ pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     let studio = Studio { gpu, scene, renderer };
     let film = studio.draw(args.size, args.spp, args.seed)?;
     studio.write(out, &film)?;
-    studio.denoise(args, &film, &args.denoised.clone().unwrap_or_else(|| beside(out)))?;
+    studio.denoise(args, &film, &denoised)?;
     let Some(reference) = &args.reference else { return Ok(()) };
     // Of another seed: the noise of the picture must not be in its reference.
     let film = studio.draw(args.size, args.reference_spp, !args.seed)?;

@@ -2,6 +2,9 @@
 #![cfg(feature = "cli")]
 
 mod bvh;
+#[path = "../../examples/path_tracer/denoise.rs"]
+mod denoise;
+mod denoised;
 mod energy;
 mod files;
 mod images;

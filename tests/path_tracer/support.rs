@@ -26,13 +26,13 @@ pub(crate) struct Shot {
 }
 
 /// What all tests draw with: a device without any feature, with WebGPU's default limits.
-struct Bench {
-    device: wgpu::Device,
-    queue: wgpu::Queue,
-    kernels: Kernels,
+pub(crate) struct Bench {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    pub(crate) kernels: Kernels,
 }
 
-fn bench() -> &'static Bench {
+pub(crate) fn bench() -> &'static Bench {
     static BENCH: OnceLock<Bench> = OnceLock::new();
     BENCH.get_or_init(|| {
         let adapter = Gpu::open(None).expect("the tests need an adapter").adapter;

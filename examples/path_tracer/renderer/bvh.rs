@@ -142,7 +142,7 @@ fn sort(bounds: &[Bounds], shapes: &mut [usize], axis: usize) {
     shapes.sort_by(|&a, &b| key(a).partial_cmp(&key(b)).expect("bounds are finite"));
 }
 
-/// The expected shape tests, times the whole's half area, if the first 1, 2, … shapes are split off.
+/// The expected shape tests, times the whole's half area, if the first 1, 2, … are split off.
 fn costs(bounds: &[Bounds], shapes: &[usize]) -> Vec<f32> {
     let areas = |shapes: &mut dyn Iterator<Item = &usize>| -> Vec<f32> {
         let grow = |all: &mut Bounds, &shape: &usize| {

@@ -96,8 +96,8 @@ fn buffer<T: NoUninit>(
     })
 }
 
-/// Where the shapes that shine are in the tree's order, and the sun. They stand in the scene's order,
-/// so that the tree does not matter for which of them a random number chooses.
+/// Where the shapes that shine are in the tree's order, and the sun. They stand in the scene's
+/// order, so that the tree does not matter for which of them a random number chooses.
 fn lights(scene: &Scene, order: &[usize]) -> Vec<u32> {
     let shines =
         |shape: usize| matches!(scene.materials[scene.shapes[shape].1], Material::Emitter(_));

@@ -40,7 +40,9 @@ struct App<'a> {
 /// If there is no display or no adapter for it, or the device fails.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let mut app = App { args, open: None, controls: Controls::default(), failure: None };
-    EventLoop::new()?.run_app(&mut app)?;
+    let event_loop = EventLoop::new()
+        .map_err(|_| "there is no display to open a window on; --out FILE writes files instead")?;
+    event_loop.run_app(&mut app)?;
     app.failure.map_or(Ok(()), Err)
 }
 

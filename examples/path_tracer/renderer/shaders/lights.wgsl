@@ -1,5 +1,6 @@
 // Light from emitters, the sun and the sky, found by chance or aimed at. The two ways are weighted
-// by the power heuristic (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997).
+// by the power heuristic (Veach, "Robust Monte Carlo Methods for Light Transport Simulation",
+// 1997).
 
 const SUN = 0xffffffffu;
 
