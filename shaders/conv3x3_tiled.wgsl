@@ -4,7 +4,7 @@
 // where they are needed.
 //
 // With the max-pool that follows, the 2×2 pixels of an invocation are also one pixel of the
-// pooled tensor. The variant without it is this text less the lines that name `pooled`.
+// smaller tensor. The variant without it is this text less the lines with the name of that.
 
 alias TensorIn = texture_storage_2d_array<rgba32float, read>;
 alias TensorOut = texture_storage_2d_array<rgba32float, write>;

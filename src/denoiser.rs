@@ -38,7 +38,10 @@ const IMAGE_BYTES: u64 = 2 * PIXEL_BYTES;
 pub(crate) const MAX_SIDE: u32 = 1 << 16;
 
 impl Denoiser {
-    /// Compiles the kernels for all inputs that the weights were trained with. For the fastest
+    /// Uploads the weights and compiles the network's kernels for all inputs that these were trained
+    /// with. The few kernels that read or write images are compiled for the images' formats by the
+    /// first [`pass`](Self::pass) or [`denoise`](Self::denoise), or by
+    /// [`warm_up`](Self::warm_up). For the fastest
     /// kernels the device needs [`required_features`](crate::required_features) and, for large
     /// tiles, [`required_limits`](crate::required_limits). Matrix kernels need
     /// [`matrix_features`](crate::matrix_features) and [`Options::matrix`], and are tested first by a

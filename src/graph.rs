@@ -1,4 +1,4 @@
-//! The network on the GPU: its operators, compiled once for tiles of any size.
+//! The network on the GPU: its operators, made once for tiles of any size.
 
 use crate::error::{Error, Result};
 use crate::kernel::Context;
@@ -49,7 +49,8 @@ impl Stem {
 }
 
 impl Model {
-    /// Uploads the weights and compiles the kernels.
+    /// Uploads the weights and compiles the kernels of the layers; those that read or write images
+    /// depend on their formats, and are compiled when they are bound.
     pub(crate) fn new(context: &Context, options: &Options, weights: &Weights) -> Result<Self> {
         let kernels = options.kernels;
         if kernels == KernelSet::Plain {
@@ -80,9 +81,9 @@ impl Model {
         };
         let of_head = usize::from(merges && conv_head::ends(&network, kernels));
         let stored = network.first(network.layers.len() - of_head);
-        let storage = Storage::plan(&stored);
-        check_layers(&storage, &context.device.limits())?;
         let maps = channel_maps(&stored, stem.is_some());
+        let storage = Storage::plan(&stored, maps[INPUT].len() as u32 / 4);
+        check_layers(&storage, &context.device.limits())?;
         let operators = operators(context, kernels, &stored, &params, &maps);
         let map = &maps[stored.output()];
         let head = head.map(|head| match network.layers.get(operators.len()) {
@@ -141,4 +142,28 @@ fn channel_maps(network: &Network, convolved: bool) -> Vec<ChannelMap> {
         });
     }
     maps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gpu, Quality};
+
+    /// A kernel takes the number of its input's layers from the texture.
+    #[test]
+    fn every_tensor_has_as_many_layers_as_its_channels_need() {
+        let Gpu { device, queue, .. } = Gpu::open(None).expect("the tests need an adapter");
+        let weights = Weights::builtin(Quality::Balanced).expect("they are built in");
+        for (kernels, stem) in [(KernelSet::Plain, false), (KernelSet::Tiled, true)] {
+            let options = Options { kernels, ..Options::default() };
+            let context = Context::new(&device, &queue, options.precision);
+            let model = Model::new(&context, &options, &weights).expect("it fits");
+            assert_eq!(model.stem.is_some(), stem, "{kernels}");
+            let stored = model.network.first(model.operators.len());
+            let maps = channel_maps(&stored, stem);
+            let expected: Vec<_> = maps.iter().map(|map| map.len() as u32 / 4).collect();
+            let found: Vec<_> = model.storage.placements.iter().map(|p| p.quads).collect();
+            assert_eq!(found, expected, "{kernels}");
+        }
+    }
 }

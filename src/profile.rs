@@ -13,7 +13,8 @@ use crate::window::{read, wait};
 /// What one kernel call of a frame costs, all tiles together.
 #[derive(Clone, Debug, Default)]
 pub struct CallProfile {
-    /// The layer's name, such as `enc_conv0a`, or the operator's.
+    /// The layer's name, such as `enc_conv0a`, the operator's, or both where they are one kernel, as
+    /// in `dec_conv0b+head`.
     pub name: String,
     /// Multiply-accumulates of the layer, overlap of tiles included, whether skipped or not.
     pub macs: f64,

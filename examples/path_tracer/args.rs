@@ -21,7 +21,7 @@ pub(crate) struct Args {
     /// Pixels per row and rows
     #[arg(long, value_name = "W×H", value_parser = size, default_value = "1024x768")]
     pub(crate) size: [u32; 2],
-    /// Samples per pixel: of the picture with --out, else of each frame
+    /// Samples per pixel: of the picture with --out, else of each frame, which has 4 at most
     #[arg(long, value_name = "N", value_parser = count(), default_value = "4")]
     pub(crate) spp: u32,
     /// Another seed is other noise

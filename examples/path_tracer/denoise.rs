@@ -1,6 +1,6 @@
 //! The denoiser in the renderer: bound to a film once, recorded after it in every frame.
 
-use wgdenoise::{Denoiser, Options, Pass, PassDescriptor, PassImage, Quality, Schedule, Weights};
+use wgdenoise::{Denoiser, Options, Pass, PassDescriptor, PassImage, Quality, Weights};
 
 use crate::renderer::Result;
 use crate::renderer::film::{Film, texture};
@@ -41,17 +41,14 @@ impl Denoised {
         self.pass.encode(encoder);
     }
 
-    /// The same in the frames that the schedule says, with less of it the more samples there are.
-    pub(crate) fn encode_by(
+    /// The same with a share of the noisy colour in it, which grows as samples accumulate.
+    pub(crate) fn encode_blended(
         &self,
-        schedule: Schedule,
-        (frame, samples): (u32, u32),
+        share: f32,
         queue: &wgpu::Queue,
         encoder: &mut wgpu::CommandEncoder,
     ) {
-        if schedule.due(frame) {
-            self.pass.set_blend(queue, schedule.blend(samples));
-            self.pass.encode(encoder);
-        }
+        self.pass.set_blend(queue, share);
+        self.pass.encode(encoder);
     }
 }

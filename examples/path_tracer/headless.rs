@@ -24,9 +24,8 @@ struct Studio {
 /// Draws, denoises and writes what the command line asks for.
 pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     let denoised = args.denoised.clone().unwrap_or_else(|| beside(out));
-    for file in [Some(out), Some(&denoised), args.reference.as_deref()].into_iter().flatten() {
-        check_output(file, true)?;
-    }
+    let files = [Some(out), Some(&denoised), args.reference.as_deref()];
+    check_outputs(&files.into_iter().flatten().collect::<Vec<_>>())?;
     let gpu = Gpu::open(args.device.as_deref())?;
     println!("on {}", gpu.info.name);
     let scene = args.scene.build();
@@ -40,6 +39,17 @@ pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     // Of another seed: the noise of the picture must not be in its reference.
     let film = studio.draw(args.size, args.reference_spp, !args.seed)?;
     studio.write(reference, &film)
+}
+
+/// Refuses files that cannot be written, or that would replace one another.
+fn check_outputs(files: &[&Path]) -> Result<()> {
+    for (i, file) in files.iter().enumerate() {
+        check_output(file, true)?;
+        if files[..i].contains(file) {
+            return Err(format!("{} would be written twice; name another", file.display()).into());
+        }
+    }
+    Ok(())
 }
 
 /// `out.exr` becomes `out.denoised.exr`.

@@ -2,7 +2,7 @@
 //! makes a block clean or active, and for the map of distances to active blocks.
 
 use super::image::ImageFormat;
-use super::input_process::{Sources, TILE, reading, source_names, tile_binding};
+use super::input_process::{Sources, TILE, reading, scale_binding, source_names, tile_binding};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 pub use crate::plan::halo::BLOCK;
 
@@ -83,7 +83,7 @@ pub fn activity(
             color,
             albedo,
             normal,
-            sources.input_scale.as_entire_binding(),
+            scale_binding(sources.input_scale),
             clean.as_entire_binding(),
             wgpu::BindingResource::TextureView(&map),
         ];

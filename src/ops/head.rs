@@ -6,7 +6,7 @@
 use super::activity::Activity;
 use super::convolution::Weights;
 use super::image::{BLEND, ImageFormat};
-use super::input_process::{TILE, tile_binding};
+use super::input_process::{TILE, scale_binding, tile_binding};
 use super::output_process::Images;
 use super::{ChannelMap, GpuTensor, conv_head, simd};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
@@ -147,7 +147,7 @@ impl Head {
             tile_binding(images.tiles),
             input.resource(),
             wgpu::BindingResource::TextureView(&self.weights),
-            images.input_scale.as_entire_binding(),
+            scale_binding(images.input_scale),
             activity.clean.as_entire_binding(),
             images.color.resource(),
             images.output.resource(),

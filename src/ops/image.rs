@@ -10,7 +10,8 @@ use crate::kernel::Binding;
 /// What the elements of an image in a buffer are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Element {
-    /// 16-bit floats.
+    /// 16-bit floats. Shaders convert them with a feature of WGSL's core that wgpu calls
+    /// `SHADER_F16_IN_F32`; without it, as on some CPU drivers, a pass is an error.
     F16,
     /// 32-bit floats.
     F32,
@@ -90,7 +91,7 @@ impl ImageFormat {
     /// The functions `load_…` and `alpha_of_…` for an image called `name`, bound at `binding`. Its
     /// layout is the member `name` of the variable `uniform`.
     #[must_use]
-    pub fn reading(self, name: &str, binding: usize, uniform: &str) -> String {
+    pub(crate) fn reading(self, name: &str, binding: usize, uniform: &str) -> String {
         let text = match self {
             Self::Buffer(Element::F32) => include_str!("../../shaders/image/read_f32.wgsl"),
             Self::Buffer(Element::F16) => include_str!("../../shaders/image/read_f16.wgsl"),
@@ -106,7 +107,7 @@ impl ImageFormat {
     /// # Panics
     /// If kernels cannot write textures of the format.
     #[must_use]
-    pub fn storing(self, binding: usize) -> String {
+    pub(crate) fn storing(self, binding: usize) -> String {
         let text = match self {
             Self::Buffer(Element::F32) => include_str!("../../shaders/image/store_f32.wgsl").into(),
             Self::Buffer(Element::F16) => include_str!("../../shaders/image/store_f16.wgsl").into(),
@@ -122,7 +123,7 @@ impl ImageFormat {
     /// The functions `store_denoised` and `store_noisy` between the image `color` in this format,
     /// bound at `binding`, and `output`, bound after it; [`BLEND`] comes third.
     #[must_use]
-    pub fn result(self, output: Self, binding: usize) -> String {
+    pub(crate) fn result(self, output: Self, binding: usize) -> String {
         let text = include_str!("../../shaders/image/result.wgsl");
         self.reading("color", binding, "tile")
             + &output.storing(binding + 1)
@@ -131,7 +132,7 @@ impl ImageFormat {
 
     /// How an image that is read is bound.
     #[must_use]
-    pub fn source_binding(self) -> Binding {
+    pub(crate) fn source_binding(self) -> Binding {
         match self {
             Self::Buffer(_) => Binding::Buffer,
             Self::Texture(_) => Binding::Image,
@@ -140,7 +141,7 @@ impl ImageFormat {
 
     /// How an image that is written is bound.
     #[must_use]
-    pub fn target_binding(self) -> Binding {
+    pub(crate) fn target_binding(self) -> Binding {
         match self {
             Self::Buffer(_) => Binding::BufferMut,
             Self::Texture(format) => Binding::ImageOut(format),
@@ -149,7 +150,7 @@ impl ImageFormat {
 
     /// The kind as a part of a kernel's name: formats that share a text share a name.
     #[must_use]
-    pub fn source_name(self) -> &'static str {
+    pub(crate) fn source_name(self) -> &'static str {
         match self {
             Self::Buffer(Element::F32) => "f32",
             Self::Buffer(Element::F16) => "f16",
@@ -159,7 +160,7 @@ impl ImageFormat {
 
     /// The same for an image that is written.
     #[must_use]
-    pub fn target_name(self) -> &'static str {
+    pub(crate) fn target_name(self) -> &'static str {
         match self {
             Self::Buffer(_) => self.source_name(),
             Self::Texture(format) => storage(format).map_or("texture", |(name, _)| name),

@@ -104,3 +104,19 @@ impl InputConv {
 fn tiles(side: u32) -> u32 {
     side.div_ceil(TILE)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn it_begins_networks_of_the_tiled_kernels_whose_first_convolution_a_workgroup_can_make() {
+        let network = |width: usize| Network::unet(3, &[width, 40]);
+        assert!(begins(&network(16), KernelSet::Tiled) && begins(&network(1), KernelSet::Tiled));
+        assert!(!begins(&network(17), KernelSet::Tiled));
+        assert!(!begins(&network(16), KernelSet::Simd) && !begins(&network(16), KernelSet::Plain));
+        let mut linear = network(16);
+        linear.layers[0].op = Op::Conv3x3 { relu: false };
+        assert!(!begins(&linear, KernelSet::Tiled));
+    }
+}

@@ -68,7 +68,7 @@ pub struct Sources<'a> {
     pub color: ImageBinding<'a>,
     /// Albedo in `[0, 1]`.
     pub albedo: Option<ImageBinding<'a>>,
-    /// Normal in `[−1, 1]`.
+    /// Normal, stored as `unorm_normal` says.
     pub normal: Option<ImageBinding<'a>>,
     /// Whether normals are stored as `0.5 n + 0.5`, and 0 where there is none.
     pub unorm_normal: bool,
@@ -114,8 +114,18 @@ pub(super) fn resources<'a>(
     output: &'a GpuTensor,
 ) -> Vec<wgpu::BindingResource<'a>> {
     let [color, albedo, normal] = sources.images().map(|image| image.resource());
-    let (tile, scale) = (tile_binding(sources.tiles), sources.input_scale.as_entire_binding());
+    let (tile, scale) = (tile_binding(sources.tiles), scale_binding(sources.input_scale));
     vec![tile, color, albedo, normal, scale, output.resource()]
+}
+
+/// The 32-bit float at the start of a buffer.
+#[must_use]
+pub fn scale_binding(input_scale: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
+    wgpu::BindingResource::Buffer(wgpu::BufferBinding {
+        buffer: input_scale,
+        offset: 0,
+        size: std::num::NonZeroU64::new(size_of::<f32>() as u64),
+    })
 }
 
 /// One [`Tile`] of a buffer of many.

@@ -2,7 +2,7 @@
 
 use super::GpuTensor;
 use super::image::{BLEND, ImageFormat};
-use super::input_process::{TILE, tile_binding};
+use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::ops::image::ImageBinding;
 
@@ -43,7 +43,7 @@ pub fn output_process(context: &Context, input: &GpuTensor, images: &Images<'_>)
     let resources = [
         tile_binding(images.tiles),
         input.resource(),
-        images.input_scale.as_entire_binding(),
+        scale_binding(images.input_scale),
         images.color.resource(),
         images.output.resource(),
         images.blend.as_entire_binding(),

@@ -57,7 +57,7 @@ impl Layout {
     }
 }
 
-/// The uniform `Tile` of `input_process.wgsl`, `activity.wgsl` and `output_process.wgsl`.
+/// The uniform `Tile` of the kernels that read or write images.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Tile {

@@ -3,13 +3,14 @@
 use wgpu::util::DeviceExt as _;
 
 use super::held::{Held, Rescue};
+use super::image::Role;
 use super::{InputScale, Pass, PassDescriptor, PassImage};
 use crate::denoiser::Denoiser;
 use crate::error::{Error, Result};
 use crate::graph::Model;
 use crate::kernel::{Binding, binding_type};
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
-use crate::ops::input_process::Sources;
+use crate::ops::input_process::{Sources, scale_binding};
 use crate::ops::tile::Tile;
 use crate::plan::tiles::TilePlan;
 use crate::requirements::catch;
@@ -42,30 +43,31 @@ impl Denoiser {
     fn hold(&self, d: &PassDescriptor<'_>) -> Result<Images> {
         let device = &self.context.device;
         let mut rescues = Vec::new();
-        let mut hold = |name: &str, image: PassImage<'_>| {
-            let binding = match name {
-                "output" => image.format().target_binding(),
+        let mut hold = |role: Role, image: PassImage<'_>| {
+            let binding = match role {
+                Role::Output => image.format().target_binding(),
                 _ => image.format().source_binding(),
             };
-            let held = check_device(device, name, || {
+            let held = check_device(device, &role, || {
                 let held = Held::new(&image, d.size(), &device.limits());
                 try_bind(device, binding, held.binding().resource());
                 held
             })?;
-            if name == "output" || !image.shares_memory(&d.output) {
+            if role == Role::Output || !image.shares_memory(&d.output) {
                 return Ok(held);
             }
-            let (held, rescue) = self.context.catch(|| Ok(held.rescued(device)))?;
+            let (held, rescue) = catch(device, || Ok(held.rescued(device)))?;
             rescues.push(rescue);
             Ok(held)
         };
-        let color = hold("color", d.color)?;
-        let albedo = d.albedo.map(|image| hold("albedo", image)).transpose()?;
-        let normal = d.normal.map(|image| hold("normal", image)).transpose()?;
-        let output = hold("output", d.output)?;
+        let of_normal = Role::Normal { unorm: d.unorm_normal() };
+        let color = hold(Role::Color, d.color)?;
+        let albedo = d.albedo.map(|image| hold(Role::Albedo, image)).transpose()?;
+        let normal = d.normal.map(|image| hold(of_normal, image)).transpose()?;
+        let output = hold(Role::Output, d.output)?;
         if let InputScale::Buffer(buffer) = d.input_scale {
-            let bind = || try_bind(device, Binding::Buffer, buffer.as_entire_binding());
-            check_device(device, "input scale", bind)?;
+            let bind = || try_bind(device, Binding::Buffer, scale_binding(buffer));
+            check_device(device, &"input scale", bind)?;
         }
         Ok(Images { color, albedo, normal, output, rescues })
     }
@@ -117,7 +119,11 @@ impl Denoiser {
 }
 
 /// Runs `bind`, after all that can be asked of an image was checked.
-fn check_device<T>(device: &wgpu::Device, name: &str, bind: impl FnOnce() -> T) -> Result<T> {
+fn check_device<T>(
+    device: &wgpu::Device,
+    name: &dyn std::fmt::Display,
+    bind: impl FnOnce() -> T,
+) -> Result<T> {
     catch(device, || Ok(bind())).map_err(|report| {
         Error::Image(format!(
             "{name} cannot be bound on the denoiser's device: it belongs to another device or was \

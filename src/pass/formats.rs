@@ -1,10 +1,13 @@
 //! Compiling ahead.
 
+use super::held::texture;
+use super::image::{Role, check_format};
 use super::{InputScale, NormalEncoding, PassDescriptor, PassImage};
 use crate::denoiser::Denoiser;
 use crate::error::Result;
 use crate::ops::image::ImageFormat;
 use crate::ops::tile::Layout;
+use crate::requirements::catch;
 
 /// How the images of a pass to come are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -35,11 +38,12 @@ impl Denoiser {
     /// # Errors
     /// If a pass would refuse the formats.
     pub fn warm_up(&self, formats: &PassFormats) -> Result<()> {
-        let input = |format| self.pixel(format, wgpu::TextureUsages::TEXTURE_BINDING);
-        let (color, albedo, normal) =
-            (input(formats.color)?, formats.albedo.map(input), formats.normal.map(input));
-        let (albedo, normal) = (albedo.transpose()?, normal.transpose()?);
-        let output = self.pixel(formats.output, wgpu::TextureUsages::STORAGE_BINDING)?;
+        let unorm = formats.normal_encoding == NormalEncoding::Unorm;
+        let color = self.pixel(Role::Color, formats.color)?;
+        let albedo = formats.albedo.map(|format| self.pixel(Role::Albedo, format)).transpose()?;
+        let normal = formats.normal.map(|format| self.pixel(Role::Normal { unorm }, format));
+        let normal = normal.transpose()?;
+        let output = self.pixel(Role::Output, formats.output)?;
         self.pass(&PassDescriptor {
             width: 1,
             height: 1,
@@ -53,12 +57,16 @@ impl Denoiser {
         Ok(())
     }
 
-    fn pixel(&self, format: ImageFormat, usage: wgpu::TextureUsages) -> Result<Pixel> {
+    fn pixel(&self, role: Role, format: ImageFormat) -> Result<Pixel> {
         let device = &self.context.device;
-        self.context.catch(|| {
+        let (usage, _) = role.texture_usage();
+        if let ImageFormat::Texture(format) = format {
+            check_format(role, format)?;
+        }
+        catch(device, || {
             Ok(match format {
                 ImageFormat::Texture(format) => {
-                    Pixel::Texture(texture(device, wgpu::Extent3d::default(), format, usage))
+                    Pixel::Texture(texture(device, [1, 1], format, usage))
                 }
                 ImageFormat::Buffer(_) => {
                     Pixel::Buffer(device.create_buffer(&wgpu::BufferDescriptor {
@@ -87,24 +95,6 @@ impl Pixel {
     }
 }
 
-fn texture(
-    device: &wgpu::Device,
-    size: wgpu::Extent3d,
-    format: wgpu::TextureFormat,
-    usage: wgpu::TextureUsages,
-) -> wgpu::Texture {
-    device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("warm-up"),
-        size,
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    })
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -122,10 +112,8 @@ mod tests {
     /// Kernels that are compiled for a pass of this size, on top of those that there are.
     fn compiles(denoiser: &Denoiser, width: u32, height: u32) -> usize {
         let before = denoiser.context.compiled();
-        let create = |format, usage| {
-            let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
-            texture(&denoiser.context.device, size, format, usage)
-        };
+        let create =
+            |format, usage| texture(&denoiser.context.device, [width, height], format, usage);
         let input = |format| create(format, wgpu::TextureUsages::TEXTURE_BINDING);
         let [color, albedo, normal] = [Rgba32Float, Rgba8Unorm, Rgba8Snorm].map(input);
         let output = create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);

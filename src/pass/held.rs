@@ -50,7 +50,9 @@ impl Held {
         let layout = self.layout;
         let (place, rescue) = match self.place {
             Place::Texture(view) => {
-                let (from, to) = (view.texture().clone(), texture_like(device, view.texture()));
+                let usage = wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST;
+                let from = view.texture().clone();
+                let to = texture(device, [from.width(), from.height()], from.format(), usage);
                 (Place::Texture(first_layer(&to)), Rescue::Texture { from, to })
             }
             Place::Buffer { buffer: from, element, offset, size } => {
@@ -115,15 +117,21 @@ fn first_layer(texture: &wgpu::Texture) -> wgpu::TextureView {
     })
 }
 
-fn texture_like(device: &wgpu::Device, texture: &wgpu::Texture) -> wgpu::Texture {
+/// A texture of two dimensions.
+pub(super) fn texture(
+    device: &wgpu::Device,
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::Texture {
     device.create_texture(&wgpu::TextureDescriptor {
-        label: Some("image before it is overwritten"),
-        size: wgpu::Extent3d { depth_or_array_layers: 1, ..texture.size() },
+        label: Some("image of a pass"),
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: texture.format(),
-        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::COPY_DST,
+        format,
+        usage,
         view_formats: &[],
     })
 }

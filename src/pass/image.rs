@@ -69,7 +69,7 @@ impl Role {
         }
     }
 
-    fn texture_usage(self) -> (wgpu::TextureUsages, &'static str) {
+    pub(super) fn texture_usage(self) -> (wgpu::TextureUsages, &'static str) {
         match self {
             Self::Output => (wgpu::TextureUsages::STORAGE_BINDING, "STORAGE_BINDING"),
             _ => (wgpu::TextureUsages::TEXTURE_BINDING, "TEXTURE_BINDING"),
@@ -137,18 +137,23 @@ fn check_texture(texture: &wgpu::Texture, role: Role, size: [u32; 2]) -> Result<
         let [w, h] = found;
         format!("{role} is a texture of {w}×{h} pixels, but the pass is {width}×{height}")
     })?;
-    refuse_unless(role.accepts(format), || {
-        format!("{role} is a texture of format {format:?}, expected {}", role.accepted())
-    })?;
+    check_format(role, format)?;
     let (usage, name) = role.texture_usage();
     refuse_unless(texture.usage().contains(usage), || {
         format!("the texture of {role} was created without the usage {name}; add it")
     })
 }
 
+pub(super) fn check_format(role: Role, format: wgpu::TextureFormat) -> Result<()> {
+    refuse_unless(role.accepts(format), || {
+        format!("{role} is a texture of format {format:?}, expected {}", role.accepted())
+    })
+}
+
 fn check_layout(layout: &Layout, role: Role, [width, height]: [u32; 2]) -> Result<()> {
-    let channels = layout.channels();
-    let apart = layout.pixel_stride >= channels && layout.row_stride / width >= layout.pixel_stride;
+    let (channels, last) = (layout.channels(), u64::from(width - 1));
+    let row = last * u64::from(layout.pixel_stride) + u64::from(channels);
+    let apart = layout.pixel_stride >= channels && u64::from(layout.row_stride) >= row;
     refuse_unless(apart, || {
         format!(
             "the pixels of {role} overlap: {layout:?} for rows of {width} pixels of {channels} \

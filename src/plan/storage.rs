@@ -35,10 +35,10 @@ pub struct Storage {
 }
 
 impl Storage {
-    /// Places all tensors of a network.
+    /// Places all tensors of a network whose input has so many array layers.
     #[must_use]
-    pub fn plan(network: &Network) -> Self {
-        let groups = Groups::of(network);
+    pub fn plan(network: &Network, input_quads: u32) -> Self {
+        let groups = Groups::of(network, input_quads);
         let mut slots: Vec<(Slot, usize)> = Vec::new();
         let mut slot_of = vec![usize::MAX; network.shapes.len()];
         for group in groups.by_first_use() {
@@ -80,8 +80,8 @@ struct Groups {
 }
 
 impl Groups {
-    fn of(network: &Network) -> Self {
-        let quads = quads(network);
+    fn of(network: &Network, input_quads: u32) -> Self {
+        let quads = quads(network, input_quads);
         let mut root: Vec<_> = (0..network.shapes.len()).map(|t| (t, 0)).collect();
         // From the last concat to the first, so that an inner one finds its place known.
         for (i, layer) in network.layers.iter().enumerate().rev() {
@@ -105,11 +105,9 @@ impl Groups {
     }
 }
 
-/// Array layers by tensor: each image of the input has its own, see
-/// [`input_process`](crate::ops::input_process::channel_map), and each concatenated part
-/// starts at a whole layer.
-fn quads(network: &Network) -> Vec<u32> {
-    let mut quads = vec![network.shapes[INPUT].channels.div_ceil(3) as u32];
+/// Array layers by tensor: each concatenated part starts at a whole layer.
+fn quads(network: &Network, input_quads: u32) -> Vec<u32> {
+    let mut quads = vec![input_quads];
     for (i, layer) in network.layers.iter().enumerate() {
         quads.push(match layer.op {
             Op::Concat => layer.inputs.iter().map(|&input| quads[input]).sum(),
@@ -141,7 +139,7 @@ mod tests {
     #[test]
     fn no_layer_writes_over_a_tensor_that_is_still_read() {
         let network = Network::unet(9, &[5, 8, 12, 20]);
-        let storage = Storage::plan(&network);
+        let storage = Storage::plan(&network, 3);
         let last_read = |t: TensorId| {
             network.layers.iter().rposition(|l| l.inputs.contains(&t)).unwrap_or(usize::MAX)
         };
@@ -165,7 +163,7 @@ mod tests {
     #[test]
     fn the_parts_of_a_concat_lie_side_by_side() {
         let network = Network::unet(3, &[5, 8]);
-        let storage = Storage::plan(&network);
+        let storage = Storage::plan(&network, 1);
         let concat = network.layers.iter().position(|l| l.op == Op::Concat).unwrap();
         let [skip, up] = [0, 1].map(|i| storage.placements[network.layers[concat].inputs[i]]);
         let whole = storage.placements[concat + 1];

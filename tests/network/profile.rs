@@ -1,24 +1,33 @@
 //! The time of every kernel call.
 
-use wgdenoise::{Inputs, Options, Precision, Quality, Weights};
+use wgdenoise::{CallProfile, Inputs, KernelSet, Options, Precision, Quality, Weights};
 
-use crate::common::gpu::gpu;
+use crate::common::gpu::{fused_sets, gpu};
 use crate::support::{denoiser, frame, images};
 
 #[test]
 fn a_profile_has_every_call_in_order_and_the_work_of_the_fused_network() {
     let weights = Weights::builtin(Quality::Balanced).unwrap();
-    let options = Options { precision: Precision::F16, ..Options::default() };
-    let denoiser =
-        wgdenoise::Denoiser::new(&gpu().device, &gpu().queue, &weights, &options).unwrap();
-    let images = images(64, 48);
-    let profile = denoiser.profile(&frame(&images, Inputs::ALL), 3).unwrap();
+    for kernels in fused_sets(Precision::F16) {
+        let options = Options { kernels, precision: Precision::F16, ..Options::default() };
+        let denoiser =
+            wgdenoise::Denoiser::new(&gpu().device, &gpu().queue, &weights, &options).unwrap();
+        let images = images(64, 48);
+        check(kernels, &denoiser.profile(&frame(&images, Inputs::ALL), 3).unwrap());
+    }
+}
+
+fn check(kernels: KernelSet, profile: &[CallProfile]) {
     let names: Vec<_> = profile.iter().map(|row| row.name.as_str()).collect();
     let convs = names.iter().filter(|name| name.contains("conv")).count();
     assert_eq!(convs, 18, "{names:?}");
-    assert_eq!(names[..4], ["activity", "activity", "input_process", "enc_conv0a"]);
-    assert_eq!(names.last(), Some(&"dec_conv0b+head"));
-    for row in &profile {
+    let (first, last) = match kernels {
+        KernelSet::Tiled => ("input+enc_conv0a", "dec_conv0b+head"),
+        KernelSet::Matrix(_) => ("input_process", "head"),
+        _ => ("input_process", "dec_conv0b+head"),
+    };
+    assert_eq!((names[2], names.last()), (first, Some(&last)), "{kernels}: {names:?}");
+    for row in profile {
         assert!(row.seconds.len() == 3 && row.seconds.is_sorted(), "{row:?}");
         assert!(row.seconds[0] > 0.0 && row.median() == row.seconds[1], "{row:?}");
     }
@@ -50,6 +59,6 @@ fn tiles_add_up() {
     let options = Options { tile: Some(96), ..Options::default() };
     let tiled = denoiser(&options).profile(&frame, 1).unwrap();
     assert_eq!(whole.len(), tiled.len());
-    let sum = |rows: &[wgdenoise::CallProfile]| rows.iter().map(|row| row.macs).sum::<f64>();
+    let sum = |rows: &[CallProfile]| rows.iter().map(|row| row.macs).sum::<f64>();
     assert!(sum(&tiled) > 1.2 * sum(&whole), "{} and {}", sum(&tiled), sum(&whole));
 }

@@ -35,7 +35,7 @@ fn reference() -> &'static [[f32; 4]] {
 }
 
 /// The noisy and the denoised colour of so many samples, traced and denoised in one encoder: by the
-/// network alone, or by a schedule in its first frame.
+/// network alone, or blended as a schedule says.
 fn denoised(samples: u32, schedule: Option<Schedule>) -> [Vec<[f32; 4]>; 2] {
     let Bench { device, queue, kernels } = bench();
     let scene = SceneName::StillLife.build();
@@ -50,7 +50,7 @@ fn denoised(samples: u32, schedule: Option<Schedule>) -> [Vec<[f32; 4]>; 2] {
         if film.samples == samples {
             match schedule {
                 None => denoised.encode(&mut encoder),
-                Some(by) => denoised.encode_by(by, (0, samples), queue, &mut encoder),
+                Some(by) => denoised.encode_blended(by.blend(samples), queue, &mut encoder),
             }
         }
         queue.submit([encoder.finish()]);

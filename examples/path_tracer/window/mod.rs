@@ -102,7 +102,7 @@ impl App<'_> {
                     viewer.look(|camera| orbit::drag(camera, moved));
                 }
             }
-            WindowEvent::MouseWheel { delta, .. } => {
+            WindowEvent::MouseWheel { delta, .. } if steps(delta) != 0.0 => {
                 viewer.look(|camera| orbit::zoom(camera, steps(delta)));
             }
             _ => {}
@@ -113,8 +113,10 @@ impl App<'_> {
 
 /// Draws a frame and asks for the next.
 fn draw(window: &Window, viewer: &mut Viewer, controls: &Controls) -> Result<()> {
-    if let Some(times) = viewer.draw(controls.split(viewer.width()))? {
-        window.set_title(&title(viewer.samples(), times));
+    match viewer.draw(controls.split(viewer.width()))? {
+        Some(times) => window.set_title(&title(viewer.samples(), times)),
+        // A covered window must not keep a core busy.
+        None => std::thread::sleep(Duration::from_millis(50)),
     }
     window.request_redraw();
     Ok(())

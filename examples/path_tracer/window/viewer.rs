@@ -22,6 +22,10 @@ pub(super) struct Viewer {
     camera: Camera,
     per_frame: u32,
     schedule: Schedule,
+    /// Frames since the accumulation began.
+    frame: u32,
+    /// Whether the denoised image is of another accumulation, or was not kept up.
+    stale: bool,
 }
 
 /// All that depends on the window's size.
@@ -52,6 +56,8 @@ impl Viewer {
             camera: scene.camera,
             per_frame: args.spp,
             schedule: args.schedule(),
+            frame: 0,
+            stale: true,
             screen,
         })
     }
@@ -65,6 +71,7 @@ impl Viewer {
         let (device, seed) = (&self.screen.device, self.canvas.film.seed);
         let Self { renderer, denoiser, present, .. } = &*self;
         self.canvas = Canvas::new(renderer, denoiser, present, device, (size, seed))?;
+        (self.frame, self.stale) = (0, true);
         Ok(())
     }
 
@@ -72,6 +79,7 @@ impl Viewer {
     pub(super) fn look(&mut self, change: impl FnOnce(&Camera) -> Camera) {
         self.camera = change(&self.camera);
         self.canvas.film.samples = 0;
+        (self.frame, self.stale) = (0, true);
     }
 
     /// Samples per pixel so far.
@@ -111,10 +119,15 @@ impl Viewer {
         let times = self.stopwatch.render();
         self.renderer.encode(encoder, film, &self.camera, self.per_frame, times);
         if split.divider < self.screen.config.width as f32 {
-            let frame = (film.samples - 1) / self.per_frame;
-            let now = (frame, film.samples);
-            denoised.encode_by(self.schedule, now, &self.screen.queue, encoder);
+            if self.stale || self.schedule.due(self.frame) {
+                let share = self.schedule.blend(film.samples);
+                denoised.encode_blended(share, &self.screen.queue, encoder);
+            }
+            self.stale = false;
+        } else {
+            self.stale = true;
         }
+        self.frame += 1;
         self.present.encode(encoder, images, target, self.stopwatch.present());
         self.stopwatch.resolve(encoder);
     }

@@ -133,6 +133,7 @@ fn buffers_that_do_not_fit_are_refused() {
         (halves, "needs a buffer of 196 bytes, found 192"),
         (f32(&unusable, rgb), "STORAGE"),
         (f32(&enough, Layout::new(0, 11, 3)), "overlap"),
+        (f32(&enough, Layout::new(0, 14, 4)), "overlap"),
         (f32(&enough, Layout::new(0, 12, 2)), "overlap"),
         (f32(&enough, Layout::new(0, 12, 3).with_alpha()), "overlap"),
         (f32(&enough, Layout::new(0, u32::MAX, 3)), "kernels count to"),
@@ -141,6 +142,15 @@ fn buffers_that_do_not_fit_are_refused() {
         fitting.refuses(&PassDescriptor { color: image, ..fine }, &["color", word]);
         fitting.refuses(&PassDescriptor { output: image, ..fine }, &["output", word]);
     }
+}
+
+#[test]
+fn rows_may_end_with_their_last_pixel() {
+    let fitting = Fitting::new();
+    let buffer = storage(256, BufferUsages::STORAGE);
+    let layout = Layout::new(0, 15, 4);
+    let color = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
+    fitting.denoiser.pass(&PassDescriptor { color, ..fitting.descriptor() }).unwrap();
 }
 
 #[test]
