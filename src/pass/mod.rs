@@ -36,7 +36,8 @@ pub struct Pass {
 impl Denoiser {
     /// Binds the denoiser to images. Another size or other images are another pass; kernels and
     /// weights stay with the denoiser, so that making one for the same formats compiles nothing.
-    /// Inputs that the weights were not trained with are not read.
+    /// Inputs that the weights were not trained with are not read. All images must be of one
+    /// `wgpu::Instance`: wgpu panics at, or mixes up, objects of another.
     ///
     /// # Errors
     /// If an image has another size, a format, layout or usage that the kernels cannot take, or

@@ -40,7 +40,7 @@ impl Folder {
     }
 
     /// The command, in this folder and without a desktop session, of which drivers complain. What
-    /// it keeps from run to run is not the user's.
+    /// it keeps from run to run is, on Linux, not the user's.
     pub(crate) fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wgdenoise"));
         command.current_dir(self.0.path()).env_remove("XDG_RUNTIME_DIR").args(args);
