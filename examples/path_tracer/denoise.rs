@@ -42,13 +42,8 @@ impl Denoised {
     }
 
     /// The same with a share of the noisy colour in it, which grows as samples accumulate.
-    pub(crate) fn encode_blended(
-        &self,
-        share: f32,
-        queue: &wgpu::Queue,
-        encoder: &mut wgpu::CommandEncoder,
-    ) {
-        self.pass.set_blend(queue, share);
+    pub(crate) fn encode_blended(&self, share: f32, encoder: &mut wgpu::CommandEncoder) {
+        self.pass.set_blend(share);
         self.pass.encode(encoder);
     }
 }

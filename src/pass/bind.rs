@@ -101,7 +101,8 @@ impl Denoiser {
         let graph = TileGraph::new(context, model, &bound);
         let exposure = self.exposure(d, &images.color, &scale);
         let tiles = (0..plan.tiles.len()).map(|i| (i * TILE_STRIDE) as u32).collect();
-        Pass { rescues: images.rescues, exposure, graph, tiles, blend }
+        let queue = context.queue.clone();
+        Pass { rescues: images.rescues, exposure, graph, tiles, blend, queue }
     }
 
     /// The measurement of the exposure, if the caller does not bring one.

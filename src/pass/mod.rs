@@ -31,6 +31,8 @@ pub struct Pass {
     /// Offset of each tile in the uniform buffer, in bytes.
     tiles: Vec<u32>,
     blend: wgpu::Buffer,
+    /// The denoiser's.
+    queue: wgpu::Queue,
 }
 
 impl Denoiser {
@@ -82,14 +84,12 @@ impl Pass {
         }
     }
 
-    /// Sets the share of the noisy colour in the output, from 0 (as it is in a new pass) to 1,
-    /// for what is submitted to the denoiser's `queue` from now on. [`Schedule::blend`] has a
-    /// share that falls to no bias as samples accumulate.
-    ///
-    /// # Panics
-    /// If `share` is no number from 0 to 1.
-    pub fn set_blend(&self, queue: &wgpu::Queue, share: f32) {
-        assert!((0.0..=1.0).contains(&share), "a blend of {share}, expected 0 to 1");
-        queue.write_buffer(&self.blend, 0, bytemuck::bytes_of(&share));
+    /// Sets the share of the noisy colour in the output for what is submitted from now on: from 0,
+    /// as it is in a new pass and as NaN counts, to 1; what lies beyond is clamped.
+    /// [`Schedule::blend`] has a share that grows as samples accumulate, so that no bias stays.
+    /// Takes wgpu's staging memory for four bytes.
+    pub fn set_blend(&self, share: f32) {
+        let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
+        self.queue.write_buffer(&self.blend, 0, bytemuck::bytes_of(&share));
     }
 }

@@ -146,7 +146,21 @@ fn upload(
         | wgpu::TextureUsages::COPY_DST;
     let float = [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba32Float];
     usage.set(wgpu::TextureUsages::STORAGE_BINDING, float.contains(&format));
-    let texture = context.device.create_texture(&wgpu::TextureDescriptor {
+    let texture = context.device.create_texture(&descriptor([width, height], format, usage));
+    let encode = |pixel: &Pixel| encode(ImageFormat::Texture(format), *pixel);
+    let bytes: Vec<u8> = pixels.iter().flat_map(encode).collect();
+    let layout = copy_layout(width * texel_bytes(format), height);
+    context.queue.write_texture(texture.as_image_copy(), &bytes, layout, texture.size());
+    texture
+}
+
+/// A texture of two dimensions.
+pub(crate) fn descriptor(
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
         mip_level_count: 1,
@@ -155,12 +169,7 @@ fn upload(
         format,
         usage,
         view_formats: &[],
-    });
-    let encode = |pixel: &Pixel| encode(ImageFormat::Texture(format), *pixel);
-    let bytes: Vec<u8> = pixels.iter().flat_map(encode).collect();
-    let layout = copy_layout(width * texel_bytes(format), height);
-    context.queue.write_texture(texture.as_image_copy(), &bytes, layout, texture.size());
-    texture
+    }
 }
 
 fn texel_bytes(format: wgpu::TextureFormat) -> u32 {

@@ -50,7 +50,7 @@ fn denoised(samples: u32, schedule: Option<Schedule>) -> [Vec<[f32; 4]>; 2] {
         if film.samples == samples {
             match schedule {
                 None => denoised.encode(&mut encoder),
-                Some(by) => denoised.encode_blended(by.blend(samples), queue, &mut encoder),
+                Some(by) => denoised.encode_blended(by.blend(samples), &mut encoder),
             }
         }
         queue.submit([encoder.finish()]);

@@ -121,7 +121,7 @@ impl Viewer {
         if split.divider < self.screen.config.width as f32 {
             if self.stale || self.schedule.due(self.frame) {
                 let share = self.schedule.blend(film.samples);
-                denoised.encode_blended(share, &self.screen.queue, encoder);
+                denoised.encode_blended(share, encoder);
             }
             self.stale = false;
         } else {

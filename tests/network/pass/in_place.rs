@@ -4,6 +4,7 @@ use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{Element, ImageFormat, Inputs, Layout, Options, PassDescriptor};
 
 use super::{F32, Scene};
+use crate::common::image::GpuImage;
 use crate::common::run_cases;
 use crate::support::{denoiser, frame, images};
 
@@ -16,34 +17,29 @@ fn formats() -> [(ImageFormat, Layout); 4] {
     ]
 }
 
-/// In tiles, so that one would read what another has overwritten.
 #[test]
 fn the_output_may_be_the_colour_itself() {
-    let images = images(90, 70);
-    let denoiser = denoiser(&Options { tile: Some(80), ..Options::default() });
-    run_cases(formats(), |&(format, layout)| {
-        let scene = Scene::new(&frame(&images, Inputs::ALL), format, layout);
-        let expected = scene.run(&denoiser);
-        let descriptor = PassDescriptor { output: scene.color.as_pass(), ..scene.descriptor() };
-        let pass = denoiser.pass(&descriptor).map_err(|error| error.to_string())?;
-        let found = scene.color.read(|encoder| pass.encode(encoder));
-        if bits(&found) == bits(&expected) { Ok(()) } else { Err("the result differs".into()) }
-    });
+    run_cases(formats(), |&case| check(case, |scene| &scene.color));
 }
 
 #[test]
 fn the_output_may_be_the_albedo() {
+    run_cases(formats(), |&case| check(case, |scene| scene.albedo.as_ref().expect("it is there")));
+}
+
+/// In tiles, so that one would read what another has overwritten.
+fn check(
+    (format, layout): (ImageFormat, Layout),
+    place: fn(&Scene) -> &GpuImage,
+) -> Result<(), String> {
     let images = images(90, 70);
     let denoiser = denoiser(&Options { tile: Some(80), ..Options::default() });
-    run_cases(formats(), |&(format, layout)| {
-        let scene = Scene::new(&frame(&images, Inputs::ALL), format, layout);
-        let expected = scene.run(&denoiser);
-        let albedo = scene.albedo.as_ref().expect("it is there");
-        let descriptor = PassDescriptor { output: albedo.as_pass(), ..scene.descriptor() };
-        let pass = denoiser.pass(&descriptor).map_err(|error| error.to_string())?;
-        let found = albedo.read(|encoder| pass.encode(encoder));
-        if bits(&found) == bits(&expected) { Ok(()) } else { Err("the result differs".into()) }
-    });
+    let scene = Scene::new(&frame(&images, Inputs::ALL), format, layout);
+    let expected = scene.run(&denoiser);
+    let descriptor = PassDescriptor { output: place(&scene).as_pass(), ..scene.descriptor() };
+    let pass = denoiser.pass(&descriptor).map_err(|error| error.to_string())?;
+    let found = place(&scene).read(|encoder| pass.encode(encoder));
+    if bits(&found) == bits(&expected) { Ok(()) } else { Err("the result differs".into()) }
 }
 
 /// A second frame denoises what the first one left.

@@ -7,25 +7,13 @@ use wgdenoise::{
 };
 
 use crate::common::gpu::gpu;
+use crate::common::image::descriptor;
 use crate::support::denoiser;
 
 const ALL: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::STORAGE_BINDING);
 
-fn descriptor(format: Texture, usage: TextureUsages) -> wgpu::TextureDescriptor<'static> {
-    wgpu::TextureDescriptor {
-        label: None,
-        size: wgpu::Extent3d { width: 4, height: 4, depth_or_array_layers: 1 },
-        mip_level_count: 1,
-        sample_count: 1,
-        dimension: wgpu::TextureDimension::D2,
-        format,
-        usage,
-        view_formats: &[],
-    }
-}
-
 fn texture(format: Texture, usage: TextureUsages) -> wgpu::Texture {
-    gpu().device.create_texture(&descriptor(format, usage))
+    gpu().device.create_texture(&descriptor([4, 4], format, usage))
 }
 
 fn storage(size: u64, usage: BufferUsages) -> wgpu::Buffer {
@@ -96,7 +84,7 @@ fn textures_of_a_wrong_format_or_usage_are_refused() {
 fn textures_of_another_size_or_shape_are_refused() {
     let fitting = Fitting::new();
     let fine = fitting.descriptor();
-    let float = descriptor(Texture::Rgba16Float, ALL);
+    let float = descriptor([4, 4], Texture::Rgba16Float, ALL);
     let wide = wgpu::Extent3d { width: 5, ..float.size };
     let wide = wgpu::TextureDescriptor { size: wide, ..float.clone() };
     let solid = wgpu::TextureDescriptor { dimension: wgpu::TextureDimension::D3, ..float.clone() };
@@ -193,7 +181,7 @@ fn images_of_another_device_are_refused() {
     let fine = fitting.descriptor();
     let request = gpu().adapter.request_device(&wgpu::DeviceDescriptor::default());
     let (other, _) = pollster::block_on(request).expect("the adapter gives a second device");
-    let texture = other.create_texture(&descriptor(Texture::Rgba16Float, ALL));
+    let texture = other.create_texture(&descriptor([4, 4], Texture::Rgba16Float, ALL));
     let buffer = other.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: 192,
