@@ -103,7 +103,7 @@ fn every_format_is_written_with_the_blend_and_the_alpha_of_the_colour() {
     let denoised = reference::output_process(&tensor, 0.5, SIZE[0], SIZE[1]);
     run_cases(formats(), |&(format, layout)| {
         let share = 0.25_f32;
-        let output = GpuImage::new(&[[0.0; 4]; 91], SIZE, format, layout);
+        let output = GpuImage::new(&[[-1.5; 4]; 91], SIZE, format, layout);
         let images = [noisy.as_pass(), output.as_pass()];
         let views = images.each_ref().map(view);
         let tile = Tile { image_size: SIZE, end: SIZE, output: layout, ..Tile::default() };
