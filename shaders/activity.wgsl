@@ -1,15 +1,19 @@
 // Which blocks of a tile the network must work on, so that its layers can skip the others.
 // A block is 16×16 pixels of the image, counted from the tile's origin.
 //
-// `classify` marks the blocks that are clean: every pixel that lies in the image is finite and
-// not negative, and either all are the same, bit for bit, or the block bends nowhere by more
-// than T: along rows and columns |v(i − 1) − 2 v(i) + v(i + 1)| <= T in each channel, where v is
-// the colour as the network sees it. Empty background and gradients without noise are clean;
-// noise of a standard deviation of T/4 is not. Where the image ends inside a block, a side of
-// less than three pixels cannot bend, so such a block must be constant; and fewer than three
-// pixels say nothing. A dark block, v <= T at its first pixel, may be an empty background or a
-// surface that no path has lit yet: it is clean only if albedo or normal is given and what is
-// given is zero there. One block per invocation, left at the first pixel that is not clean.
+// `classify` finds the blocks that are even: either all pixels, as they are repaired for the
+// network, are the same, or the block bends nowhere by more than T: along rows and columns
+// |v(i − 1) − 2 v(i) + v(i + 1)| <= T in each channel, where v is the colour as the network sees
+// it. Empty background and gradients without noise are even; noise of a standard deviation of
+// T/4 is not. Where the image ends inside a block, three pixels a side are looked at nevertheless,
+// if the image has them; a side of less than three cannot bend, so such a block must be constant;
+// and an image of fewer than three pixels in all has nothing to be compared with.
+// One block per invocation, left at the first pixel that is not even.
+//
+// `settle` marks the blocks that are clean. Even ones are, unless they are dark: exposed, no
+// channel of the first pixel is above DARK. Such a block may be an empty background or a surface
+// that no path has lit yet. It is clean if albedo or normal is given and what is given is zero
+// there, or if no block around it is noisy: so much darkness is no accident.
 //
 // A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
 // map. Layer 0: how many blocks away, diagonal steps included, the nearest active block is; FAR
@@ -32,7 +36,8 @@ struct Tile {
 @group(0) @binding(0) var<uniform> tile: Tile;
 // Bindings 1 to 3: the images `color`, `albedo` and `normal`, read by texts of shaders/image.
 @group(0) @binding(4) var<storage, read> input_scale: f32;
-@group(0) @binding(5) var<storage, read_write> clean: array<u32>;   // 1 or 0, row by row
+// Row by row, whether each block is clean: 1 or 0. Behind that, what `classify` found.
+@group(0) @binding(5) var<storage, read_write> clean: array<u32>;
 @group(0) @binding(6) var map: MapOut;
 
 override radius: i32;        // how far `spread` looks, in blocks, below FAR
@@ -44,6 +49,12 @@ override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0
 const BLOCK = 16u;           // pixels per side
 const FAR = 255u;
 const T = 1.0 / 1024.0;
+const DARK = 2e-6;           // encoded, about T
+
+// What `classify` finds.
+const NOISY = 0u;
+const DARK_BLOCK = 1u;
+const CLEAN = 2u;
 const LARGEST = 65504.0;     // what the transfer function maps to 1
 
 // The transfer function of input_process.wgsl.
@@ -64,25 +75,20 @@ fn transfer(y: vec3<f32>) -> vec3<f32> {
     return SCALE * select(select(bright, middle, y <= vec3(Y1)), A * y, y <= vec3(Y0));
 }
 
-// Finite and not negative: bits in the order of their values, up to infinity; or −0.
-fn valid(bits: vec3<u32>) -> bool {
-    return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
-}
-
-fn encode(bits: vec3<u32>) -> vec3<f32> {
-    return transfer(clamp(bitcast<vec3<f32>>(bits) * input_scale, vec3(0.0), vec3(LARGEST)));
+fn exposed(at: vec2<u32>) -> vec3<f32> {
+    return min(repaired_color(at) * input_scale, vec3(LARGEST));
 }
 
 fn constant(first: vec2<u32>, size: vec2<u32>) -> bool {
-    let bits = load_color(first);
+    let rgb = repaired_color(first);
     for (var y = 0u; y < size.y; y++) {
         for (var x = 0u; x < size.x; x++) {
-            if any(load_color(first + vec2(x, y)) != bits) {
+            if any(repaired_color(first + vec2(x, y)) != rgb) {
                 return false;
             }
         }
     }
-    return valid(bits);
+    return true;
 }
 
 fn is_zero(bits: vec3<u32>) -> bool {
@@ -111,16 +117,12 @@ fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
     return has_albedo || has_normal;
 }
 
-// Whether a line of `count` pixels is valid and bends nowhere.
+// Whether a line of `count` pixels bends nowhere.
 fn straight(first: vec2<u32>, step: vec2<u32>, count: u32) -> bool {
     var before = vec3(0.0);
     var here = vec3(0.0);
     for (var i = 0u; i < count; i++) {
-        let bits = load_color(first + i * step);
-        if !valid(bits) {
-            return false;
-        }
-        let after = encode(bits);
+        let after = transfer(exposed(first + i * step));
         if i >= 2u && any(abs(before - 2.0 * here + after) > vec3(T)) {
             return false;
         }
@@ -144,17 +146,37 @@ fn smooth_lines(first: vec2<u32>, size: vec2<u32>) -> bool {
     return true;
 }
 
-fn is_clean(block: vec2<u32>) -> bool {
-    let first = tile.origin + block * BLOCK;
-    let size = min(first + BLOCK, tile.image_size) - min(first, tile.image_size);
-    if size.x * size.y < 3u {
-        return false;
+fn is_even(first: vec2<u32>, size: vec2<u32>) -> bool {
+    return size.x * size.y < 3u
+        || constant(first, size)
+        || (all(size >= vec2(3u)) && smooth_lines(first, size));
+}
+
+fn find(block: vec2<u32>) -> u32 {
+    let end = min(tile.origin + (block + 1u) * BLOCK, tile.image_size);
+    let first = min(tile.origin + block * BLOCK, max(end, vec2(3u)) - 3u);
+    let size = end - first;
+    if !is_even(first, size) {
+        return NOISY;
     }
-    if !constant(first, size) && !(all(size >= vec2(3u)) && smooth_lines(first, size)) {
-        return false;
-    }
-    let dark = all(encode(load_color(first)) <= vec3(T));
-    return !dark || empty(first, size);
+    let is_dark = all(exposed(first) <= vec3(DARK));
+    return select(CLEAN, DARK_BLOCK, is_dark && !empty(first, size));
+}
+
+fn is_in_image(block: vec2<i32>) -> bool {
+    let blocks = vec2<i32>(textureDimensions(map));
+    let inside = all(block >= vec2(0)) && all(block < blocks);
+    return inside && all(tile.origin + vec2<u32>(block) * BLOCK < tile.image_size);
+}
+
+fn place_of(block: vec2<u32>) -> u32 {
+    return block.y * textureDimensions(map).x + block.x;
+}
+
+// Where `classify` notes what it found.
+fn place_of_finding(block: vec2<u32>) -> u32 {
+    let blocks = textureDimensions(map);
+    return blocks.x * blocks.y + place_of(block);
 }
 
 @compute @workgroup_size(8, 8)
@@ -163,17 +185,44 @@ fn classify(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= blocks) {
         return;
     }
-    clean[id.y * blocks.x + id.x] = u32(skip && is_clean(id.xy));
+    clean[place_of_finding(id.xy)] = NOISY;
+    if skip && is_in_image(vec2<i32>(id.xy)) {
+        clean[place_of_finding(id.xy)] = find(id.xy);
+    }
+}
+
+fn is_noisy(block: vec2<i32>) -> bool {
+    return is_in_image(block) && clean[place_of_finding(vec2<u32>(block))] == NOISY;
+}
+
+fn has_noise_around(block: vec2<i32>) -> bool {
+    for (var y = -1; y <= 1; y++) {
+        for (var x = -1; x <= 1; x++) {
+            if is_noisy(block + vec2(x, y)) {
+                return true;
+            }
+        }
+    }
+    return false;
+}
+
+@compute @workgroup_size(8, 8)
+fn settle(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(map)) {
+        return;
+    }
+    let found = clean[place_of_finding(id.xy)];
+    let is_dark_background = found == DARK_BLOCK && !has_noise_around(vec2<i32>(id.xy));
+    clean[place_of(id.xy)] = u32(found == CLEAN || is_dark_background);
 }
 
 fn is_active(block: vec2<i32>) -> bool {
-    let blocks = textureDimensions(map);
-    if any(block < vec2(0)) || any(block >= vec2<i32>(blocks)) {
+    if !is_in_image(block) {
         return false;
     }
     let first = tile.origin + vec2<u32>(block) * BLOCK;
     let stored = all(first + BLOCK > tile.begin) && all(first < tile.end);
-    return stored && clean[u32(block.y) * blocks.x + u32(block.x)] == 0u;
+    return stored && clean[place_of(vec2<u32>(block))] == 0u;
 }
 
 // Ring by ring, so that an active block is done at once.

@@ -1,4 +1,4 @@
-// From images to the network's input: sanitise, expose, transfer function, channel layout and
+// From images to the network's input: repair, expose, transfer function, channel layout and
 // padding. One pixel of the tile per invocation. Each image that is present has a layer of its
 // own, colour, then albedo, then normal, so that leaving one out moves no other channel and sums
 // keep their order. Pixels right of or below the image repeat its edge.
@@ -17,7 +17,8 @@ struct Tile {
 }
 
 @group(0) @binding(0) var<uniform> tile: Tile;
-// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read by texts of shaders/image.
+// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read, filled and repaired by texts of
+// shaders/image.
 @group(0) @binding(4) var<storage, read> input_scale: f32;
 @group(0) @binding(5) var output: TensorOut;
 
@@ -46,22 +47,17 @@ fn transfer(y: f32) -> f32 {
     return SCALE * select(select(bright, middle, y <= Y1), A * y, y <= Y0);
 }
 
-fn finite(bits: vec3<u32>) -> vec3<f32> {
-    let is_finite = (bits & vec3(0x7f800000u)) != vec3(0x7f800000u);
-    return bitcast<vec3<f32>>(select(vec3(0u), bits, is_finite));
-}
-
 fn encoded_color(at: vec2<u32>) -> vec3<f32> {
-    let exposed = clamp(finite(load_color(at)) * input_scale, vec3(0.0), vec3(LARGEST));
+    let exposed = min(repaired_color(at) * input_scale, vec3(LARGEST));
     return vec3(transfer(exposed.x), transfer(exposed.y), transfer(exposed.z));
 }
 
 fn encoded_albedo(at: vec2<u32>) -> vec3<f32> {
-    return clamp(finite(load_albedo(at)), vec3(0.0), vec3(1.0));
+    return clamp(filled_albedo(at), vec3(0.0), vec3(1.0));
 }
 
 fn encoded_normal(at: vec2<u32>) -> vec3<f32> {
-    let xyz = finite(load_normal(at));
+    let xyz = filled_normal(at);
     if unorm_normal {
         return select(clamp(xyz, vec3(0.0), vec3(1.0)), vec3(0.5), all(xyz == vec3(0.0)));
     }

@@ -19,7 +19,18 @@ fn store_denoised(at: vec2<u32>, rgb: vec3<f32>) {
     store(at, result, alpha_of_color(at));
 }
 
+// Finite and not negative: bits in the order of their values, up to infinity; or −0.
+fn is_light(bits: vec3<u32>) -> bool {
+    return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
+}
+
+// Bit for bit, unless the noisy colour is no light.
 fn store_noisy(at: vec2<u32>) {
-    store(at, bitcast<vec3<f32>>(load_color(at)), alpha_of_color(at));
+    let bits = load_color(at);
+    var rgb = bitcast<vec3<f32>>(bits);
+    if !is_light(bits) {
+        rgb = max(filled_color(at), vec3(0.0));
+    }
+    store(at, rgb, alpha_of_color(at));
 }
 

@@ -6,10 +6,16 @@ use super::input_process::{Sources, TILE, reading, scale_binding, source_names, 
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
 pub use crate::plan::halo::BLOCK;
 
-/// Marks the clean blocks of colour, albedo and normal in these formats.
+/// Finds the even blocks of colour, albedo and normal in these formats.
 #[must_use]
 pub fn classify_spec(formats: [ImageFormat; 3]) -> KernelSpec {
     spec("classify", [8, 8, 1], formats)
+}
+
+/// Marks the clean ones.
+#[must_use]
+pub fn settle_spec(formats: [ImageFormat; 3]) -> KernelSpec {
+    spec("settle", [8, 8, 1], formats)
 }
 
 /// Makes the map from them.
@@ -41,7 +47,8 @@ pub const FAR: u32 = 255;
 pub struct Activity {
     /// Distances in blocks: `r32uint`, one texel per block, [`LAYERS`] layers.
     pub map: wgpu::TextureView,
-    /// For each block, row by row, a `u32`: 1 if it is clean, 0 if not.
+    /// For each block, row by row, a `u32`: 1 if it is clean, 0 if not. Behind that, as much again
+    /// that only the kernels use.
     pub clean: wgpu::Buffer,
 }
 
@@ -60,14 +67,14 @@ pub fn activity(
     tile: [u32; 2],
     radius: u32,
     skip: bool,
-) -> (Activity, [Dispatch; 2]) {
+) -> (Activity, [Dispatch; 3]) {
     assert!(tile.iter().all(|side| side % BLOCK == 0), "a tile of {tile:?} has no whole blocks");
     assert!(radius < FAR, "a radius of {radius} blocks cannot be told from {FAR}, none");
     let blocks = tile.map(|side| side / BLOCK);
     let map = map(&context.device, blocks);
     let clean = context.device.create_buffer(&wgpu::BufferDescriptor {
         label: Some("clean blocks"),
-        size: flag_bytes(blocks),
+        size: 2 * flag_bytes(blocks),
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
@@ -75,7 +82,8 @@ pub fn activity(
     constants.extend([("radius", f64::from(radius)), ("skip", f64::from(u8::from(skip)))]);
     let images = sources.images();
     let formats = images.map(|image| image.format());
-    let calls = [classify_spec(formats), spread_spec(formats)].map(|spec| {
+    let specs = [classify_spec, settle_spec, spread_spec].map(|spec| spec(formats));
+    let calls = specs.map(|spec| {
         let kernel = context.kernel(&spec, &constants);
         let [color, albedo, normal] = images.map(|image| image.resource());
         let resources = [
@@ -92,10 +100,10 @@ pub fn activity(
     (Activity { map, clean }, calls)
 }
 
-/// GPU memory for a tile of this size: 24 bytes per block.
+/// GPU memory for a tile of this size: 28 bytes per block.
 #[must_use]
 pub fn bytes(tile: [u32; 2]) -> u64 {
-    flag_bytes(tile.map(|side| side / BLOCK)) * u64::from(1 + LAYERS)
+    flag_bytes(tile.map(|side| side / BLOCK)) * u64::from(2 + LAYERS)
 }
 
 fn flag_bytes([columns, rows]: [u32; 2]) -> u64 {

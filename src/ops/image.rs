@@ -101,6 +101,12 @@ impl ImageFormat {
         text.replace("IMAGE", name).replace("UNIFORM", uniform)
     }
 
+    /// The function `filled_…` for an image called `name` that [`reading`](Self::reading) reads.
+    #[must_use]
+    pub(crate) fn filling(name: &str) -> String {
+        include_str!("../../shaders/image/filled.wgsl").replace("IMAGE", name)
+    }
+
     /// The function `store` for the image `output` bound at `binding`. Its layout is
     /// `tile.output`. A finite value that the format cannot hold is clamped.
     ///
@@ -126,6 +132,7 @@ impl ImageFormat {
     pub(crate) fn result(self, output: Self, binding: usize) -> String {
         let text = include_str!("../../shaders/image/result.wgsl");
         self.reading("color", binding, "tile")
+            + &Self::filling("color")
             + &output.storing(binding + 1)
             + &text.replace("BINDING", &(binding + 2).to_string())
     }

@@ -1,4 +1,4 @@
-//! From images to the network's input: sanitise, expose, transfer function, layout, padding.
+//! From images to the network's input: repair, expose, transfer function, layout, padding.
 
 use super::image::{ImageBinding, ImageFormat};
 use super::tile::Tile;
@@ -40,11 +40,13 @@ pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
 pub(super) const TILE: Binding =
     Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true };
 
-/// How a kernel reads all three images at bindings 1 to 3.
-pub(super) fn reading([color, albedo, normal]: [ImageFormat; 3]) -> String {
-    color.reading("color", 1, "tile")
-        + &albedo.reading("albedo", 2, "tile")
-        + &normal.reading("normal", 3, "tile")
+/// How a kernel reads all three images at bindings 1 to 3, filled and repaired.
+pub(super) fn reading(formats: [ImageFormat; 3]) -> String {
+    let image = |(i, name): (usize, &str)| {
+        formats[i].reading(name, i + 1, "tile") + &ImageFormat::filling(name)
+    };
+    let images: String = ["color", "albedo", "normal"].into_iter().enumerate().map(image).collect();
+    images + include_str!("../../shaders/image/repaired.wgsl")
 }
 
 /// What tells kernels apart that read other formats.

@@ -186,7 +186,10 @@ fn image_specs() -> Vec<KernelSpec> {
     for color in [ImageFormat::F32, f16, source] {
         let images = [color, source, f16];
         specs.extend([autoexposure::bins_spec(color), autoexposure::reduce_spec(color)]);
-        specs.extend([activity::classify_spec(images), activity::spread_spec(images)]);
+        specs.extend(
+            [activity::classify_spec, activity::settle_spec, activity::spread_spec]
+                .map(|s| s(images)),
+        );
         specs.extend([input_process::spec(images), input_conv::spec(images)]);
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(output_process::spec(color, output));

@@ -1,6 +1,7 @@
 //! Which blocks of an image a network must work on, and how far the others are from those.
 
 use super::input_process::encode_color;
+use super::repair;
 use crate::frame::Frame;
 use crate::image::Image;
 use crate::plan::tiles::Placed;
@@ -9,6 +10,8 @@ use crate::plan::tiles::Placed;
 const BLOCK: usize = 16;
 /// The most that a clean block bends, in the network's numbers.
 const T: f64 = 1.0 / 1024.0;
+/// What a dark block's first pixel is at most, times the input scale.
+const DARK: f64 = 2e-6;
 /// The distance where no active block is within the radius.
 const FAR: u32 = 255;
 /// Layer `m` of the map has one value for `2^m × 2^m` blocks.
@@ -23,15 +26,27 @@ pub struct Activity {
     pub map: Vec<Vec<Vec<u32>>>,
 }
 
+/// What a block of the image is by itself.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Kind {
+    Noisy,
+    Dark,
+    Clean,
+}
+
 /// The blocks of a tile of `size` pixels, width first, a multiple of 16, placed in an image.
 ///
-/// A block is clean if the pixels that lie in the image are finite and not negative, and either
-/// are at least three and all the same, bit for bit; or at least three in both directions with
-/// no second difference above 1/1024 along rows and columns, in each channel, once encoded for
-/// the network. A dark block, its first pixel encoded to 1/1024 at most, may be a surface that no
-/// path has lit yet: it is clean only if albedo or normal is given and what is given is zero
-/// there. A block is active if it is not clean and has pixels that the tile stores.
-/// Without `skip` no block is clean.
+/// A block is even if its pixels, [repaired](repair), are all the same; or if it has at least three
+/// in both directions with no second difference above 1/1024 along rows and columns, in each
+/// channel, once encoded for the network. If the image ends inside the block, it is as if it began
+/// earlier, so that it has three pixels a side where the image has them. An image of one or two
+/// pixels is even.
+///
+/// Even blocks are clean, unless they are dark: no channel of the first pixel, times the scale, above
+/// 2e-6. Such a block may be a surface that no path has lit yet: it is clean if albedo or normal is
+/// given and what is given is zero there, or if none of the eight blocks around it in the tile and
+/// the image is noisy, which is neither even. A block is active if it is not clean and has pixels
+/// that the tile stores. Without `skip` all blocks are noisy.
 ///
 /// The map's first layer has the distance from each block to the nearest active one, diagonal
 /// steps included, or 255 if that is above `radius`; layer `m` the least of `2^m × 2^m` blocks.
@@ -46,7 +61,12 @@ pub fn activity(
 ) -> Activity {
     let [columns, rows] = size.map(|side| side as usize / BLOCK);
     let blocks = || (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
-    let is_clean = |block| skip && is_clean(frame, placed, block, input_scale);
+    let repaired = repair(frame.color, input_scale);
+    let frame = Frame { color: &repaired, ..*frame };
+    let kind = |block| if skip { kind(&frame, placed, block, input_scale) } else { Kind::Noisy };
+    let in_image = |block: &[usize; 2]| !pixels(frame.color, placed, *block).is_empty();
+    let kinds: Vec<_> = blocks().filter(in_image).map(|block| (block, kind(block))).collect();
+    let is_clean = |block| is_clean(&kinds, block);
     let clean: Vec<bool> = blocks().map(is_clean).collect();
     let is_active = |&[x, y]: &[usize; 2]| !clean[y * columns + x] && stores(placed, [x, y]);
     let active: Vec<_> = blocks().filter(is_active).collect();
@@ -56,11 +76,31 @@ pub fn activity(
     Activity { map: (0..LAYERS).map(|layer| least(&distances, 1 << layer)).collect(), clean }
 }
 
-/// The rows of a block's pixels that lie in the image.
-fn pixels(color: &Image, placed: &Placed, block: [usize; 2]) -> Vec<Vec<[f32; 3]>> {
+/// Whether a block is clean among those that lie in the image.
+fn is_clean(kinds: &[([usize; 2], Kind)], block: [usize; 2]) -> bool {
+    let is_near = |other: [usize; 2]| (0..2).all(|axis| other[axis].abs_diff(block[axis]) <= 1);
+    match kinds.iter().find(|(other, _)| *other == block) {
+        None | Some((_, Kind::Noisy)) => false,
+        Some((_, Kind::Clean)) => true,
+        Some((_, Kind::Dark)) => {
+            kinds.iter().all(|&(other, kind)| kind != Kind::Noisy || !is_near(other))
+        }
+    }
+}
+
+/// The rows of a block's pixels that lie in the image, at least three of three if there are any and
+/// the image has so many.
+fn pixels(image: &Image, placed: &Placed, block: [usize; 2]) -> Vec<Vec<[f32; 3]>> {
     let [left, top] = first(placed, block);
-    let rows = (0..color.height()).skip(top).take(BLOCK);
-    rows.map(|y| color.row(y).iter().skip(left).take(BLOCK).copied().collect()).collect()
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    if left >= width || top >= height {
+        return Vec::new();
+    }
+    let range = |first: usize, side: usize| {
+        let end = (first + BLOCK).min(side);
+        first.min(end.saturating_sub(3))..end
+    };
+    range(top, height).map(|y| image.row(y as u32)[range(left, width)].to_vec()).collect()
 }
 
 /// A block's first pixel in the image.
@@ -76,16 +116,17 @@ fn stores(placed: &Placed, block: [usize; 2]) -> bool {
     })
 }
 
-fn is_clean(frame: &Frame<'_>, placed: &Placed, block: [usize; 2], input_scale: f32) -> bool {
+fn kind(frame: &Frame<'_>, placed: &Placed, block: [usize; 2], input_scale: f32) -> Kind {
     let rows = pixels(frame.color, placed, block);
-    let all: Vec<f32> = rows.iter().flatten().flatten().copied().collect();
-    let valid = all.iter().all(|&v| v.is_finite() && v >= 0.0);
-    let columns = rows.first().map_or(0, Vec::len);
-    let wide = rows.len() >= 3 && columns >= 3;
-    let enough = all.len() / 3 >= 3;
-    let clean = valid && (enough && same(&rows) || wide && !bends(&rows, input_scale));
-    let dark = || all[..3].iter().all(|&v| encode_color(v, input_scale) <= T);
-    clean && (!dark() || is_empty(frame, placed, block))
+    let (width, height) = (rows[0].len(), rows.len());
+    let wide = width >= 3 && height >= 3;
+    let even = width * height < 3 || same(&rows) || wide && !bends(&rows, input_scale);
+    let dark = || rows[0][0].iter().all(|&v| f64::from(v) * f64::from(input_scale) <= DARK);
+    match even {
+        false => Kind::Noisy,
+        true if dark() && !is_empty(frame, placed, block) => Kind::Dark,
+        true => Kind::Clean,
+    }
 }
 
 /// Whether albedo and normal, where given, say that there is no surface.
@@ -96,10 +137,8 @@ fn is_empty(frame: &Frame<'_>, placed: &Placed, block: [usize; 2]) -> bool {
     !given.is_empty() && given.into_iter().all(zero)
 }
 
-/// Whether all pixels are the same, bit for bit.
 fn same(rows: &[Vec<[f32; 3]>]) -> bool {
-    let bits: Vec<_> = rows.iter().flatten().map(|p| p.map(f32::to_bits)).collect();
-    bits.iter().all(|pixel| *pixel == bits[0])
+    rows.iter().flatten().all(|pixel| *pixel == rows[0][0])
 }
 
 fn bends(rows: &[Vec<[f32; 3]>], input_scale: f32) -> bool {
@@ -145,10 +184,11 @@ mod tests {
     }
 
     #[test]
-    fn what_is_dark_is_clean_only_where_albedo_and_normal_say_that_nothing_is_there() {
-        let black = image(16, 16, |x, _| [[0.0, -0.0][x as usize % 2]; 3]);
-        let surface = image(16, 16, |x, y| [0.0, [0.0, 0.6][usize::from((x, y) == (9, 15))], 0.0]);
-        let stores = Rect { begin: [0, 0], end: [16, 16] };
+    fn what_is_dark_beside_noise_is_clean_where_albedo_and_normal_say_that_nothing_is_there() {
+        let black = image(32, 16, |x, _| [[0.0, -0.0][x as usize % 2]; 3]);
+        let color = image(32, 16, |x, y| [[0.0, 1.0][usize::from((x, y) == (20, 3))]; 3]);
+        let surface = image(32, 16, |x, y| [0.0, [0.0, 0.6][usize::from((x, y) == (9, 15))], 0.0]);
+        let stores = Rect { begin: [0, 0], end: [32, 16] };
         let placed = Placed { origin: [0, 0], stores };
         for (albedo, normal, clean) in [
             (None, None, false),
@@ -158,8 +198,19 @@ mod tests {
             (Some(&surface), None, false),
             (Some(&black), Some(&surface), false),
         ] {
-            let frame = Frame { albedo, normal, ..color(&black) };
-            assert_eq!(activity(&frame, 1.0, &placed, [16, 16], 2, true).clean, [clean]);
+            let frame = Frame { albedo, normal, color: &color, input_scale: None };
+            let found = activity(&frame, 1.0, &placed, [32, 16], 2, true).clean;
+            assert_eq!(found, [clean, false]);
+        }
+    }
+
+    #[test]
+    fn what_is_dark_is_clean_where_nothing_around_it_is_noisy() {
+        let lit = image(80, 32, |x, y| [[0.0, 1.0][usize::from((x, y) == (3, 30))]; 3]);
+        let row = [false, false, true, true, true];
+        assert_eq!(whole(&lit).clean, [row, row].concat());
+        for black in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
+            assert_eq!(whole(&image(40, 20, |_, _| [black; 3])).clean, [true; 6], "{black}");
         }
     }
 
@@ -207,24 +258,33 @@ mod tests {
     }
 
     #[test]
-    fn broken_values_are_never_clean() {
-        for bad in [f32::NAN, f32::INFINITY, -1.0, -1e-42] {
-            let spot = |x, y| if (x, y) == (3, 15) { [0.5, bad, 0.5] } else { [0.5; 3] };
-            assert_eq!(whole(&image(16, 16, spot)).clean, [false], "{bad}");
-            assert_eq!(whole(&image(16, 16, |_, _| [bad; 3])).clean, [false], "{bad}");
+    fn a_bad_pixel_in_a_clean_block_is_filled_but_an_outlier_and_a_negative_value_are_noise() {
+        for (value, clean) in
+            [(f32::NAN, true), (f32::INFINITY, true), (-1.0, false), (1e30, false)]
+        {
+            let spot = |x, y| if (x, y) == (3, 15) { [0.5, value, 0.5] } else { [0.5; 3] };
+            assert_eq!(whole(&image(16, 16, spot)).clean, [clean], "{value}");
         }
     }
 
     #[test]
-    fn narrow_blocks_must_be_constant_and_have_three_pixels() {
+    fn narrow_images_must_be_constant_and_two_pixels_are_left_alone() {
         let ramp = |x: u32, y: u32| [0.5 + 1e-6 * (x + y) as f32; 3];
-        for (width, height, constant, slope) in
-            [(3, 3, true, true), (2, 16, true, false), (16, 1, true, false), (1, 2, false, false)]
+        for (width, height, slope) in
+            [(3, 3, true), (2, 16, false), (16, 1, false), (1, 2, true), (1, 1, true)]
         {
             let name = format!("{width}×{height}");
-            assert_eq!(whole(&image(width, height, |_, _| [0.5; 3])).clean, [constant], "{name}");
+            assert_eq!(whole(&image(width, height, |_, _| [0.5; 3])).clean, [true], "{name}");
             assert_eq!(whole(&image(width, height, ramp)).clean, [slope], "{name}");
         }
+    }
+
+    #[test]
+    fn where_a_block_has_fewer_than_three_pixels_a_side_those_before_it_count() {
+        let last =
+            |steps| image(17, 17, move |x, _| [0.5 + 0.1 * (x.max(15) - 15) as f32 * steps; 3]);
+        assert_eq!(whole(&last(0.0)).clean, [true; 4]);
+        assert_eq!(whole(&last(1.0)).clean, [true, false, true, false]);
     }
 
     #[test]

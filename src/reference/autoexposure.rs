@@ -1,40 +1,52 @@
 //! The input scale that brings an image's average luminance to middle grey.
 
-use super::input_process::sanitize_color;
+use super::repair::{is_finite, luminance};
 use crate::image::Image;
 
 /// The largest side of a bin, in pixels.
 const BIN: usize = 16;
 /// What the average luminance becomes: photography's middle grey.
 const KEY: f64 = 0.18;
-/// Bins at or below this luminance are black, and say nothing of the exposure.
-const BLACK: f64 = 1e-8;
+/// A bin this many times as dark as the brightest is black, and says nothing of the exposure.
+const RANGE: f64 = (1_u64 << 33) as f64;
 /// Brighter values count as this, so that sums of a bin and 65504 ÷ scale stay within f32.
-const BRIGHTEST: f64 = 1e30;
+const BRIGHTEST: f32 = 1e30;
+/// How many times as bright as the next brightest of its bin a pixel may be.
+const OUTLIER: f64 = 16.0;
 
-/// `0.18 / 2^m`, where `m` is the mean of `log₂` of the luminance of all bins that are not
-/// black; 1 if all are. Positive and finite for any image.
+/// `0.18 / 2^m`, where `m` is the mean of `log₂` of the luminance of all bins that are lit; 1 if
+/// none is. Positive and finite for any image.
 ///
 /// Each side is cut into the fewest bins of at most 16 pixels, as equal as they can be. A
-/// bin's luminance is its pixels' mean, so that a few fireflies do not count as many dark
-/// pixels do. After Intel Open Image Denoise's autoexposure, which follows Reinhard et al.,
-/// "Photographic Tone Reproduction for Digital Images" (2002).
+/// bin's luminance is the mean of its finite pixels, negative values counting as 0 and the
+/// brightest pixel as at most 16 times the second brightest. A bin is lit if it is at most 2³³ times
+/// as dark as the brightest bin. Bins with a lone lit pixel among others without any light may be
+/// black but for a firefly, and count only if there is no other light in the image.
+///
+/// After Intel Open Image Denoise's autoexposure, which follows Reinhard et al., "Photographic Tone
+/// Reproduction for Digital Images" (2002), and has neither the limit for the brightest pixel nor
+/// lone pixels, and calls bins of at most 1e-8 black.
 #[must_use]
 pub fn autoexposure(color: &Image) -> f32 {
     let (width, height) = (color.width() as usize, color.height() as usize);
-    let mut logs = Vec::new();
-    for rows in bins(height) {
-        for columns in bins(width) {
-            let luminance = mean_luminance(color, rows.clone(), columns);
-            if luminance > BLACK {
-                logs.push(luminance.log2());
-            }
-        }
-    }
+    let places =
+        bins(height).flat_map(|rows| bins(width).map(move |columns| (rows.clone(), columns)));
+    let all: Vec<Bin> = places.map(|(rows, columns)| bin(color, rows, columns)).collect();
+    let any = all.iter().any(|bin| bin.mean > 0.0 && !bin.lone);
+    let means: Vec<f64> = all.iter().filter(|bin| bin.lone != any).map(|bin| bin.mean).collect();
+    let brightest = means.iter().copied().fold(0.0, f64::max);
+    let lit = means.into_iter().filter(|&mean| mean > brightest / RANGE);
+    let logs: Vec<f64> = lit.map(f64::log2).collect();
     if logs.is_empty() {
         return 1.0;
     }
     (KEY / (logs.iter().sum::<f64>() / logs.len() as f64).exp2()) as f32
+}
+
+struct Bin {
+    mean: f64,
+    /// Whether one of several pixels is lit.
+    lone: bool,
 }
 
 /// The pixels of each bin along a side.
@@ -43,20 +55,18 @@ fn bins(side: usize) -> impl Iterator<Item = std::ops::Range<usize>> {
     (0..count).map(move |i| i * side / count..(i + 1) * side / count)
 }
 
-fn mean_luminance(
-    color: &Image,
-    rows: std::ops::Range<usize>,
-    columns: std::ops::Range<usize>,
-) -> f64 {
-    let count = (rows.len() * columns.len()) as f64;
-    let mut sum = 0.0;
-    for y in rows {
-        for pixel in &color.row(y as u32)[columns.clone()] {
-            let [r, g, b] = pixel.map(|value| sanitize_color(value).min(BRIGHTEST));
-            sum += 0.212_671 * r + 0.715_160 * g + 0.072_169 * b;
-        }
+fn bin(color: &Image, rows: std::ops::Range<usize>, columns: std::ops::Range<usize>) -> Bin {
+    let pixels = rows.flat_map(|y| color.row(y as u32)[columns.clone()].to_vec());
+    let finite = pixels.filter(|pixel| is_finite(*pixel));
+    let mut lights: Vec<f64> =
+        finite.map(|pixel| luminance(pixel.map(|v| v.clamp(0.0, BRIGHTEST)))).collect();
+    lights.sort_by(|a, b| b.total_cmp(a));
+    let lone = lights.len() > 1 && lights[0] > 0.0 && lights[1] == 0.0;
+    if lights.len() > 1 && !lone {
+        lights[0] = lights[0].min(OUTLIER * lights[1]);
     }
-    sum / count
+    // A bin without a finite pixel is black.
+    Bin { mean: lights.iter().sum::<f64>() / lights.len().max(1) as f64, lone }
 }
 
 #[cfg(test)]
@@ -85,10 +95,10 @@ mod tests {
 
     #[test]
     fn bins_are_averaged_before_and_after_the_logarithm_as_defined() {
-        // 20 columns are two bins of 10: one of luminance 1, one of (9 · 0 + 160) / 10 = 16.
+        // 20 columns are two bins of 10: one of luminance 1, one of (8 · 0 + 2 · 80) / 10 = 16.
         let mut image = Image::filled(20, 1, [1.0; 3]).expect("a valid image");
         image.pixels_mut()[10..].fill([0.0; 3]);
-        image.pixels_mut()[15] = [160.0; 3];
+        image.pixels_mut()[15..17].fill([80.0; 3]);
         assert_near(autoexposure(&image), 0.18 / 4.0);
     }
 
@@ -100,15 +110,51 @@ mod tests {
     }
 
     #[test]
-    fn black_bins_and_broken_values_do_not_count() {
+    fn black_bins_and_bad_pixels_do_not_count() {
         let mut image = Image::filled(40, 1, [2.0; 3]).expect("a valid image");
-        image.pixels_mut()[..13].fill([1e-9; 3]);
-        image.pixels_mut()[13..26].fill([f32::NAN, f32::INFINITY, -5.0]);
+        image.pixels_mut()[..13].fill([1e-10; 3]);
+        image.pixels_mut()[13..26].fill([1.0, f32::INFINITY, 1.0]);
         assert_near(autoexposure(&image), 0.09);
-        // Of the last bin's 14 pixels, half are now broken.
-        image.pixels_mut()[26..33].fill([f32::NAN, f32::INFINITY, -5.0]);
+        // Of the last bin's 14 pixels, half are now bad, and the others make the mean.
+        image.pixels_mut()[26..33].fill([f32::NAN, 1.0, 1.0]);
+        assert_near(autoexposure(&image), 0.09);
+        // Negative values count as 0.
+        image.pixels_mut()[26..33].fill([-5.0; 3]);
         assert_near(autoexposure(&image), 0.18);
-        assert_eq!(autoexposure(&Image::filled(5, 5, [0.0; 3]).expect("a valid image")), 1.0);
+        for black in [0.0, -1.0, f32::NAN] {
+            let image = Image::filled(5, 5, [black; 3]).expect("a valid image");
+            assert_eq!(autoexposure(&image), 1.0);
+        }
+    }
+
+    #[test]
+    fn the_scale_follows_the_exposure_over_the_whole_range() {
+        let values = [1.0, 0.5, 3e-9, 0.0, 2.0].map(|v| [v; 3]);
+        for exposure in [1e-25, 1e-12, 1.0, 1e12, 1e25] {
+            let pixels = values.iter().flat_map(|p| vec![p.map(|v| v * exposure); 16]).collect();
+            let image = Image::new(80, 1, pixels).expect("a valid image");
+            // The mean of the logarithms of 1, 0.5, 2 and 3e-9.
+            assert_near(autoexposure(&image) * exposure, 0.18 / 3e-9_f32.powf(0.25));
+        }
+    }
+
+    #[test]
+    fn one_pixel_cannot_move_a_bin_by_more_than_the_second_brightest_allows() {
+        let mut image = Image::filled(16, 16, [1.0; 3]).expect("a valid image");
+        image.pixels_mut()[99] = [f32::MAX; 3];
+        assert_near(autoexposure(&image), 0.18 / ((255.0 + 16.0) / 256.0));
+    }
+
+    #[test]
+    fn a_lone_pixel_on_black_counts_only_where_nothing_else_is_lit() {
+        let mut image = Image::filled(48, 16, [0.0; 3]).expect("a valid image");
+        image.pixels_mut()[7] = [256.0; 3];
+        image.pixels_mut()[20] = [4.0 * 256.0; 3];
+        assert_near(autoexposure(&image), 0.18 / 2.0);
+        for x in 32..48 {
+            image.pixels_mut()[48 * 9 + x] = [16.0; 3];
+        }
+        assert_near(autoexposure(&image), 0.18);
     }
 
     #[test]

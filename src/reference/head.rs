@@ -1,11 +1,12 @@
 //! See [`head`].
 
-use super::{Tensor, conv1x1, output_process, sigmoid};
+use super::{Tensor, conv1x1, fill, output_process, sigmoid};
 use crate::Image;
 use crate::model::Params;
 
 /// The end of the network: 1×1 convolution, sigmoid and [`output_process`], one after the other;
-/// in clean blocks of 16×16 pixels the noisy colour as it was.
+/// in clean blocks of 16×16 pixels the noisy colour as it was,
+/// [filled](fill) and without negative values.
 ///
 /// `input` is `[c, h, w]`, `params` hold a weight `[3, c]` and a bias `[3]`, `clean` has a flag
 /// per block, row by row, and `color` has the size of the result.
@@ -22,11 +23,12 @@ pub fn head(
 ) -> Image {
     let network = sigmoid(&conv1x1(input, &params.weight, &params.bias));
     let mut result = output_process(&network, input_scale, color.width(), color.height());
+    let noisy = fill(color);
     let blocks = input.width.div_ceil(16);
     for (i, pixel) in result.pixels_mut().iter_mut().enumerate() {
         let (x, y) = (i % color.width() as usize, i / color.width() as usize);
         if clean[y / 16 * blocks + x / 16] {
-            *pixel = color.pixels()[i];
+            *pixel = noisy.pixels()[i].map(|v| v.max(0.0));
         }
     }
     result

@@ -1,17 +1,16 @@
 //! From images to the tensor that the network reads.
 
-use super::Tensor;
 use super::transfer_function::{LARGEST, pu};
+use super::{Tensor, fill, repair};
 use crate::image::Image;
 
 /// Brings the images into the network's numbers and extends them to whole multiples of
 /// `alignment` by repeating the last column to the right and the last row downwards.
 ///
 /// The result has three channels per image that is there, in the order colour, albedo,
-/// normal, all in `[0, 1]`. Colour is multiplied by `input_scale`, limited to the largest
-/// 16-bit float and encoded by [`pu`]. Albedo is clamped to `[0, 1]`. A normal is clamped to
-/// `[−1, 1]` and moved to `[0, 1]`. A value that is not finite counts as 0, and so does a
-/// negative colour.
+/// normal, all in `[0, 1]`. Colour is [repaired](repair), multiplied by `input_scale`, limited to
+/// the largest 16-bit float and encoded by [`pu`]. Albedo and normal are [filled](fill). Albedo is
+/// clamped to `[0, 1]`. A normal is clamped to `[−1, 1]` and moved to `[0, 1]`.
 ///
 /// # Panics
 /// If the images differ in size or `alignment` is 0.
@@ -24,39 +23,31 @@ pub fn input_process(
     alignment: u32,
 ) -> Tensor {
     let encode_color = |v| encode_color(v, input_scale);
-    let mut inputs: Vec<(&Image, &dyn Fn(f32) -> f64)> = vec![(color, &encode_color)];
-    inputs.extend(albedo.map(|image| (image, &encode_albedo as _)));
-    inputs.extend(normal.map(|image| (image, &encode_normal as _)));
+    let mut inputs: Vec<(Image, &dyn Fn(f32) -> f64)> =
+        vec![(repair(color, input_scale), &encode_color)];
+    inputs.extend(albedo.map(|image| (fill(image), &encode_albedo as _)));
+    inputs.extend(normal.map(|image| (fill(image), &encode_normal as _)));
     let (width, height) = color.size();
     assert!(inputs.iter().all(|(image, _)| image.size() == color.size()), "images differ in size");
     let aligned = |side: u32| side.next_multiple_of(alignment) as usize;
     Tensor::from_fn(3 * inputs.len(), aligned(height), aligned(width), |c, y, x| {
         let (x, y) = (x.min(width as usize - 1), y.min(height as usize - 1));
-        let (image, encode) = inputs[c / 3];
+        let (image, encode) = &inputs[c / 3];
         encode(image.row(y as u32)[x][c % 3]) as f32
     })
 }
 
-/// A colour component as the network counts it: negative or not finite becomes 0.
-pub(super) fn sanitize_color(v: f32) -> f64 {
-    finite_or_zero(v).max(0.0)
-}
-
-/// A colour component in the network's numbers.
+/// A component of a repaired colour in the network's numbers.
 pub(super) fn encode_color(v: f32, input_scale: f32) -> f64 {
-    pu((sanitize_color(v) * f64::from(input_scale)).min(LARGEST))
+    pu((f64::from(v) * f64::from(input_scale)).min(LARGEST))
 }
 
 fn encode_albedo(v: f32) -> f64 {
-    finite_or_zero(v).clamp(0.0, 1.0)
+    f64::from(v).clamp(0.0, 1.0)
 }
 
 fn encode_normal(v: f32) -> f64 {
-    finite_or_zero(v).clamp(-1.0, 1.0) * 0.5 + 0.5
-}
-
-fn finite_or_zero(v: f32) -> f64 {
-    if v.is_finite() { f64::from(v) } else { 0.0 }
+    f64::from(v).clamp(-1.0, 1.0) * 0.5 + 0.5
 }
 
 #[cfg(test)]
@@ -69,11 +60,11 @@ mod tests {
 
     #[test]
     fn channels_stand_in_the_order_colour_albedo_normal() {
-        let color = image(1, 1, &[[0.0, 65504.0, 1.0]]);
+        let color = image(1, 1, &[[0.0, 2.0, 1.0]]);
         let albedo = image(1, 1, &[[0.1, 0.2, 0.3]]);
         let normal = image(1, 1, &[[-1.0, 0.0, 0.5]]);
         let both = input_process(&color, Some(&albedo), Some(&normal), 1.0, 1).data;
-        assert_eq!(both, [0.0, 1.0, pu(1.0) as f32, 0.1, 0.2, 0.3, 0.0, 0.5, 0.75]);
+        assert_eq!(both, [0.0, pu(2.0) as f32, pu(1.0) as f32, 0.1, 0.2, 0.3, 0.0, 0.5, 0.75]);
         assert_eq!(input_process(&color, None, Some(&normal), 1.0, 1).data[3..], both[6..]);
         assert_eq!(input_process(&color, None, None, 1.0, 1).data, both[..3]);
     }
@@ -94,16 +85,21 @@ mod tests {
 
     #[test]
     fn colour_is_scaled_and_then_limited() {
-        let color = image(1, 1, &[[0.5, 10.0, 1e30]]);
+        let color = image(2, 1, &[[0.5, 10.0, 1e30]; 2]);
+        let found = input_process(&color, None, None, 2.0, 1);
         let expected = [1.0, 20.0, 65504.0].map(|v| pu(v) as f32);
-        assert_eq!(input_process(&color, None, None, 2.0, 1).data, expected);
+        assert_eq!(found, Tensor::from_fn(3, 1, 2, |c, _, _| expected[c]));
     }
 
     #[test]
-    fn values_out_of_range_or_broken_are_replaced() {
-        let broken = image(3, 1, &[[f32::NAN; 3], [f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]);
-        let found = input_process(&broken, Some(&broken), Some(&broken), 1.0, 1);
+    fn values_out_of_range_are_clamped_and_bad_pixels_filled() {
+        let bad = image(3, 1, &[[f32::NAN; 3], [f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]);
+        let found = input_process(&bad, Some(&bad), Some(&bad), 1.0, 1);
         assert_eq!(found, Tensor::from_fn(9, 1, 3, |c, _, _| if c < 6 { 0.0 } else { 0.5 }));
+        let spot = image(3, 1, &[[0.25; 3], [f32::NAN; 3], [0.25; 3]]);
+        let found = input_process(&spot, Some(&spot), Some(&spot), 1.0, 1);
+        let even = [pu(0.25) as f32, 0.25, 0.625];
+        assert_eq!(found, Tensor::from_fn(9, 1, 3, |c, _, _| even[c / 3]));
         let outside = image(2, 1, &[[-2.0; 3], [2.0; 3]]);
         let found = input_process(&outside, Some(&outside), Some(&outside), 1.0, 1);
         let limits = [[0.0, pu(2.0) as f32], [0.0, 1.0], [0.0, 1.0]];

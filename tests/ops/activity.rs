@@ -54,8 +54,8 @@ fn activity_equals_the_reference_for_every_picture_and_size() {
 }
 
 #[test]
-fn one_broken_pixel_makes_one_block_active() {
-    let bad = [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, -1e-42];
+fn one_firefly_or_negative_pixel_makes_one_block_active_and_a_bad_one_none() {
+    let bad = [f32::NAN, -f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 1e30];
     let places = [[0, 0], [15, 15], [70, 31], [99, 69]];
     let cases = bad.into_iter().flat_map(|bad| places.map(|place| (bad, place)));
     run_cases(cases, |&(bad, [x, y])| {
@@ -63,8 +63,11 @@ fn one_broken_pixel_makes_one_block_active() {
         image.pixels_mut()[(y * 100 + x) as usize][(x % 3) as usize] = bad;
         let setup = Setup::whole([100, 70]);
         let found = run(&image, &setup);
-        assert_eq!(found.clean.iter().filter(|&&clean| !clean).count(), 1, "{bad} at {x}, {y}");
-        assert_eq!(found.map[0][y as usize / 16][x as usize / 16], 0, "{bad} at {x}, {y}");
+        let noisy = u32::from(bad.is_finite());
+        let found_noisy = found.clean.iter().filter(|&&clean| !clean).count();
+        assert_eq!(found_noisy, noisy as usize, "{bad} at {x}, {y}");
+        let here = found.map[0][y as usize / 16][x as usize / 16];
+        assert_eq!(here == 0, noisy == 1, "{bad} at {x}, {y}");
         compare(&found, &image, &setup)
     });
 }
@@ -137,9 +140,13 @@ fn blocks() -> impl Iterator<Item = [usize; 2]> {
 }
 
 #[test]
-fn what_is_black_is_clean_only_where_albedo_and_normal_are() {
+fn what_is_black_beside_noise_is_clean_only_where_albedo_and_normal_are() {
     let size = [100, 70];
-    let black = image(size, |_, _| [0.0; 3]);
+    // The fourth column of blocks is noisy; two of the other six are beside it.
+    let black = image(size, |[x, _], random| match x / 16 {
+        3 => [random.value().abs(); 3],
+        _ => [0.0; 3],
+    });
     let surface = image(size, |[x, y], random| match (x / 16 + y / 16) % 2 {
         0 => [random.value(); 3],
         _ => [0.0; 3],
@@ -151,7 +158,7 @@ fn what_is_black_is_clean_only_where_albedo_and_normal_are() {
         let found = run_frame(&frame, &Setup::whole(size));
         let clean = found.clean.iter().filter(|&&clean| clean).count();
         let given = albedo.or(normal).is_some();
-        assert_eq!(clean, if given { 17 } else { 0 }, "{:?}", found.clean);
+        assert_eq!(clean, if given { 24 } else { 20 }, "{:?}", found.clean);
         compare_frame(&found, &frame, &Setup::whole(size)).unwrap();
     }
 }
@@ -269,7 +276,7 @@ fn laid_out(image: &Image, layout: Layout) -> Vec<f32> {
 }
 
 fn clean(activity: &Activity) -> Vec<bool> {
-    let size = activity.clean.size();
+    let size = activity.clean.size() / 2;
     let bytes = read_back(context(Precision::F32), size, |encoder, target| {
         encoder.copy_buffer_to_buffer(&activity.clean, 0, target, 0, size);
     });

@@ -30,13 +30,23 @@ fn autoexposure_equals_the_reference_at_any_exposure() {
 }
 
 #[test]
-fn bad_pixels_do_not_count_and_black_is_left_alone() {
+fn bad_and_lone_pixels_do_not_count_and_black_is_left_alone() {
     let mut image = image(40, 24, |v| v + 0.5);
     image.pixels_mut()[7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     image.pixels_mut()[500] = [f32::MAX, -1e20, 1e-40];
+    // The last of the bins, with a lone pixel, and the one before, very dark.
+    for y in 12..24 {
+        image.pixels_mut()[40 * y + 13..40 * y + 26].fill([1e-9; 3]);
+        image.pixels_mut()[40 * y + 26..40 * y + 40].fill([0.0; 3]);
+    }
+    image.pixels_mut()[40 * 20 + 30] = [1e20; 3];
     let whole = [Band::whole(40, 24, Layout::packed(40))];
     let expected = reference::autoexposure(&image);
     compare_scale(run(&image, &whole), expected).unwrap();
+    let lone = self::image(40, 24, |v| v * f32::from(v > 0.99));
+    let lit = lone.pixels().iter().filter(|p| p.iter().any(|&v| v > 0.0)).count();
+    assert!((2..12).contains(&lit), "{lit}");
+    compare_scale(run(&lone, &whole), reference::autoexposure(&lone)).unwrap();
     let black = Image::filled(40, 24, [0.0; 3]).unwrap();
     assert_eq!(run(&black, &whole), 1.0);
 }
