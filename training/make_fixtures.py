@@ -13,7 +13,7 @@ Results are computed in float64 from the stored inputs and rounded to float32. I
 * sigmoid.safetensors: input, expected
 * transfer.safetensors: input (exposed linear colour), expected (0..1); inverse_input (0..1), inverse_expected
 * autoexposure.safetensors: input, expected [1,1,1]; and black_input, black_expected. `input` has NaN, infinite and
-  negative values, which count as 0, and bins without light
+  negative values, an outlier, a lone lit pixel and bins without light
 * shipped.safetensors: color (linear), albedo, normal; expected.fast, ...: linear colour by each of the shipped weights,
   in float32
 * unet_tiny.safetensors: a weights file of widths 4, 6, 10; unet_tiny_io.safetensors: input (network domain), expected
@@ -74,7 +74,9 @@ def transfer_function():
 
 def exposure(g):
     image = random(g, 3, 37, 50, scale=1.5).exp().float().double()
-    image[:, :12, :12] = 0
+    image[:, :13, :13] = 0
+    image[:, 3, 4] = 1e9
+    image[:, 25, 20] = 1e12
     for (y, x), value in {(20, 3): float("nan"), (30, 33): float("inf"), (5, 40): -7.0, (36, 49): float("-inf")}.items():
         image[1, y, x] = value
     black = torch.zeros(3, 5, 4)

@@ -10,7 +10,7 @@ from model import UNet
 from optimizer import orthogonal
 from render import kinds
 from render.job import sample_counts, seed_sequence
-from transfer import inverse, transfer
+from transfer import fill, inverse, repair, transfer
 from views import part, read_view
 from widen import widen
 from write_view import write_view
@@ -19,6 +19,21 @@ from write_view import write_view
 @pytest.fixture
 def random():
     return torch.Generator().manual_seed(1)
+
+
+def test_bad_pixels_are_filled_from_the_nearest_good_ones():
+    row = torch.tensor([6, torch.nan, torch.inf, -torch.inf, torch.nan]).expand(3, 1, 5).clone()
+    assert fill(row)[0, 0].tolist() == [6, 6, 6, 0, 0]
+    row[1, 0, 3] = 2  # one bad channel makes a bad pixel
+    assert fill(row)[1, 0].tolist() == [6, 6, 6, 0, 0]
+
+
+def test_outliers_are_held_to_their_neighbours_and_lamps_stay():
+    image = torch.full((3, 9, 9), 0.2)
+    image[:, 1, 1], image[:, 6:8, 6:8] = 1e9, 1e4
+    repaired = repair(image, 1.0)
+    torch.testing.assert_close(repaired[:, 1, 1], torch.full((3,), 16 * 0.2))
+    assert (repaired[:, 6:8, 6:8] == 1e4).all() and ((repaired != image).sum() == 3)
 
 
 def test_a_wider_network_is_the_same_function(random):

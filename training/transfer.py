@@ -1,10 +1,11 @@
-"""Value pipeline shared by training and inference: sanitising, autoexposure, PU transfer function.
+"""Value pipeline shared by training and inference: repair, autoexposure, PU transfer function.
 
 The transfer function is the PU2 fit of Aydin et al. 2008 (as Intel Open Image Denoise uses it), divided by
 its value at 65504 so that every half-float colour maps into 0..1. All functions take and return torch tensors.
 """
 
 import torch
+from torch.nn.functional import avg_pool2d, pad
 
 MAX_COLOR = 65504.0
 A, B, C, D = 1.41283765e3, 1.64593172, 0.431384981, -2.94139609e-3
@@ -13,7 +14,7 @@ Y0, Y1 = 1.57945760e-6, 3.22087631e-2
 X0, X1 = 2.23151711e-3, 3.70974749e-1
 
 LUMINANCE = (0.212671, 0.715160, 0.072169)
-BIN, KEY, DARK = 16, 0.18, 1e-8
+BIN, KEY, RANGE, OUTLIER, BRIGHTEST = 16, 0.18, 2.0**33, 16, 1e30
 
 
 def _pu(y):
@@ -38,22 +39,60 @@ def inverse(x):
     return torch.where(x <= X0, low, torch.where(x <= X1, middle, high))
 
 
-def sanitise(color):
-    """Non-finite and negative values become 0."""
-    return torch.where(torch.isfinite(color), color, 0).clamp(min=0)
+def luminance(color):
+    return sum(w * c for w, c in zip(LUMINANCE, color.unbind(0)))
+
+
+def _finite(image):
+    return torch.isfinite(image).all(0, keepdim=True)
+
+
+def fill(image):
+    """Pixels [3,H,W] that are not finite become the mean of the finite ones of 3x3, else of 5x5, else 0."""
+    finite = _finite(image)
+    known, filled = torch.where(finite, image.clamp(-BRIGHTEST, BRIGHTEST), 0), torch.where(finite, image, 0)
+    for distance in (2, 1):
+        total, count = (_around(x, distance) for x in (known, finite.to(image.dtype)))
+        filled = torch.where(~finite & (count > 0), total / count.clamp(min=1), filled)
+    return filled
+
+
+def _around(x, distance):
+    return avg_pool2d(x, 2 * distance + 1, 1, distance, divisor_override=1)
+
+
+def repair(color, scale):
+    """Filled, nothing negative, and no pixel more than 16 times as bright as its brightest neighbour or middle grey."""
+    rgb = fill(color).clamp(min=0)
+    around = pad(luminance(torch.where(_finite(color), color.clamp(min=0), 0)), (1, 1, 1, 1))
+    h, w = rgb.shape[1:]
+    neighbours = [around[y : y + h, x : x + w] for y in range(3) for x in range(3) if (y, x) != (1, 1)]
+    most = OUTLIER * torch.stack(neighbours).amax(0).clamp(min=KEY / scale)
+    bright = luminance(rgb)
+    return torch.where(bright > most, rgb / bright * most, rgb)
 
 
 def autoexposure(color):
-    """Scale that brings the image [3,H,W] to middle grey: 0.18 / geometric mean of the bins' mean luminances.
+    """Scale that brings the image [3,H,W] to middle grey: 0.18 / geometric mean of the lit bins' mean luminances.
 
-    Bins are at most 16x16 pixels, broken pixels count as black, black bins are skipped, and an image without a lit bin keeps scale 1.
+    Bins are at most 16x16 pixels; weights-format.md defines which are lit. An image without a lit bin keeps scale 1.
     """
-    r, g, b = sanitise(color).unbind(0)
-    lum = LUMINANCE[0] * r + LUMINANCE[1] * g + LUMINANCE[2] * b
-    rows, cols = _edges(lum.shape[0]), _edges(lum.shape[1])
-    means = torch.stack([lum[y0:y1, x0:x1].mean() for y0, y1 in rows for x0, x1 in cols])
-    lit = means[means > DARK]
+    finite = _finite(color)[0]
+    light = luminance(torch.where(finite, color, 0).clamp(0, BRIGHTEST))
+    rows, cols = _edges(light.shape[0]), _edges(light.shape[1])
+    bins = [_bin(light[y0:y1, x0:x1], finite[y0:y1, x0:x1]) for y0, y1 in rows for x0, x1 in cols]
+    means = [m for m, lone in bins if m > 0 and not lone] or [m for m, lone in bins if lone]
+    lit = torch.tensor([m for m in means if m > max(means) / RANGE], dtype=torch.float64)
     return float(KEY / torch.exp2(torch.log2(lit).mean())) if len(lit) else 1.0
+
+
+def _bin(light, finite):
+    """Mean of a bin's finite pixels, the brightest held to 16 times the second; and whether it alone is lit."""
+    values = light[finite].double().sort(descending=True).values
+    lone = len(values) > 1 and bool(values[0] > 0) and bool(values[1] == 0)
+    if len(values) > 1 and not lone:
+        values[0] = values[0].clamp(max=OUTLIER * values[1])
+    return float(values.sum()) / max(len(values), 1), lone
 
 
 def _edges(size):
@@ -64,7 +103,7 @@ def _edges(size):
 def network_input(color, albedo, normal, scale):
     """[9,H,W] in the network domain. An absent feature is None and gives zeros, which is what the network learned."""
     absent = torch.zeros_like(color)
-    parts = [transfer(sanitise(color) * scale)]
-    parts.append(absent if albedo is None else albedo.nan_to_num(0, 0, 0).clamp(0, 1))
-    parts.append(absent if normal is None else normal.nan_to_num(0, 0, 0).clamp(-1, 1) * 0.5 + 0.5)
+    parts = [transfer(repair(color, scale) * scale)]
+    parts.append(absent if albedo is None else fill(albedo).clamp(0, 1))
+    parts.append(absent if normal is None else fill(normal).clamp(-1, 1) * 0.5 + 0.5)
     return torch.cat(parts)

@@ -98,12 +98,13 @@ impl DenoiseArgs {
 
 /// Says how many pixels hold no light that can be denoised.
 fn unusable_pixels(color: &Image) -> Vec<String> {
-    let is_bad = |p: &&[f32; 3]| p.iter().any(|v| !v.is_finite() || *v < 0.0);
-    match color.pixels().iter().filter(is_bad).count() {
-        0 => Vec::new(),
-        1 => vec!["1 pixel is NaN, infinite or negative; such values count as 0".into()],
-        n => vec![format!("{n} pixels are NaN, infinite or negative; such values count as 0")],
-    }
+    let count = |is_bad: fn(&[f32; 3]) -> bool| color.pixels().iter().filter(|p| is_bad(p)).count();
+    let bad = count(|pixel| pixel.iter().any(|v| !v.is_finite()));
+    let negative = count(|pixel| pixel.iter().any(|&v| v.is_finite() && v < 0.0));
+    let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
+    let filled = format!("{} NaN or infinite and filled from the neighbours", pixels(bad));
+    let black = format!("{} negative; negative values count as 0", pixels(negative));
+    [(bad, filled), (negative, black)].into_iter().filter(|(n, _)| *n > 0).map(|(_, s)| s).collect()
 }
 
 /// Says which images the weights cannot use.

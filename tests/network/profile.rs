@@ -26,7 +26,7 @@ fn check(kernels: KernelSet, profile: &[CallProfile]) {
         KernelSet::Matrix(_) => ("input_process", "head"),
         _ => ("input_process", "dec_conv0b+head"),
     };
-    assert_eq!((names[2], names.last()), (first, Some(&last)), "{kernels}: {names:?}");
+    assert_eq!((names[3], names.last()), (first, Some(&last)), "{kernels}: {names:?}");
     for row in profile {
         assert!(row.seconds.len() == 3 && row.seconds.is_sorted(), "{row:?}");
         assert!(row.seconds[0] > 0.0 && row.median() == row.seconds[1], "{row:?}");
