@@ -14,10 +14,18 @@ fn input_size() -> vec2<i32> {
 }
 
 fn input_quads() -> u32 {
-    return layers();
+    return 1u + u32(has_albedo) + u32(has_normal);
 }
 
-fn load_input(at: vec2<i32>, quad: u32) -> vec4<f32> {
-    return encoded(vec2<u32>(at), quad);
+// Each image is a quad of its own.
+fn load_input(pixel: vec2<i32>, quad: u32) -> vec4<f32> {
+    let at = place(vec2<u32>(pixel));
+    if quad == 0u {
+        return encoded_color(at);
+    }
+    if has_albedo && quad == 1u {
+        return encoded_albedo(at);
+    }
+    return encoded_normal(at);
 }
 

@@ -47,37 +47,27 @@ fn transfer(y: f32) -> f32 {
     return SCALE * select(select(bright, middle, y <= Y1), A * y, y <= Y0);
 }
 
-fn encoded_color(at: vec2<u32>) -> vec3<f32> {
+fn encoded_color(at: vec2<u32>) -> vec4<f32> {
     let exposed = min(repaired_color(at) * input_scale, vec3(LARGEST));
-    return vec3(transfer(exposed.x), transfer(exposed.y), transfer(exposed.z));
+    return vec4(transfer(exposed.x), transfer(exposed.y), transfer(exposed.z), 0.0);
 }
 
-fn encoded_albedo(at: vec2<u32>) -> vec3<f32> {
-    return clamp(filled_albedo(at), vec3(0.0), vec3(1.0));
+fn encoded_albedo(at: vec2<u32>) -> vec4<f32> {
+    return vec4(clamp(filled_albedo(at), vec3(0.0), vec3(1.0)), 0.0);
 }
 
-fn encoded_normal(at: vec2<u32>) -> vec3<f32> {
+fn encoded_normal(at: vec2<u32>) -> vec4<f32> {
     let xyz = filled_normal(at);
     if unorm_normal {
-        return select(clamp(xyz, vec3(0.0), vec3(1.0)), vec3(0.5), all(xyz == vec3(0.0)));
+        let stored = clamp(xyz, vec3(0.0), vec3(1.0));
+        return vec4(select(stored, vec3(0.5), all(xyz == vec3(0.0))), 0.0);
     }
-    return clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5;
+    return vec4(clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5, 0.0);
 }
 
-fn layers() -> u32 {
-    return 1u + u32(has_albedo) + u32(has_normal);
-}
-
-// A pixel of the tile, as it stands in a layer.
-fn encoded(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
-    let at = min(tile.origin + pixel, tile.image_size - 1u);
-    if layer == 0u {
-        return vec4(encoded_color(at), 0.0);
-    }
-    if has_albedo && layer == 1u {
-        return vec4(encoded_albedo(at), 0.0);
-    }
-    return vec4(encoded_normal(at), 0.0);
+// A pixel of the tile as it stands in the bound images.
+fn place(pixel: vec2<u32>) -> vec2<u32> {
+    return min(tile.origin + pixel, tile.image_size - 1u);
 }
 
 @compute @workgroup_size(8, 8)
@@ -85,7 +75,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(output)) {
         return;
     }
-    for (var layer = 0u; layer < layers(); layer++) {
-        textureStore(output, id.xy, layer, encoded(id.xy, layer));
+    let at = place(id.xy);
+    textureStore(output, id.xy, 0, encoded_color(at));
+    if has_albedo {
+        textureStore(output, id.xy, 1, encoded_albedo(at));
+    }
+    if has_normal {
+        textureStore(output, id.xy, 1 + u32(has_albedo), encoded_normal(at));
     }
 }

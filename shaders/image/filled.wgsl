@@ -1,37 +1,30 @@
 // The image IMAGE without bad pixels: one that is not finite in every channel is the mean of the
 // finite ones among the eight around it, or, if there is none, among the 24 around it, or black.
 // tile.image_size says where the image ends.
-
-fn is_finite_in_IMAGE(bits: vec3<u32>) -> bool {
-    return all((bits & vec3(0x7f800000u)) != vec3(0x7f800000u));
-}
-
 fn filled_IMAGE(at: vec2<u32>) -> vec3<f32> {
     let bits = load_IMAGE(at);
-    if is_finite_in_IMAGE(bits) {
-        return bitcast<vec3<f32>>(bits);
-    }
-    var around = sum_around_in_IMAGE(at, 1u);
-    if around.w == 0.0 {
-        around = sum_around_in_IMAGE(at, 2u);
-    }
-    return around.xyz / max(around.w, 1.0);
+    let around = around_in_IMAGE(at, select(AROUND, 0u, is_finite(bits)));
+    return select(mean(around), bitcast<vec3<f32>>(bits), is_finite(bits));
 }
 
-// The finite pixels up to `distance` away: their sum and how many they are.
-fn sum_around_in_IMAGE(at: vec2<u32>, distance: u32) -> vec4<f32> {
-    let begin = max(at, vec2(distance)) - distance;
-    let end = min(at + distance + 1u, tile.image_size);
-    var sum = vec4<f32>();
-    for (var y = begin.y; y < end.y; y++) {
-        for (var x = begin.x; x < end.x; x++) {
-            let bits = load_IMAGE(vec2(x, y));
-            if is_finite_in_IMAGE(bits) {
+fn around_in_IMAGE(at: vec2<u32>, steps: u32) -> Around {
+    var around = Around();
+    for (var i = 0u; i < steps; i++) {
+        // Beyond the left and the upper border this wraps round to more than any size.
+        let there = at + vec2(i % 5u, i / 5u) - 2u;
+        if all(there < tile.image_size) && any(there != at) {
+            let bits = load_IMAGE(there);
+            if is_finite(bits) {
                 // Sums of 24 stay within f32.
-                sum += vec4(clamp(bitcast<vec3<f32>>(bits), vec3(-1e30), vec3(1e30)), 1.0);
+                let value = clamp(bitcast<vec3<f32>>(bits), vec3(-1e30), vec3(1e30));
+                let is_near = all(there + 1u >= at) && all(there <= at + 1u);
+                around.wide += vec4(value, 1.0);
+                around.near += select(vec4<f32>(), vec4(value, 1.0), is_near);
+                let light = luminance(max(bitcast<vec3<f32>>(bits), vec3(0.0)));
+                around.brightest = max(around.brightest, select(0.0, light, is_near));
             }
         }
     }
-    return sum;
+    return around;
 }
 

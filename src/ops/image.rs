@@ -101,6 +101,9 @@ impl ImageFormat {
         text.replace("IMAGE", name).replace("UNIFORM", uniform)
     }
 
+    /// What the texts of [`filling`](Self::filling) share, once per kernel.
+    pub(crate) const AROUND: &str = include_str!("../../shaders/image/around.wgsl");
+
     /// The function `filled_…` for an image called `name` that [`reading`](Self::reading) reads.
     #[must_use]
     pub(crate) fn filling(name: &str) -> String {
@@ -132,6 +135,7 @@ impl ImageFormat {
     pub(crate) fn result(self, output: Self, binding: usize) -> String {
         let text = include_str!("../../shaders/image/result.wgsl");
         self.reading("color", binding, "tile")
+            + Self::AROUND
             + &Self::filling("color")
             + &output.storing(binding + 1)
             + &text.replace("BINDING", &(binding + 2).to_string())

@@ -46,7 +46,7 @@ pub(super) fn reading(formats: [ImageFormat; 3]) -> String {
         formats[i].reading(name, i + 1, "tile") + &ImageFormat::filling(name)
     };
     let images: String = ["color", "albedo", "normal"].into_iter().enumerate().map(image).collect();
-    images + include_str!("../../shaders/image/repaired.wgsl")
+    images + ImageFormat::AROUND + include_str!("../../shaders/image/repaired.wgsl")
 }
 
 /// What tells kernels apart that read other formats.

@@ -1,12 +1,19 @@
 //! How results are compared, in every test of this crate. `tests/harness.rs` shows that
 //! each comparison can fail.
 
-#![allow(dead_code, reason = "every test file compiles this module and uses only some of it")]
+#![allow(
+    dead_code,
+    unused_imports,
+    reason = "every test file compiles this module and uses only some of it"
+)]
 
 pub(crate) mod fixture;
 pub(crate) mod gpu;
 pub(crate) mod image;
+pub(crate) mod random;
 pub(crate) mod run;
+
+pub(crate) use random::Random;
 
 use std::fmt::Debug;
 use wgdenoise::Image;
@@ -109,39 +116,6 @@ pub(crate) fn check_cases<C: Debug>(
         (0, _) => Err("the table has no cases, so nothing was tested".into()),
         (_, 0) => Ok(()),
         (_, failed) => Err(format!("{failed} of {count} cases failed:\n{}", failures.join("\n"))),
-    }
-}
-
-/// The same numbers on every machine and in every run, for the same seed: `SplitMix64`
-/// (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
-pub(crate) struct Random(u64);
-
-impl Random {
-    pub(crate) fn new(seed: u64) -> Self {
-        Self(seed)
-    }
-
-    fn bits(&mut self) -> u64 {
-        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
-        let z = (self.0 ^ (self.0 >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
-        let z = (z ^ (z >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
-        z ^ (z >> 31)
-    }
-
-    /// A value in `[−1, 1)`.
-    pub(crate) fn value(&mut self) -> f32 {
-        // 24 bits are what a 32-bit float holds exactly.
-        (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
-    }
-
-    /// `count` values in `[−1, 1)`.
-    pub(crate) fn values(&mut self, count: usize) -> Vec<f32> {
-        (0..count).map(|_| self.value()).collect()
-    }
-
-    /// A tensor of values in `[−1, 1)`.
-    pub(crate) fn tensor(&mut self, channels: usize, height: usize, width: usize) -> Tensor {
-        Tensor::new(channels, height, width, self.values(channels * height * width))
     }
 }
 

@@ -1,0 +1,75 @@
+//! Inputs that break denoisers, and what must come out: the table is in `cases.rs`, its results beside
+//! Open Image Denoise's in `docs/hard-cases.md`.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod cases;
+mod engines;
+mod highlights;
+mod measure;
+
+use wgdenoise::{Image, Precision, Quality, Weights};
+
+use cases::{Case, cases, noisy};
+use common::gpu::gpu;
+use common::{random, run_cases};
+use engines::{engine, on_cpu};
+use measure::measure;
+
+fn weights(quality: Quality) -> Weights {
+    Weights::builtin(quality).expect("they are built in")
+}
+
+/// Every case within its bound.
+fn hold(precision: Precision, denoise: impl Fn(&Image) -> Image) {
+    let sound = denoise(&noisy());
+    run_cases(cases(), |case| {
+        let (found, bound) = (measure(case, &denoise(&case.color), &sound), case.bound(precision));
+        // Not "too much" but "not enough", since every comparison with NaN is false.
+        if found <= bound { Ok(()) } else { Err(format!("{found:e}, at most {bound:e}")) }
+    });
+}
+
+#[test]
+fn every_case_holds_with_16_bit_tensors() {
+    hold(Precision::F16, engine(gpu(), &weights(Quality::Balanced), Precision::F16, None));
+}
+
+#[test]
+fn every_case_holds_with_32_bit_tensors() {
+    hold(Precision::F32, engine(gpu(), &weights(Quality::Balanced), Precision::F32, None));
+}
+
+/// With the smallest weights: the naive network takes its time.
+#[test]
+fn every_case_holds_in_the_reference() {
+    hold(Precision::F32, |color| on_cpu(&weights(Quality::Fast), color));
+}
+
+#[test]
+fn tiles_make_the_same_bits_as_the_whole_image() {
+    let [whole, tiled] =
+        [None, Some(224)].map(|tile| engine(gpu(), &weights(Quality::Fast), Precision::F16, tile));
+    let bits =
+        |image: &Image| -> Vec<_> { image.pixels().iter().map(|p| p.map(f32::to_bits)).collect() };
+    run_cases(cases(), |case| {
+        let color = four_fold(&case.color);
+        let same = bits(&whole(&color)) == bits(&tiled(&color));
+        if same { Ok(()) } else { Err("tiles change the result".into()) }
+    });
+}
+
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.name)
+    }
+}
+
+/// The picture beside and above itself, so that it needs several tiles.
+fn four_fold(image: &Image) -> Image {
+    let (width, height) = image.size();
+    let twice = |y: u32| [image.row(y), image.row(y)].concat();
+    let pixels = (0..2 * height).flat_map(|y| twice(y % height)).collect();
+    Image::new(2 * width, 2 * height, pixels).expect("the count is right")
+}
