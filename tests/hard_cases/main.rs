@@ -6,6 +6,7 @@ mod common;
 
 mod cases;
 mod engines;
+mod growth;
 mod highlights;
 mod measure;
 
