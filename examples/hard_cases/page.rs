@@ -41,6 +41,24 @@ itself would miss constants by some per cent at the borders.
 - A lone pixel on black is taken for a firefly and goes. Two fireflies that touch take each other for
   a light and stay.
 
+## What the repair does to renders
+
+Outliers are darkened before the network. On the 16 test views of [quality.md](quality.md), with `balanced` and all
+inputs, the light of the denoised pictures where the reference is brightest, one pixel in a hundred, as a share of the
+reference's, and the errors, without the repair and with it (`python -m quality.highlights WEIGHTS FOLDER ...` in
+`training/`):
+
+| samples | pixels darkened | L1 | with repair | relMSE | with repair | light | with repair |
+|---|---|---|---|---|---|---|---|
+| 2 | 5.0e-4 | 0.0354 | 0.0354 | 0.0545 | 0.0540 | 0.7376 | 0.7369 |
+| 8 | 3.3e-4 | 0.0276 | 0.0277 | 0.0332 | 0.0332 | 0.7953 | 0.7932 |
+| 32 | 2.7e-4 | 0.0232 | 0.0232 | 0.0260 | 0.0250 | 0.8407 | 0.8391 |
+| 128 | 2.0e-5 | 0.0214 | 0.0214 | 0.0230 | 0.0230 | 0.8587 | 0.8587 |
+
+The converged references, where highlights are what they are, keep 0.9991 of that light on average and 0.9883 at
+least: the rest of that view's is fireflies of its own. That a fifth of the light is missing before the repair too is
+the network's, whose training rewards the median of skewed noise.
+
 ## How rounding grows
 
 ![Error by layer](hard-cases/growth.svg)
