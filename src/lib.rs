@@ -8,7 +8,9 @@
 //! nothing and cannot fail.
 //!
 //! Colour is linear and scene-referred, in any exposure. Albedo (in `[0, 1]`) and normal (in
-//! `[−1, 1]`) make the result better and may be absent.
+//! `[−1, 1]`) make the result better and may be absent. Pixels that are not finite are filled from
+//! their neighbours, and lone fireflies darkened, before the network sees them; what comes out is finite
+//! and not negative ([`reference::repair`]).
 //!
 //! # An image on the CPU
 //!
