@@ -14,6 +14,7 @@ mod denoise;
 mod devices;
 mod engine;
 mod failure;
+mod frames;
 mod info;
 pub(crate) mod pipelines;
 mod profile;
@@ -23,6 +24,37 @@ mod values;
 
 use self::args::{Cli, Command};
 use self::failure::Failure;
+
+/// What fuzz targets reach of the inside; no part of the interface.
+#[doc(hidden)]
+pub mod fuzzing {
+    use super::frames::{self, Pattern};
+
+    /// The frames of `--frames`, or why the text names none.
+    ///
+    /// # Errors
+    /// If the text is none, or names too many.
+    pub fn parse_frames(text: &str) -> Result<Vec<u32>, String> {
+        frames::parse(text).map(|frames| frames.0)
+    }
+
+    /// The name of a frame's file by a pattern, and the frame that this name is read back as;
+    /// `None` if the name has no place for a frame number.
+    ///
+    /// # Errors
+    /// If the pattern cannot be used.
+    pub fn name_and_back(
+        pattern: &str,
+        frame: u32,
+    ) -> Result<Option<(String, Option<u32>)>, String> {
+        let name_and_back = |pattern: Pattern| {
+            let name = pattern.name(frame);
+            let back = pattern.frame(&name);
+            (name, back)
+        };
+        Pattern::parse(pattern).map(|pattern| pattern.map(name_and_back))
+    }
+}
 
 /// Runs the program and returns its exit code: 0 done, 1 failed input or output, 2 wrong usage,
 /// 3 no usable adapter.

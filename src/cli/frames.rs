@@ -1,0 +1,145 @@
+//! Frame numbers and the file names that stand for them; nothing here touches a file.
+
+/// Most frames that `--frames` may name.
+pub(crate) const MAX_FRAMES: u64 = 1_000_000;
+
+/// Most digits of `%0Nd`; no frame number has more than 10.
+const MAX_DIGITS: usize = 32;
+
+/// Frame numbers in rising order, each once.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Frames(pub(crate) Vec<u32>);
+
+/// Reads `1-48,60,70-100x5`: frames, ranges, and ranges with a step.
+///
+/// # Errors
+/// If the text is none of these, a range runs backwards, or there are more than [`MAX_FRAMES`].
+pub(crate) fn parse(text: &str) -> Result<Frames, String> {
+    let ranges = text.split(',').map(Range::parse).collect::<Result<Vec<_>, _>>()?;
+    let count: u64 = ranges.iter().map(Range::count).sum();
+    if count > MAX_FRAMES {
+        return Err(format!("names {count} frames, and at most {MAX_FRAMES} are accepted"));
+    }
+    let mut frames: Vec<u32> = ranges.iter().flat_map(Range::frames).collect();
+    frames.sort_unstable();
+    frames.dedup();
+    Ok(Frames(frames))
+}
+
+/// From the first frame to the last at most, by steps.
+struct Range {
+    first: u32,
+    last: u32,
+    step: u32,
+}
+
+impl Range {
+    fn parse(text: &str) -> Result<Self, String> {
+        let text = text.trim();
+        let (ends, step) = text.split_once('x').map_or((text, "1"), |(ends, step)| (ends, step));
+        let (first, last) = ends.split_once('-').unwrap_or((ends, ends));
+        let number = |digits| number(digits).map_err(|why| format!("`{text}` {why}"));
+        let range = Self { first: number(first)?, last: number(last)?, step: number(step)? };
+        match range {
+            Self { step: 0, .. } => Err(format!("`{text}` has the step 0; give 1 or more")),
+            Self { first, last, .. } if first > last => {
+                Err(format!("`{text}` runs backwards; frames are denoised in rising order"))
+            }
+            range => Ok(range),
+        }
+    }
+
+    fn count(&self) -> u64 {
+        u64::from((self.last - self.first) / self.step) + 1
+    }
+
+    fn frames(&self) -> impl Iterator<Item = u32> + use<> {
+        (self.first..=self.last).step_by(self.step as usize)
+    }
+}
+
+fn number(digits: &str) -> Result<u32, &'static str> {
+    if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
+        return Err("is no frame, range or range with a step, such as 60, 1-48 or 70-100x5");
+    }
+    digits.parse().map_err(|_| "has a number above 4294967295")
+}
+
+/// Frame numbers as `--frames` takes them, runs as ranges: `1-3,7,9-10`.
+pub(crate) fn shown(frames: &[u32]) -> String {
+    let follows = |pair: &[u32]| pair[0].checked_add(1) == Some(pair[1]);
+    let run = |run: &[u32]| match run {
+        [only] => only.to_string(),
+        _ => format!("{}-{}", run[0], run[run.len() - 1]),
+    };
+    let runs = frames.chunk_by(|&a, &b| follows(&[a, b]));
+    runs.map(run).collect::<Vec<_>>().join(",")
+}
+
+/// A file name in which the frame number is left open: `beauty.####.exr` or `beauty.%04d.exr`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Pattern {
+    prefix: String,
+    /// Digits that shorter numbers are filled up to with zeros.
+    digits: usize,
+    suffix: String,
+}
+
+impl Pattern {
+    /// `None` for a name without a frame number.
+    ///
+    /// # Errors
+    /// If it has two, or asks for more digits than any number has.
+    pub(crate) fn parse(name: &str) -> Result<Option<Self>, String> {
+        let Some((prefix, digits, suffix)) = split(name) else { return Ok(None) };
+        if split(suffix).is_some() {
+            return Err("has two places for a frame number, and one is accepted".into());
+        }
+        if digits > MAX_DIGITS {
+            return Err(format!(
+                "asks for frame numbers of {digits} digits, and at most {MAX_DIGITS} are accepted"
+            ));
+        }
+        Ok(Some(Self { prefix: prefix.into(), digits, suffix: suffix.into() }))
+    }
+
+    /// The name of a frame's file; numbers of more digits than the pattern's are not cut.
+    pub(crate) fn name(&self, frame: u32) -> String {
+        format!("{}{frame:0width$}{}", self.prefix, self.suffix, width = self.digits)
+    }
+
+    /// The frame that [`name`](Self::name) gives this name.
+    pub(crate) fn frame(&self, name: &str) -> Option<u32> {
+        let digits = name.strip_prefix(&self.prefix)?.strip_suffix(&self.suffix)?;
+        let frame = digits.parse().ok()?;
+        (self.name(frame) == name).then_some(frame)
+    }
+}
+
+/// What stands before the first place for a frame number, its digits, and what stands behind it.
+fn split(name: &str) -> Option<(&str, usize, &str)> {
+    let hash = name.find('#').map(|at| {
+        let suffix = name[at..].trim_start_matches('#');
+        (&name[..at], name.len() - at - suffix.len(), suffix)
+    });
+    let percents = name.match_indices('%').map(|(at, _)| at);
+    let printf = percents.filter_map(|at| split_printf(name, at)).next();
+    [hash, printf].into_iter().flatten().min_by_key(|(prefix, ..)| prefix.len())
+}
+
+/// `%d` or `%0Nd` at a place of the name.
+fn split_printf(name: &str, at: usize) -> Option<(&str, usize, &str)> {
+    let (width, suffix) = name[at + 1..].split_once('d')?;
+    let digits = match width.strip_prefix('0') {
+        None if width.is_empty() => 1,
+        Some(n) if !n.is_empty() && n.bytes().all(|b| b.is_ascii_digit()) => {
+            n.parse().unwrap_or(usize::MAX)
+        }
+        _ => return None,
+    };
+    Some((&name[..at], digits, suffix))
+}
+
+#[cfg(test)]
+#[path = "frames_test.rs"]
+mod tests;
