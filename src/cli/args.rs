@@ -5,12 +5,18 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand};
 
 use super::budget::BudgetArgs;
+use super::failure::Failure;
+use super::frames::{self, Frames};
 use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, side};
 use crate::files::LayerChoice;
 
 const AFTER_HELP: &str = "\
 EXR files keep everything but the three channels of the denoised colour. Colour, albedo and
 normal are found by the names that renderers give them; `wgdenoise info IN` says which.
+
+Several pictures go into a folder that is there: renders/*.exr clean/. In the frames of an
+animation, # or %04d stands for the number: beauty.####.exr clean.####.exr --frames 1-48. All
+is checked before the first is denoised; a picture that fails does not keep the others back.
 
 To denoise a file that is called like a command, write ./info or -- info.
 
@@ -29,7 +35,7 @@ Exit codes:
     arg_required_else_help = true,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    override_usage = "wgdenoise [OPTIONS] <IN> <OUT>\n       wgdenoise <COMMAND>"
+    override_usage = "wgdenoise [OPTIONS] <IN>... <OUT>\n       wgdenoise <COMMAND>"
 )]
 pub(super) struct Cli {
     #[command(subcommand)]
@@ -51,15 +57,15 @@ pub(super) enum Command {
     Bench(BenchArgs),
 }
 
-/// `wgdenoise IN OUT`.
+/// `wgdenoise IN... OUT`.
 #[derive(Debug, Args)]
 pub(super) struct DenoiseArgs {
-    /// The noisy picture: EXR, PNG or JPEG
-    #[arg(value_name = "IN", required = true)]
-    input: Option<PathBuf>,
-    /// Where the result goes; the extension says the format
-    #[arg(value_name = "OUT", required = true)]
-    output: Option<PathBuf>,
+    /// IN... OUT: the noisy pictures (EXR, PNG or JPEG), and where the results go
+    #[arg(value_name = "FILE", required = true)]
+    files: Vec<PathBuf>,
+    /// Which frames of IN, such as 1-48,60,70-100x5 [default: all there are]
+    #[arg(long, value_name = "RANGES", value_parser = frames::parse)]
+    pub(super) frames: Option<Frames>,
     #[command(flatten)]
     pub(super) layers: LayerArgs,
     #[command(flatten)]
@@ -69,7 +75,7 @@ pub(super) struct DenoiseArgs {
     pub(super) input_scale: Option<f32>,
     #[command(flatten)]
     pub(super) budget: BudgetArgs,
-    /// Replace OUT if it exists
+    /// Replace outputs that exist
     #[arg(long)]
     pub(super) force: bool,
     /// Say nothing but errors
@@ -208,9 +214,15 @@ impl BenchArgs {
 }
 
 impl DenoiseArgs {
-    /// IN and OUT, which are there unless there is a command.
-    pub(super) fn files(&self) -> Option<(&Path, &Path)> {
-        self.input.as_deref().zip(self.output.as_deref())
+    /// Every IN, and OUT.
+    ///
+    /// # Errors
+    /// If not even two files are named.
+    pub(super) fn files(&self) -> Result<(&[PathBuf], &Path), Failure> {
+        match self.files.split_last() {
+            Some((output, inputs)) if !inputs.is_empty() => Ok((inputs, output)),
+            _ => Err(Failure::Usage("give IN and OUT, or a command; see --help".into())),
+        }
     }
 }
 

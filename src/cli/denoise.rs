@@ -1,55 +1,143 @@
-//! `wgdenoise IN OUT`.
+//! `wgdenoise IN... OUT`.
 
-use std::time::{Duration, Instant};
+use std::cell::RefCell;
+use std::collections::HashSet;
+use std::time::Instant;
 
 use super::args::DenoiseArgs;
 use super::budget;
 use super::failure::Failure;
+use super::jobs::{self, Job};
 use super::pipelines;
 use super::progress::Progress;
 use super::say;
-use crate::files::{self, LayerChoice, Picture};
+use crate::files::Picture;
 use crate::{Denoiser, Frame, Gpu, Image};
 
-/// Reads, denoises and writes.
+/// Reads, denoises and writes, picture by picture.
 pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
-    let mut watch = Stopwatch(Instant::now());
-    let usage = || Failure::Usage("give IN and OUT, or a command; see --help".into());
-    let (input, output) = args.files().ok_or_else(usage)?;
-    files::check_output(output, args.force)?;
-    let picture = Picture::open(input, &LayerChoice::from(&args.layers))?;
-    args.notices(picture.notices());
-    args.notices(&unusable_pixels(picture.color()));
-    let frame = Frame {
-        color: picture.color(),
-        albedo: picture.albedo(),
-        normal: picture.normal(),
-        input_scale: args.input_scale,
-    };
-    let read = watch.lap();
+    let jobs = jobs::plan(args)?;
+    let mut work = Work::new(args, jobs.len());
+    for job in &jobs {
+        work.picture(job)?;
+    }
+    work.finish()
+}
 
-    let (gpu, denoiser) = args.denoiser(&frame)?;
-    args.details(|| adapter_and_kernels(&gpu, &denoiser));
-    args.notices(denoiser.notices());
-    args.notices(&unread_inputs(&denoiser, &frame));
-    let prepared = watch.lap();
+/// The denoiser of all pictures, and what is said of them.
+struct Work<'a> {
+    args: &'a DenoiseArgs,
+    engine: Option<(Gpu, Denoiser)>,
+    pictures: usize,
+    failed: usize,
+    watch: Stopwatch,
+    said: RefCell<HashSet<String>>,
+}
 
-    let result = args.denoise(&denoiser, &frame)?;
-    let worked = watch.lap();
-    let notices = picture.save(output, &result, args.force)?;
-    args.notices(&notices);
-    let written = watch.lap();
-    pipelines::keep(&gpu, &denoiser.options);
-    args.details(|| {
-        format!(
-            "read in {read:.1?}, prepared in {prepared:.1?}, denoised in {worked:.1?}, \
-             written in {written:.1?}"
-        )
-    });
-    Ok(())
+impl<'a> Work<'a> {
+    fn new(args: &'a DenoiseArgs, pictures: usize) -> Self {
+        let watch = Stopwatch { last: Instant::now(), laps: Vec::new() };
+        Self { args, engine: None, pictures, failed: 0, watch, said: RefCell::default() }
+    }
+
+    /// Of several pictures, one that fails is told of and the others go on.
+    ///
+    /// # Errors
+    /// If the only picture fails, or there can be no denoiser.
+    fn picture(&mut self, job: &Job) -> Result<(), Failure> {
+        let outcome = match self.read(job) {
+            Ok(picture) => {
+                self.prepare(job, &picture)?;
+                self.denoise_and_write(job, &picture)
+            }
+            Err(failure) => Err(failure),
+        };
+        match outcome {
+            Err(failure) if self.pictures > 1 => {
+                say(&format!("error: {failure}"));
+                self.failed += 1;
+                Ok(())
+            }
+            outcome => outcome,
+        }
+    }
+
+    fn read(&mut self, job: &Job) -> Result<Picture, Failure> {
+        let picture = Picture::open(&job.input, &job.layers)?;
+        self.notices(job, picture.notices());
+        self.notices(job, &unusable_pixels(picture.color()));
+        self.watch.lap("read");
+        Ok(picture)
+    }
+
+    /// Makes the denoiser, for the first picture or anew where it has failed.
+    fn prepare(&mut self, job: &Job, picture: &Picture) -> Result<(), Failure> {
+        if self.engine.is_none() {
+            let (gpu, denoiser) = self.args.denoiser(&self.args.frame(picture))?;
+            self.args.details(|| adapter_and_kernels(&gpu, &denoiser));
+            self.notices(job, denoiser.notices());
+            self.engine = Some((gpu, denoiser));
+            self.watch.lap("prepared");
+        }
+        Ok(())
+    }
+
+    fn denoise_and_write(&mut self, job: &Job, picture: &Picture) -> Result<(), Failure> {
+        let Some((_, denoiser)) = &self.engine else { return Ok(()) };
+        let frame = self.args.frame(picture);
+        self.notices(job, &unread_inputs(denoiser, &frame));
+        let result = self.args.denoise(denoiser, &frame).inspect_err(|_| self.engine = None)?;
+        self.watch.lap("denoised");
+        let notices = picture.save(&job.output, &result, self.args.force)?;
+        self.notices(job, &notices);
+        self.watch.lap("written");
+        let laps = self.watch.told();
+        self.args.details(|| self.about(job, &laps));
+        Ok(())
+    }
+
+    /// Says what has not been said yet, of several pictures with the name.
+    fn notices(&self, job: &Job, notices: &[String]) {
+        for notice in notices {
+            if self.said.borrow_mut().insert(notice.clone()) {
+                self.args.notices(&[self.about(job, notice)]);
+            }
+        }
+    }
+
+    fn about(&self, job: &Job, text: &str) -> String {
+        match self.pictures {
+            1 => text.into(),
+            _ => format!("{}: {text}", job.input.display()),
+        }
+    }
+
+    /// Keeps what the driver compiled and sums up.
+    fn finish(self) -> Result<(), Failure> {
+        if let Some((gpu, denoiser)) = &self.engine {
+            pipelines::keep(gpu, &denoiser.options);
+        }
+        match (self.pictures, self.failed) {
+            (1, _) => {}
+            (all, 0) => self.args.notices(&[format!("all {all} pictures denoised")]),
+            (all, failed) => {
+                return Err(Failure::Work(format!("{failed} of {all} pictures failed")));
+            }
+        }
+        Ok(())
+    }
 }
 
 impl DenoiseArgs {
+    fn frame<'a>(&self, picture: &'a Picture) -> Frame<'a> {
+        Frame {
+            color: picture.color(),
+            albedo: picture.albedo(),
+            normal: picture.normal(),
+            input_scale: self.input_scale,
+        }
+    }
+
     /// On the adapter of the flags, with the weights of the flags or those that the budget allows.
     fn denoiser(&self, frame: &Frame<'_>) -> Result<(Gpu, Denoiser), Failure> {
         let Some(limit) = self.budget.limit() else { return self.engine.denoiser() };
@@ -125,12 +213,21 @@ fn adapter_and_kernels(gpu: &Gpu, denoiser: &Denoiser) -> String {
     )
 }
 
-struct Stopwatch(Instant);
+struct Stopwatch {
+    last: Instant,
+    laps: Vec<String>,
+}
 
 impl Stopwatch {
-    /// The time since it was started or last asked.
-    fn lap(&mut self) -> Duration {
+    /// Notes the time since the last call.
+    fn lap(&mut self, what: &str) {
         let now = Instant::now();
-        now.duration_since(std::mem::replace(&mut self.0, now))
+        let lap = now.duration_since(std::mem::replace(&mut self.last, now));
+        self.laps.push(format!("{what} in {lap:.1?}"));
+    }
+
+    /// All notes, which begin anew.
+    fn told(&mut self) -> String {
+        std::mem::take(&mut self.laps).join(", ")
     }
 }

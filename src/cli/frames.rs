@@ -65,15 +65,21 @@ fn number(digits: &str) -> Result<u32, &'static str> {
     digits.parse().map_err(|_| "has a number above 4294967295")
 }
 
-/// Frame numbers as `--frames` takes them, runs as ranges: `1-3,7,9-10`.
+/// Most runs of frames in one message.
+const MOST_SHOWN: usize = 20;
+
+/// Rising frame numbers as `--frames` takes them, for a message: `1-3,7,9-10`.
 pub(crate) fn shown(frames: &[u32]) -> String {
-    let follows = |pair: &[u32]| pair[0].checked_add(1) == Some(pair[1]);
     let run = |run: &[u32]| match run {
         [only] => only.to_string(),
         _ => format!("{}-{}", run[0], run[run.len() - 1]),
     };
-    let runs = frames.chunk_by(|&a, &b| follows(&[a, b]));
-    runs.map(run).collect::<Vec<_>>().join(",")
+    let mut runs = frames.chunk_by(|&a, &b| a.checked_add(1) == Some(b));
+    let first = runs.by_ref().take(MOST_SHOWN).map(run).collect::<Vec<_>>().join(",");
+    match runs.map(<[u32]>::len).sum() {
+        0 => first,
+        more => format!("{first} and {more} more"),
+    }
 }
 
 /// A file name in which the frame number is left open: `beauty.####.exr` or `beauty.%04d.exr`.

@@ -45,7 +45,8 @@ fn what_names_no_frames_is_refused_and_said() {
 #[test]
 fn missing_frames_are_shown_as_ranges() {
     assert_eq!(shown(&[1, 2, 3, 7, 9, 10, u32::MAX]), "1-3,7,9-10,4294967295");
-    assert_eq!(shown(&[]), "");
+    let every_second: Vec<u32> = (0..100_000).map(|i| 2 * i).collect();
+    assert!(shown(&every_second).ends_with("34,36,38 and 99980 more"));
 }
 
 #[test]
@@ -89,7 +90,7 @@ proptest! {
     }
 
     #[test]
-    fn what_is_shown_reads_back(mut numbers in prop::collection::vec(0..60_u32, 1..40)) {
+    fn what_is_shown_reads_back(mut numbers in prop::collection::vec(0..40_u32, 1..40)) {
         numbers.sort_unstable();
         numbers.dedup();
         prop_assert_eq!(parse(&shown(&numbers)), Ok(Frames(numbers)));

@@ -16,6 +16,7 @@ mod engine;
 mod failure;
 mod frames;
 mod info;
+mod jobs;
 pub(crate) mod pipelines;
 mod profile;
 mod progress;

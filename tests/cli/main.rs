@@ -8,4 +8,5 @@ mod failures;
 mod ldr;
 mod pipelines;
 mod report;
+mod sequence;
 mod support;
