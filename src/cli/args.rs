@@ -8,7 +8,7 @@ use super::budget::BudgetArgs;
 use super::failure::Failure;
 use super::frames::{self, Frames};
 use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, side};
-use crate::files::LayerChoice;
+use crate::files::{LayerChoice, Limits};
 
 const AFTER_HELP: &str = "\
 EXR files keep everything but the three channels of the denoised colour. Colour, albedo and
@@ -101,6 +101,16 @@ pub(super) struct LayerArgs {
     /// Use neither albedo nor normal
     #[arg(long)]
     no_aux: bool,
+    #[command(flatten)]
+    limits: LimitArgs,
+}
+
+/// How large images may be.
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(super) struct LimitArgs {
+    /// Most pixels of an image that are accepted [default: 268435456, which is 16384×16384]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    max_pixels: Option<u64>,
 }
 
 /// What denoises, and how.
@@ -165,6 +175,8 @@ pub(super) struct CompareArgs {
     /// The layer to compare in both [default: found by its name]
     #[arg(long, value_name = "LAYER")]
     pub(super) color: Option<String>,
+    #[command(flatten)]
+    pub(super) limits: LimitArgs,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
@@ -234,7 +246,14 @@ impl From<&LayerArgs> for LayerChoice {
             normal: args.normal.clone(),
             no_aux: args.no_aux,
             finished: false,
+            limits: args.limits.into(),
         }
+    }
+}
+
+impl From<LimitArgs> for Limits {
+    fn from(args: LimitArgs) -> Self {
+        args.max_pixels.map_or_else(Self::default, |pixels| Self { pixels })
     }
 }
 

@@ -16,6 +16,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
         color: args.color.clone(),
         no_aux: true,
         finished: true,
+        limits: args.limits.into(),
         ..LayerChoice::default()
     };
     let image = Picture::open(&args.image, &wanted)?;

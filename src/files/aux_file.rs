@@ -5,28 +5,29 @@ use std::path::Path;
 use super::choice::{self, Kind};
 use super::exr::ExrFile;
 use super::format::{self, Format};
+use super::guard::Limits;
 use super::{FileError, Problem, ldr, window};
 use crate::image::Image;
 
 /// An albedo of the colour's size: from an EXR file's albedo or only layer, or a PNG or JPEG.
-pub(super) fn albedo(path: &Path, size: (u32, u32)) -> Result<Image, FileError> {
-    read(path, Kind::Albedo).and_then(|image| fitting(image, size)).map_err(|p| p.at(path))
+pub(super) fn albedo(path: &Path, size: (u32, u32), limits: Limits) -> Result<Image, FileError> {
+    read(path, Kind::Albedo, limits).and_then(|image| fitting(image, size)).map_err(|p| p.at(path))
 }
 
 /// Normals of the colour's size; those of PNG and JPEG files are `n·0.5+0.5`.
-pub(super) fn normal(path: &Path, size: (u32, u32)) -> Result<Image, FileError> {
-    read(path, Kind::Normal).and_then(|image| fitting(image, size)).map_err(|p| p.at(path))
+pub(super) fn normal(path: &Path, size: (u32, u32), limits: Limits) -> Result<Image, FileError> {
+    read(path, Kind::Normal, limits).and_then(|image| fitting(image, size)).map_err(|p| p.at(path))
 }
 
-fn read(path: &Path, kind: Kind) -> Result<Image, Problem> {
+fn read(path: &Path, kind: Kind, limits: Limits) -> Result<Image, Problem> {
     match (format::sniff(path)?, kind) {
         (Format::Exr, _) => {
-            let file = ExrFile::open(path)?;
+            let file = ExrFile::open(path, limits)?;
             let pick = choice::choose_single(&file.parts(), kind)?;
             Ok(file.read(&[&pick])?.remove(0))
         }
-        (_, Kind::Albedo) => ldr::LdrFile::read(path).map(|(_, image)| image),
-        (_, Kind::Normal) => ldr::read_normals(path),
+        (_, Kind::Albedo) => ldr::LdrFile::read(path, limits).map(|(_, image)| image),
+        (_, Kind::Normal) => ldr::read_normals(path, limits),
     }
 }
 

@@ -64,7 +64,7 @@ impl Description {
     }
 
     fn of_ldr(path: &Path, wanted: &LayerChoice) -> Result<Self, Problem> {
-        let (format, (width, height)) = ldr::describe(path)?;
+        let (format, (width, height)) = ldr::describe(path, wanted.limits)?;
         let (albedo, normal) = (wanted.albedo.clone(), wanted.normal.clone());
         let choice = "colour from the pixels, decoded by the sRGB curve".into();
         let (color, target) = (None, None);
@@ -72,7 +72,7 @@ impl Description {
     }
 
     fn of_exr(path: &Path, wanted: &LayerChoice) -> Result<Self, Problem> {
-        let file = ExrFile::open(path)?;
+        let file = ExrFile::open(path, wanted.limits)?;
         let parts = file.parts();
         let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted)?;
         let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted)?;

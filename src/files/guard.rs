@@ -8,22 +8,42 @@ use ::exr::meta::{BlockDescription, MetaData};
 
 use super::Problem;
 
-/// Most pixels of an image: 16384 × 16384, three images of which take 9 GiB in memory.
-pub const MAX_PIXELS: u64 = 16384 * 16384;
+/// How large images may be; what is larger is refused before memory is taken for it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Limits {
+    /// Most pixels of an image. By default 16384 × 16384, three images of which take 9 GiB in
+    /// memory.
+    pub pixels: u64,
+}
 
-/// Most bytes that one block of an EXR file may hold when unpacked.
-pub const MAX_BLOCK_BYTES: u64 = 1 << 30;
+impl Default for Limits {
+    fn default() -> Self {
+        Self { pixels: 16384 * 16384 }
+    }
+}
 
-/// Checks the sides of an image.
-///
-/// # Errors
-/// If it has no pixels or more than [`MAX_PIXELS`].
-pub fn check_size(width: u64, height: u64) -> Result<(), Problem> {
-    match width.checked_mul(height) {
-        Some(pixels) if (1..=MAX_PIXELS).contains(&pixels) => Ok(()),
-        _ => Err(Problem::TooLarge(format!(
-            "claims {width}×{height} pixels, and only 1 to {MAX_PIXELS} (16384×16384) are accepted"
-        ))),
+impl Limits {
+    /// Most bytes that one block of an EXR file may hold when unpacked: 1 GiB, or more where more
+    /// pixels than by default are accepted.
+    #[must_use]
+    pub fn block_bytes(self) -> u64 {
+        self.pixels.max(Self::default().pixels).saturating_mul(4)
+    }
+
+    /// Checks the sides of an image.
+    ///
+    /// # Errors
+    /// If it has no pixels or more than are accepted.
+    pub fn check_size(self, width: u64, height: u64) -> Result<(), Problem> {
+        match width.checked_mul(height) {
+            Some(0) => Err(Problem::Damaged(format!("is {width}×{height} pixels: there are none"))),
+            Some(pixels) if pixels <= self.pixels => Ok(()),
+            _ => Err(Problem::TooLarge(format!(
+                "claims {width}×{height} pixels, and at most {} are accepted; give --max-pixels to \
+                 accept more",
+                self.pixels
+            ))),
+        }
     }
 }
 
@@ -33,9 +53,14 @@ pub fn check_size(width: u64, height: u64) -> Result<(), Problem> {
 ///
 /// # Errors
 /// If a part is deep, too large, or the file is too short for its table.
-pub(super) fn check_header(meta: &MetaData, header_end: u64, file_len: u64) -> Result<(), Problem> {
+pub(super) fn check_header(
+    meta: &MetaData,
+    limits: Limits,
+    header_end: u64,
+    file_len: u64,
+) -> Result<(), Problem> {
     for header in &meta.headers {
-        check_part(header)?;
+        check_part(header, limits)?;
     }
     let blocks: u128 = meta.headers.iter().map(|h| h.chunk_count as u128).sum();
     if u128::from(header_end) + 8 * blocks > u128::from(file_len) {
@@ -47,7 +72,7 @@ pub(super) fn check_header(meta: &MetaData, header_end: u64, file_len: u64) -> R
     Ok(())
 }
 
-fn check_part(header: &Header) -> Result<(), Problem> {
+fn check_part(header: &Header, limits: Limits) -> Result<(), Problem> {
     if header.deep {
         return Err(Problem::Unsupported(
             "holds deep data, which cannot be denoised; flatten it first".into(),
@@ -61,12 +86,13 @@ fn check_part(header: &Header) -> Result<(), Problem> {
             "is compressed with HTJ2K, which is not supported; write it with ZIP or PIZ".into(),
         ));
     }
-    check_size(header.layer_size.width() as u64, header.layer_size.height() as u64)?;
+    limits.check_size(header.layer_size.width() as u64, header.layer_size.height() as u64)?;
     let bytes = block_bytes(header);
-    if bytes > u128::from(MAX_BLOCK_BYTES) {
+    if bytes > u128::from(limits.block_bytes()) {
         return Err(Problem::TooLarge(format!(
-            "has blocks of {bytes} bytes, and at most {MAX_BLOCK_BYTES} are accepted; write it \
-             with smaller tiles or another compression"
+            "has blocks of {bytes} bytes, and at most {} are accepted; write it with smaller \
+             tiles or another compression, or give a higher --max-pixels",
+            limits.block_bytes()
         )));
     }
     Ok(())
@@ -185,9 +211,12 @@ mod tests {
 
     #[test]
     fn a_tile_as_large_as_a_huge_picture_is_refused() {
-        assert!(check_part(&header(Compression::ZIP16, 256)).is_ok());
-        let error = check_part(&header(Compression::ZIP16, 1 << 20)).unwrap_err().to_string();
+        let check = |tile, limits| check_part(&header(Compression::ZIP16, tile), limits);
+        assert!(check(256, Limits::default()).is_ok());
+        let error = check(1 << 20, Limits::default()).unwrap_err().to_string();
         assert!(error.contains("blocks of 1536000000 bytes"), "{error}");
+        assert!(check(1 << 20, Limits { pixels: 400_000_000 }).is_ok());
+        assert!(check(256, Limits { pixels: 16000 * 16000 - 1 }).is_err());
     }
 
     #[test]
@@ -214,8 +243,11 @@ mod tests {
 
     #[test]
     fn sizes_from_one_pixel_to_the_limit_pass_and_others_do_not() {
-        assert!(check_size(1, 1).is_ok() && check_size(16384, 16384).is_ok());
-        assert!(check_size(0, 5).is_err() && check_size(16384, 16385).is_err());
-        assert!(check_size(u64::MAX, u64::MAX).is_err());
+        let limits = Limits::default();
+        assert!(limits.check_size(1, 1).is_ok() && limits.check_size(16384, 16384).is_ok());
+        assert!(limits.check_size(0, 5).is_err() && limits.check_size(16384, 16385).is_err());
+        let most = Limits { pixels: u64::MAX };
+        assert!(most.check_size(16384, 16385).is_ok() && most.block_bytes() == u64::MAX);
+        assert!(most.check_size(u64::MAX, u64::MAX).is_err());
     }
 }

@@ -7,12 +7,12 @@ use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{
     ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader,
-    Limits,
 };
 
 use super::format::Format;
+use super::guard::Limits;
 use super::srgb::{encoded, linear};
-use super::{Problem, guard, jpeg, normals};
+use super::{Problem, jpeg, normals};
 use crate::image::Image;
 
 /// Of 100; the loss cannot be seen.
@@ -29,8 +29,8 @@ pub(super) struct LdrFile {
 
 impl LdrFile {
     /// Reads a file and its colour, decoded by the sRGB curve.
-    pub(super) fn read(path: &Path) -> Result<(Self, Image), Problem> {
-        let mut decoder = decoder(path)?;
+    pub(super) fn read(path: &Path, limits: Limits) -> Result<(Self, Image), Problem> {
+        let mut decoder = decoder(path, limits)?;
         let (icc, exif) = (
             decoder.icc_profile().unwrap_or_default(),
             decoder.exif_metadata().unwrap_or_default(),
@@ -90,32 +90,32 @@ pub(super) fn write_new(
 }
 
 /// What kind of file it is, and its width and height.
-pub(super) fn describe(path: &Path) -> Result<(String, (u32, u32)), Problem> {
-    let decoder = decoder(path)?;
+pub(super) fn describe(path: &Path, limits: Limits) -> Result<(String, (u32, u32)), Problem> {
+    let decoder = decoder(path, limits)?;
     Ok((format!("image of {:?}", decoder.original_color_type()), decoder.dimensions()))
 }
 
 /// Reads normals, which are stored as `n·0.5+0.5` without a curve.
-pub(super) fn read_normals(path: &Path) -> Result<Image, Problem> {
-    let pixels = DynamicImage::from_decoder(decoder(path)?).map_err(reading)?;
+pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem> {
+    let pixels = DynamicImage::from_decoder(decoder(path, limits)?).map_err(reading)?;
     let mut image = to_image(&pixels, |v| v)?;
     normals::decode(&mut image);
     Ok(image)
 }
 
-fn decoder(path: &Path) -> Result<impl ImageDecoder, Problem> {
+fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
     let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
     let mut reader = reader.map_err(Problem::Read)?;
     // The decoder fills in grey where a JPEG ends early.
     if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(path)? {
         return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));
     }
-    let mut limits = Limits::default();
-    limits.max_alloc = Some(guard::MAX_PIXELS * 8 + (64 << 20));
-    reader.limits(limits);
+    let mut memory = image::Limits::default();
+    memory.max_alloc = Some(limits.pixels.saturating_mul(8).saturating_add(64 << 20));
+    reader.limits(memory);
     let decoder = reader.into_decoder().map_err(reading)?;
     let (width, height) = decoder.dimensions();
-    guard::check_size(width.into(), height.into())?;
+    limits.check_size(width.into(), height.into())?;
     Ok(decoder)
 }
 

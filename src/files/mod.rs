@@ -14,6 +14,7 @@ pub mod layers;
 mod aux_file;
 mod conventions;
 mod describe;
+mod draft;
 mod error;
 mod format;
 mod identity;
@@ -28,6 +29,7 @@ mod window;
 pub use describe::{Description, LayerInfo};
 pub use error::{FileError, Problem};
 pub use format::Format;
+pub use guard::Limits;
 pub(crate) use identity::Identity;
 pub use output::check as check_output;
 pub(crate) use output::{Out, replace};
@@ -70,7 +72,7 @@ impl Picture {
 
     fn open_exr(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
         let at = |problem: Problem| problem.at(path);
-        let file = ExrFile::open(path).map_err(at)?;
+        let file = ExrFile::open(path, wanted.limits).map_err(at)?;
         let parts = file.parts();
         let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted).map_err(at)?;
         let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted).map_err(at)?;
@@ -83,7 +85,7 @@ impl Picture {
         choice.leave_out_unusable(|pick| file.check(pick));
         let explained = choice.explain(albedo_file.as_deref(), normal_file.as_deref());
         let mut picture = Self::read_layers(file, choice, explained).map_err(at)?;
-        picture.add_files(albedo_file, normal_file)?;
+        picture.add_files(albedo_file, normal_file, wanted.limits)?;
         Ok(picture)
     }
 
@@ -111,7 +113,7 @@ impl Picture {
         if let Some(layer) = &wanted.color {
             return Err(Problem::Layers(format!("has no layers, so no layer `{layer}`")).at(path));
         }
-        let (file, color) = LdrFile::read(path).map_err(|p| p.at(path))?;
+        let (file, color) = LdrFile::read(path, wanted.limits).map_err(|p| p.at(path))?;
         let wish = |name: &Option<String>| name.clone().filter(|_| !wanted.no_aux);
         let (albedo_file, normal_file) = (wish(&wanted.albedo), wish(&wanted.normal));
         let say = |what, file: &Option<String>| {
@@ -121,7 +123,7 @@ impl Picture {
         let notices = notices.into_iter().flatten().collect();
         let (albedo, normal) = (None, None);
         let mut picture = Self { source: Source::Ldr(file), color, albedo, normal, notices };
-        picture.add_files(albedo_file, normal_file)?;
+        picture.add_files(albedo_file, normal_file, wanted.limits)?;
         Ok(picture)
     }
 
@@ -130,13 +132,14 @@ impl Picture {
         &mut self,
         albedo: Option<String>,
         normal: Option<String>,
+        limits: Limits,
     ) -> Result<(), FileError> {
         let size = self.color.size();
         if let Some(path) = albedo {
-            self.albedo = Some(aux_file::albedo(Path::new(&path), size)?);
+            self.albedo = Some(aux_file::albedo(Path::new(&path), size, limits)?);
         }
         if let Some(path) = normal {
-            self.normal = Some(aux_file::normal(Path::new(&path), size)?);
+            self.normal = Some(aux_file::normal(Path::new(&path), size, limits)?);
         }
         Ok(())
     }

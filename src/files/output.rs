@@ -1,9 +1,11 @@
-//! Writing beside the output and renaming, so that a failure leaves what was there.
+//! Writing beside the output and only then giving it its name, so that a failure leaves what was
+//! there.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
+use super::draft::Draft;
 use super::format::{self, Format};
 use super::{FileError, Problem};
 
@@ -27,11 +29,11 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
         return Err(Problem::Exists.at(path));
     }
     // The file that is made here goes away again at once.
-    create_beside(&resolved(path)).map_err(|p| p.at(path))?;
+    draft(&resolved(path)).map_err(|p| p.at(path))?;
     Ok(format)
 }
 
-/// Lets `write` fill a temporary file in the folder of `path`, then renames it to `path`.
+/// Lets `write` fill a file in the folder of `path`, then calls it `path`.
 pub(crate) fn replace<T>(
     path: &Path,
     force: bool,
@@ -45,16 +47,15 @@ fn replace_resolved<T>(
     force: bool,
     write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
 ) -> Result<T, Problem> {
-    let temporary = create_beside(path)?;
-    let mut out = BufWriter::with_capacity(1 << 20, temporary.as_file());
+    let draft = draft(path)?;
+    let mut out = BufWriter::with_capacity(1 << 20, draft.file());
     let result = write(&mut out)?;
     out.flush().map_err(Problem::Write)?;
     drop(out);
-    finish(temporary.as_file(), path).map_err(Problem::Write)?;
-    let kept = if force { temporary.persist(path) } else { temporary.persist_noclobber(path) };
-    kept.map_err(|e| match e.error.kind() {
+    finish(draft.file(), path).map_err(Problem::Write)?;
+    draft.keep(path, force).map_err(|error| match error.kind() {
         std::io::ErrorKind::AlreadyExists => Problem::Exists,
-        _ => Problem::Write(e.error),
+        _ => Problem::Write(error),
     })?;
     Ok(result)
 }
@@ -68,21 +69,8 @@ fn finish(file: &File, path: &Path) -> std::io::Result<()> {
     file.sync_all()
 }
 
-/// A temporary file with the permissions that a new output would get.
-fn create_beside(path: &Path) -> Result<tempfile::NamedTempFile, Problem> {
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".wgdenoise-").suffix(".part");
-    #[cfg(unix)]
-    {
-        use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
-    }
-    // The error's text ends with the path of a file that nobody knows.
-    builder.tempfile_in(folder(path)).map_err(|error| {
-        let text = error.to_string();
-        let known = text.split(" at path ").next().unwrap_or_default();
-        Problem::Write(std::io::Error::new(error.kind(), known))
-    })
+fn draft(path: &Path) -> Result<Draft, Problem> {
+    Draft::within(folder(path)).map_err(Problem::Write)
 }
 
 /// What a link points to, so that the link stays one.
@@ -99,6 +87,9 @@ pub(super) fn folder(path: &Path) -> &Path {
 
 #[cfg(test)]
 mod tests {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
     use super::*;
 
     fn entries(folder: &Path) -> usize {
@@ -139,6 +130,57 @@ mod tests {
         let text = error.to_string();
         assert!(text.starts_with("/proc/x.exr: cannot be written: ") && !text.contains(".part"));
         assert!(text.contains("(os error"), "{text}");
+    }
+
+    /// This test is also the process that is killed: it waits in the middle of its writing.
+    #[test]
+    fn a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole() {
+        const OUTPUT: &str = "WGDENOISE_TEST_OUTPUT";
+        const THIS: &str = "files::output::tests::a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole";
+        if let Some(path) = std::env::var_os(OUTPUT) {
+            return write_half_and_wait(Path::new(&path));
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.exr");
+        fs::write(&path, "old").unwrap();
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", THIS, "--nocapture"]).env(OUTPUT, &path);
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap().ends_with("half is written")));
+        child.kill().unwrap();
+        assert!(!child.wait().unwrap().success());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        if cfg!(target_os = "linux") {
+            assert_eq!(entries(folder.path()), 1);
+        }
+    }
+
+    fn write_half_and_wait(path: &Path) {
+        let half = |out: &mut Out<'_>| {
+            out.write_all(&[1; 4 << 20]).and_then(|()| out.flush()).map_err(Problem::Write)?;
+            println!("half is written");
+            // Until the other process kills this one or has gone away itself.
+            std::io::stdin().read_line(&mut String::new()).map_err(Problem::Read)
+        };
+        replace(path, true, half).unwrap();
+        panic!("nothing has killed this process");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_to_what_is_replaced() {
+        let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let (link, real) = (folder.path().join("link.exr"), other.path().join("real.exr"));
+        fs::write(&real, "old").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        assert!(matches!(check(&link, false).unwrap_err().problem, Problem::Exists));
+        replace(&link, true, |out| out.write_all(b"new").map_err(Problem::Write)).unwrap();
+        assert_eq!(
+            (fs::read(&real).unwrap(), fs::read_link(&link).unwrap()),
+            (b"new".into(), real)
+        );
+        assert_eq!((entries(folder.path()), entries(other.path())), (1, 1));
     }
 
     #[cfg(unix)]

@@ -4,9 +4,10 @@ use std::path::Path;
 
 use super::Problem;
 use super::choice::Wish;
+use super::guard::Limits;
 use super::layers::{self, Part};
 
-/// What to read: names of layers where the file's own names do not tell.
+/// What to read: names of layers where the file's own names do not tell, and how much at most.
 #[derive(Clone, Debug, Default)]
 pub struct LayerChoice {
     /// The layer to denoise.
@@ -19,6 +20,8 @@ pub struct LayerChoice {
     pub no_aux: bool,
     /// Read the layer that results are written to instead of the noisy one.
     pub finished: bool,
+    /// How large the images may be.
+    pub limits: Limits,
 }
 
 /// A layer's name stays a name; anything else must be a file.

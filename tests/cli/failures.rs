@@ -20,7 +20,7 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
     for (input, words) in [
         ("nowhere.exr", "nowhere.exr: cannot be read: No such file"),
         ("cut.exr", "blocks are missing"),
-        ("header.exr", "header that is cut off or damaged"),
+        ("header.exr", "header.exr: is cut off within the header of its part 0, at the attribute"),
         ("garbage.exr", "is not an EXR, PNG or JPEG file"),
         ("empty.exr", "is empty"),
         ("cut.png", "is cut off or damaged"),

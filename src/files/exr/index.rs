@@ -2,13 +2,14 @@
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
+use std::ops::Range;
 
 use ::exr::block::chunk::TileCoordinates;
 use ::exr::math::Vec2;
 use ::exr::meta::MetaData;
 use ::exr::meta::header::Header;
 
-use super::Problem;
+use super::{Problem, guard};
 
 /// One stored block: some scan lines or a tile of one part.
 #[derive(Clone, Debug)]
@@ -39,8 +40,8 @@ impl Block {
 /// The table's length must have been checked against the file's.
 ///
 /// # Errors
-/// If a block is missing, its head contradicts the header, or two blocks share bytes: a small
-/// file could otherwise become one of any size.
+/// If a block is missing, its head contradicts the header, it is longer than its pixels, or two
+/// blocks share bytes: a small file could otherwise become one of any size.
 pub(super) fn read(
     file: &File,
     meta: &MetaData,
@@ -49,16 +50,14 @@ pub(super) fn read(
 ) -> Result<Vec<Block>, Problem> {
     let mut reader = BufReader::new(file);
     reader.seek(SeekFrom::Start(header_end)).map_err(Problem::Read)?;
-    let mut places = read_table(&mut reader, meta)?;
-    let table_end = header_end + 8 * places.len() as u64;
+    let total: usize = meta.headers.iter().map(|header| header.chunk_count).sum();
+    let table_end = header_end + 8 * total as u64;
+    let mut places = read_table(&mut reader, meta, table_end..file_len)?;
     places.sort_unstable_by_key(|&(offset, ..)| offset);
 
     let mut blocks = Vec::with_capacity(places.len());
     let mut position = table_end;
     for &(offset, slot, part) in &places {
-        if offset < table_end || offset >= file_len {
-            continue;
-        }
         if blocks.last().is_some_and(|b: &Block| offset < b.end()) {
             return Err(Problem::Damaged(format!(
                 "is damaged: two blocks overlap at byte {offset}"
@@ -72,31 +71,46 @@ pub(super) fn read(
             blocks.push(head.block(&meta.headers[part], part, slot, offset)?);
         }
     }
-    match places.len() - blocks.len() {
+    match total - blocks.len() {
         0 => Ok(blocks),
-        missing => Err(Problem::Damaged(format!(
-            "is cut off or was not written to its end: {missing} of {} blocks are missing",
-            places.len()
-        ))),
+        missing => Err(are_missing(&missing.to_string(), total)),
     }
 }
 
-/// Every offset with its slot and its part.
+fn are_missing(count: &str, total: usize) -> Problem {
+    Problem::Damaged(format!(
+        "is cut off or was not written to its end: {count} of {total} blocks are missing"
+    ))
+}
+
+/// Every offset that lies within the file, with its slot and its part; a table of zeros takes no
+/// memory, and little time.
 fn read_table(
     reader: &mut impl Read,
     meta: &MetaData,
+    within: Range<u64>,
 ) -> Result<Vec<(u64, usize, usize)>, Problem> {
     let counts = meta.headers.iter().enumerate();
     let parts = counts.flat_map(|(part, header)| (0..header.chunk_count).map(move |_| part));
-    let mut offset = [0; 8];
-    parts
-        .enumerate()
-        .map(|(slot, part)| {
-            reader.read_exact(&mut offset).map_err(Problem::Read)?;
-            Ok((u64::from_le_bytes(offset), slot, part))
-        })
-        .collect()
+    let (mut places, mut bytes) = (Vec::new(), [0; 8]);
+    for (slot, part) in parts.enumerate() {
+        reader.read_exact(&mut bytes).map_err(Problem::Read)?;
+        let offset = u64::from_le_bytes(bytes);
+        if within.contains(&offset) {
+            places.push((offset, slot, part));
+        } else if slot - places.len() > MOST_MISSING {
+            let total = meta.headers.iter().map(|header| header.chunk_count).sum();
+            return Err(are_missing(&format!("over {MOST_MISSING}"), total));
+        }
+    }
+    Ok(places)
 }
+
+/// Most missing blocks that are counted.
+const MOST_MISSING: usize = 10_000_000;
+
+/// What a block may have beyond twice its pixels, of which it should never have more than once.
+const SLACK: u128 = 1 << 16;
 
 /// What stands before the packed pixels of a block.
 struct Head {
@@ -136,6 +150,12 @@ impl Head {
             ))
         };
         let tile = self.tile(header).filter(|_| self.part == part as i32).ok_or_else(wrong)?;
+        if self.stored as u128 > 2 * guard::block_bytes(header) + SLACK {
+            return Err(Problem::Damaged(format!(
+                "is damaged: the block at byte {offset} has {} bytes, more than its pixels",
+                self.stored
+            )));
+        }
         Ok(Block { part, slot, offset, head: self.len, stored: self.stored, tile })
     }
 

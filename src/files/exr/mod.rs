@@ -15,6 +15,7 @@ use ::exr::meta::header::Header;
 
 use self::index::Block;
 use super::choice::Pick;
+use super::guard::Limits;
 use super::layers::Part;
 use super::{Problem, guard};
 use crate::image::Image;
@@ -23,12 +24,10 @@ mod index;
 mod parallel;
 mod pixels;
 mod quiet;
+mod scan;
 mod write;
 
 pub(super) use write::write_rgb;
-
-/// The longest header that is read; those of large scenes have some MiB of cryptomatte names.
-const MAX_HEADER_BYTES: u64 = 1 << 28;
 
 /// An open EXR file: its header and where its blocks are, but no pixels.
 #[derive(Debug)]
@@ -44,15 +43,16 @@ impl ExrFile {
     /// Reads the header and finds the blocks.
     ///
     /// # Errors
-    /// If the file cannot be read, is damaged, or holds what is not supported.
-    pub fn open(path: &Path) -> Result<Self, Problem> {
+    /// If the file cannot be read, is damaged or too large, or holds what is not supported.
+    pub fn open(path: &Path, limits: Limits) -> Result<Self, Problem> {
         let mut file = File::open(path).map_err(Problem::Read)?;
         let len = file.metadata().map_err(Problem::Read)?.len();
-        let (meta, head_len) = read_meta(&file)?;
-        guard::check_header(&meta, head_len, len)?;
+        let head_len = scan::scan(BufReader::new(&file), len)?;
         let mut head = vec![0; head_len as usize];
         file.seek(SeekFrom::Start(0)).map_err(Problem::Read)?;
         file.read_exact(&mut head).map_err(Problem::Read)?;
+        let meta = read_meta(&head)?;
+        guard::check_header(&meta, limits, head_len, len)?;
         let blocks = index::read(&file, &meta, head_len, len)?;
         Ok(Self { file, head, meta, blocks })
     }
@@ -180,34 +180,18 @@ impl ExrFile {
     }
 }
 
-/// The parsed header, and where it ends.
-fn read_meta(file: &File) -> Result<(MetaData, u64), Problem> {
-    let mut counted = Counted { inner: BufReader::new(file).take(MAX_HEADER_BYTES), count: 0 };
-    let meta = MetaData::read_from_buffered(&mut counted, false).map_err(|error| match error {
-        ::exr::error::Error::Io(error) => Problem::Read(error),
+fn read_meta(head: &[u8]) -> Result<MetaData, Problem> {
+    let meta = MetaData::read_from_buffered(head, false).map_err(|error| match error {
         ::exr::error::Error::NotSupported(what) => {
             Problem::Unsupported(format!("has a header that is not supported ({what})"))
         }
         error if error.to_string().contains("compression attribute") => Problem::Unsupported(
             "names no compression that is known; write it with ZIP or PIZ".into(),
         ),
-        error => Problem::Damaged(format!("has a header that is cut off or damaged ({error})")),
+        error => Problem::Damaged(format!("has a damaged header ({error})")),
     })?;
     if meta.headers.is_empty() {
         return Err(Problem::Damaged("has no parts".into()));
     }
-    Ok((meta, counted.count))
-}
-
-struct Counted<R> {
-    inner: R,
-    count: u64,
-}
-
-impl<R: Read> Read for Counted<R> {
-    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
-        let count = self.inner.read(buffer)?;
-        self.count += count as u64;
-        Ok(count)
-    }
+    Ok(meta)
 }
