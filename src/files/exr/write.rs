@@ -2,7 +2,9 @@
 
 use std::io::{Seek, SeekFrom, Write};
 
-use ::exr::meta::attribute::{Compression, IntegerBounds, LineOrder};
+use ::exr::meta::attribute::{
+    ChannelDescription, Compression, IntegerBounds, LineOrder, SampleType,
+};
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage,
 };
@@ -54,15 +56,13 @@ impl ExrFile {
     }
 
     /// Whether writing `target` changes other channels of its part slightly, because they
-    /// share blocks with the colour and the compression is lossy at every turn.
+    /// share blocks with the colour and the compression loses something of them at every turn.
     #[must_use]
     pub fn rewrites_others_lossily(&self, target: &Pick) -> bool {
         let header = &self.meta.headers[target.part];
-        let lossy = matches!(
-            header.compression,
-            Compression::DWAA(_) | Compression::DWAB(_) | Compression::B44 | Compression::B44A
-        );
-        lossy && header.channels.list.len() > 3
+        let mut channels = header.channels.list.iter().enumerate();
+        channels
+            .any(|(i, channel)| !target.channels.contains(&i) && loses(header.compression, channel))
     }
 
     /// Whether the part has smaller copies of itself, which are not denoised.
@@ -119,6 +119,21 @@ impl ExrFile {
         bytes[block.head - 4..].copy_from_slice(&size.to_le_bytes());
         bytes.extend(packed);
         Ok((bytes, clamped))
+    }
+}
+
+/// Whether a compression loses something of a channel each time. B44 does of half, DWA of what is
+/// named as colour or luminance; the 24 bits of PXR24 stay as they are.
+fn loses(compression: Compression, channel: &ChannelDescription) -> bool {
+    let name = channel.name.to_string();
+    let letter = name.rsplit('.').next().unwrap_or_default();
+    match compression {
+        Compression::B44 | Compression::B44A => channel.sample_type == SampleType::F16,
+        Compression::DWAA(_) | Compression::DWAB(_) => {
+            channel.sample_type != SampleType::U32
+                && matches!(letter, "R" | "G" | "B" | "Y" | "BY" | "RY")
+        }
+        _ => false,
     }
 }
 

@@ -89,3 +89,25 @@ fn blocks_that_share_bytes_are_refused_even_where_nothing_is_read() {
     let error = Picture::open(&path, &colour_alone).unwrap_err().to_string();
     assert!(error.contains("is damaged: two blocks overlap at byte"), "{error}");
 }
+
+/// At every length that is less than the whole, and with how much is missing.
+#[test]
+fn wherever_a_file_ends_too_early_this_is_said() {
+    let folder = Folder::new();
+    let tiles = Blocks::Tiles(Vec2(16, 16));
+    let path = folder.with(&karma(Compression::ZIP16, tiles));
+    let file = std::fs::File::options().write(true).open(&path).unwrap();
+    let whole = file.metadata().unwrap().len();
+    let mut most_missing = 0;
+    for len in (8..whole).rev() {
+        file.set_len(len).unwrap();
+        let error = Picture::open(&path, &LayerChoice::default()).unwrap_err().to_string();
+        assert!(error.contains(": is cut off"), "{len}: {error}");
+        if let Some(missing) = error.strip_suffix(" of 20 blocks are missing") {
+            let missing = missing.rsplit(' ').next().unwrap().parse::<u32>().unwrap();
+            assert!(missing == most_missing || missing == most_missing + 1, "{len}: {error}");
+            most_missing = missing;
+        }
+    }
+    assert_eq!(most_missing, 20);
+}
