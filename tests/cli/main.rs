@@ -5,7 +5,11 @@ mod budget;
 mod commands;
 mod denoise;
 mod failures;
+#[cfg(target_os = "linux")]
+mod hostile;
 mod ldr;
+#[cfg(target_os = "linux")]
+mod outputs;
 mod pipelines;
 mod report;
 mod sequence;

@@ -48,6 +48,18 @@ impl Folder {
         command
     }
 
+    /// The command, as a shell starts it after a `ulimit` or another word of its own.
+    #[cfg(target_os = "linux")]
+    pub(crate) fn command_after(&self, words: &str, args: &[&str]) -> Command {
+        let direct = self.command(args);
+        let mut command = Command::new("sh");
+        command.args(["-c", &format!("{words}; exec \"$0\" \"$@\"")]);
+        command.arg(direct.get_program()).args(direct.get_args());
+        command.current_dir(self.0.path()).env_remove("XDG_RUNTIME_DIR");
+        command.env("XDG_CACHE_HOME", env!("CARGO_TARGET_TMPDIR"));
+        command
+    }
+
     pub(crate) fn run(&self, args: &[&str]) -> Run {
         Run::of(&self.command(args).output().unwrap())
     }

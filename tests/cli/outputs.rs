@@ -1,0 +1,66 @@
+//! Outputs that cannot be written, or not to their end.
+
+use std::fs;
+use std::os::unix::process::ExitStatusExt;
+
+use crate::support::{Folder, Run, WEIGHTS};
+
+/// What a shell says so that files of over 16 KiB cannot be written, as on a full disk.
+const FULL: &str = "trap '' XFSZ; ulimit -f 32";
+/// The same, where the system ends the program in the middle of its writing.
+const DEADLY: &str = "ulimit -c 0; ulimit -f 32";
+const SIGXFSZ: i32 = 25;
+
+/// A result of over 60 KiB is to replace this.
+fn old_result() -> Folder {
+    let folder = Folder::new();
+    folder.copy("blender4_single_part.exr");
+    fs::write(folder.path("out.exr"), "old").unwrap();
+    folder
+}
+
+const ARGS: [&str; 6] =
+    ["blender4_single_part.exr", "out.exr", "--force", "-q", "--weights", WEIGHTS];
+
+#[test]
+fn a_disk_that_fills_up_leaves_the_old_file_and_nothing_else() {
+    let folder = old_result();
+    let mut command = folder.command_after(FULL, &ARGS);
+    let run = Run::of(&command.env("MESA_SHADER_CACHE_DISABLE", "true").output().unwrap());
+    run.assert_failed(1, &["out.exr: cannot be written: File too large"]);
+    assert_eq!(fs::read(folder.path("out.exr")).unwrap(), b"old");
+    assert_eq!(folder.names(), ["blender4_single_part.exr", "out.exr"]);
+}
+
+#[test]
+fn a_program_that_is_ended_while_it_writes_leaves_the_old_file_and_nothing_else() {
+    let folder = old_result();
+    let mut command = folder.command_after(DEADLY, &ARGS);
+    let output = command.env("MESA_SHADER_CACHE_DISABLE", "true").output().unwrap();
+    assert_eq!(output.status.signal(), Some(SIGXFSZ), "{output:?}");
+    assert_eq!(fs::read(folder.path("out.exr")).unwrap(), b"old");
+    assert_eq!(folder.names(), ["blender4_single_part.exr", "out.exr"]);
+}
+
+/// Even root can make no file in this folder; it is found before a GPU is asked for.
+#[test]
+fn a_folder_that_takes_no_file_is_refused_before_the_work() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let args = ["plain_rgb.exr", "/proc/out.exr", "--adapter", "nosuch"];
+    folder.denoise(&args).assert_failed(1, &["/proc/out.exr: cannot be written: "]);
+}
+
+#[test]
+fn a_result_goes_through_a_link_and_into_a_folder() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    fs::create_dir(folder.path("inner")).unwrap();
+    fs::write(folder.path("inner/real.exr"), "old").unwrap();
+    std::os::unix::fs::symlink("inner/real.exr", folder.path("link.exr")).unwrap();
+    folder.denoise(&["plain_rgb.exr", "link.exr", "--force"]).assert_done();
+    assert!(fs::symlink_metadata(folder.path("link.exr")).unwrap().is_symlink());
+    folder.denoise(&["plain_rgb.exr", "inner"]).assert_done();
+    let [through, into] = ["inner/real.exr", "inner/plain_rgb.exr"].map(|p| folder.path(p));
+    assert!(fs::read(through).unwrap() == fs::read(into).unwrap());
+}
