@@ -2,12 +2,17 @@
 
 use std::collections::HashSet;
 
-use safetensors::{Dtype, SafeTensors};
+use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use super::fold::{BatchNorm, fold};
+use super::shown::shown;
 use super::topology::{Layer, Network, Op};
 use super::{Metadata, Params};
 use crate::error::{Error, Result};
+
+/// The longest header that is read: that of the largest network has 30 KiB, the rest is for
+/// provenance.
+const MAX_HEADER_BYTES: u64 = 1 << 20;
 
 /// A weights file of which not every tensor has been read yet.
 pub(super) struct WeightsFile<'a> {
@@ -18,7 +23,10 @@ pub(super) struct WeightsFile<'a> {
 
 impl<'a> WeightsFile<'a> {
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self> {
-        let not_safetensors = |e| Error::Weights(format!("not a whole safetensors file: {e}"));
+        check_header(bytes)?;
+        let not_safetensors = |e: SafeTensorError| {
+            Error::Weights(format!("not a whole safetensors file: {}", shown(&e.to_string())))
+        };
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
         let tensors = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
         let pairs = header.metadata().as_ref().ok_or_else(|| {
@@ -59,8 +67,9 @@ impl<'a> WeightsFile<'a> {
     pub(super) fn finish(self) -> Result<()> {
         let Some(name) = self.unread.iter().min() else { return Ok(()) };
         Err(Error::Weights(format!(
-            "tensor `{name}` (one of {} such) belongs to no layer of widths {:?}; remove it or \
+            "tensor `{}` (one of {} such) belongs to no layer of widths {:?}; remove it or \
              correct the metadata",
+            shown(name),
             self.unread.len(),
             self.metadata.widths
         )))
@@ -94,8 +103,8 @@ impl<'a> WeightsFile<'a> {
         })?;
         if tensor.shape() != shape {
             return Err(Error::Weights(format!(
-                "tensor `{name}` has shape {:?}, expected {shape:?}",
-                tensor.shape()
+                "tensor `{name}` has shape {}, expected {shape:?}",
+                shown(&format!("{:?}", tensor.shape()))
             )));
         }
         let values = match tensor.dtype() {
@@ -110,6 +119,17 @@ impl<'a> WeightsFile<'a> {
         finite(name, &values)?;
         self.unread.remove(name);
         Ok(values)
+    }
+}
+
+/// Refuses a header that would take long to read, before it is read.
+fn check_header(bytes: &[u8]) -> Result<()> {
+    match bytes.first_chunk().copied().map(u64::from_le_bytes) {
+        Some(header @ MAX_HEADER_BYTES..) => Err(Error::Weights(format!(
+            "not a whole safetensors file: its header claims {header} bytes, and fewer than \
+             {MAX_HEADER_BYTES} are accepted"
+        ))),
+        _ => Ok(()),
     }
 }
 

@@ -1,5 +1,6 @@
 //! Which images beside the colour there are.
 
+use super::shown::shown;
 use crate::error::{Error, Result};
 
 /// The input set: colour is always there.
@@ -31,8 +32,9 @@ impl Inputs {
             "color,albedo" => Ok(Self { albedo: true, normal: false }),
             "color,albedo,normal" => Ok(Self::ALL),
             _ => Err(Error::Weights(format!(
-                "metadata `inputs` is `{text}`, expected `color`, `color,albedo` or \
-                 `color,albedo,normal`"
+                "metadata `inputs` is `{}`, expected `color`, `color,albedo` or \
+                 `color,albedo,normal`",
+                shown(text)
             ))),
         }
     }

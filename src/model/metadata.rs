@@ -2,13 +2,14 @@
 
 use std::collections::HashMap;
 
+use super::shown::{is_printable, shown};
 use super::{Inputs, Network};
 use crate::error::{Error, Result};
 
 /// The metadata of format version 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metadata {
-    /// A short name, such as `balanced`.
+    /// A short name, such as `balanced`: 1 to 64 characters that can be printed.
     pub name: String,
     /// Channels of each encoder level and of the bottom.
     pub widths: Vec<usize>,
@@ -22,6 +23,7 @@ pub struct Metadata {
 
 const MAX_LEVELS: usize = 8;
 const MAX_WIDTH: usize = 1024;
+const MAX_NAME: usize = 64;
 
 impl Metadata {
     /// Reads the key-value pairs of the header.
@@ -34,7 +36,7 @@ impl Metadata {
         expect(pairs, "topology", "unet")?;
         expect(pairs, "transfer_function", "pu")?;
         Ok(Self {
-            name: get(pairs, "name")?.to_string(),
+            name: name(get(pairs, "name")?)?,
             widths: widths(get(pairs, "widths")?)?,
             inputs: Inputs::parse(get(pairs, "inputs")?)?,
             norm_eps: pairs.get("norm_eps").map(|text| norm_eps(text)).transpose()?,
@@ -63,7 +65,19 @@ fn expect(pairs: &HashMap<String, String>, key: &str, expected: &str) -> Result<
         return Ok(());
     }
     Err(Error::Weights(format!(
-        "metadata `{key}` is `{found}`, but this version reads only `{expected}`"
+        "metadata `{key}` is `{}`, but this version reads only `{expected}`",
+        shown(found)
+    )))
+}
+
+/// The name stands in lines that the program prints.
+fn name(text: &str) -> Result<String> {
+    if (1..=MAX_NAME).contains(&text.chars().count()) && text.chars().all(is_printable) {
+        return Ok(text.to_string());
+    }
+    Err(Error::Weights(format!(
+        "metadata `name` is `{}`, expected 1 to {MAX_NAME} characters that can be printed",
+        shown(text)
     )))
 }
 
@@ -75,8 +89,9 @@ fn widths(text: &str) -> Result<Vec<usize>> {
     };
     parsed.filter(valid).ok_or_else(|| {
         Error::Weights(format!(
-            "metadata `widths` is `{text}`, expected 2 to {MAX_LEVELS} numbers from 1 to \
-             {MAX_WIDTH} with commas between them"
+            "metadata `widths` is `{}`, expected 2 to {MAX_LEVELS} numbers from 1 to \
+             {MAX_WIDTH} with commas between them",
+            shown(text)
         ))
     })
 }
@@ -85,7 +100,8 @@ fn norm_eps(text: &str) -> Result<f64> {
     let valid = |eps: &f64| *eps > 0.0 && *eps < 1.0;
     text.parse().ok().filter(valid).ok_or_else(|| {
         Error::Weights(format!(
-            "metadata `norm_eps` is `{text}`, expected a number between 0 and 1"
+            "metadata `norm_eps` is `{}`, expected a number between 0 and 1",
+            shown(text)
         ))
     })
 }

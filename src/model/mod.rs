@@ -6,6 +6,7 @@ pub mod fold;
 pub mod fuse;
 mod inputs;
 mod metadata;
+mod shown;
 pub mod topology;
 mod weights;
 

@@ -1,83 +1,12 @@
 //! Every way in which a weights file can be wrong is refused with the reason.
 
-use std::collections::HashMap;
+mod file;
+mod lies;
 
-use safetensors::tensor::{Dtype, TensorView, serialize};
+use safetensors::Dtype;
 use wgdenoise::{Inputs, Quality, Weights};
 
-/// A file before it is written: metadata, and per tensor type, shape and bytes.
-#[derive(Clone)]
-struct File {
-    metadata: HashMap<String, String>,
-    tensors: HashMap<String, (Dtype, Vec<usize>, Vec<u8>)>,
-}
-
-impl File {
-    /// The smallest valid network, 3 → 2 | 2 → 3, without norms.
-    fn valid() -> Self {
-        let pairs = [
-            ("format", "wgdenoise"),
-            ("format_version", "1"),
-            ("topology", "unet"),
-            ("widths", "2,3"),
-            ("inputs", "color"),
-            ("transfer_function", "pu"),
-            ("name", "test"),
-            ("provenance", "made by a test"),
-        ];
-        let metadata = pairs.map(|(k, v)| (k.to_string(), v.to_string())).into();
-        let mut file = Self { metadata, tensors: HashMap::new() };
-        let convs = [
-            ("enc_conv0a", 3, 2),
-            ("enc_conv0b", 2, 2),
-            ("mid_conva", 2, 3),
-            ("mid_convb", 3, 3),
-            ("dec_conv0a", 4, 2),
-            ("dec_conv0b", 2, 2),
-        ];
-        for (layer, inputs, outputs) in convs {
-            file.layer(layer, &[outputs, inputs, 3, 3], outputs);
-        }
-        file.layer("dec_up0", &[3, 2, 2, 2], 2);
-        file.layer("out_conv", &[3, 2, 1, 1], 3);
-        file
-    }
-
-    fn layer(&mut self, layer: &str, shape: &[usize], outputs: usize) {
-        self.fill(&format!("{layer}.weight"), shape, 0.25);
-        self.fill(&format!("{layer}.bias"), &[outputs], 0.5);
-    }
-
-    fn fill(&mut self, name: &str, shape: &[usize], value: f32) {
-        let bytes = value.to_le_bytes().repeat(shape.iter().product());
-        self.tensors.insert(name.into(), (Dtype::F32, shape.to_vec(), bytes));
-    }
-
-    fn norm(&mut self, layer: &str, outputs: usize) {
-        for part in ["weight", "bias", "running_mean", "running_var"] {
-            self.fill(&format!("{layer}.norm.{part}"), &[outputs], 1.0);
-        }
-        self.metadata.insert("norm_eps".into(), "1e-5".into());
-    }
-
-    fn set(mut self, key: &str, value: &str) -> Self {
-        self.metadata.insert(key.into(), value.into());
-        self
-    }
-
-    fn bytes(&self) -> Vec<u8> {
-        let views = self.tensors.iter().map(|(name, (dtype, shape, bytes))| {
-            let view = TensorView::new(*dtype, shape.clone(), bytes).expect("the sizes agree");
-            (name.clone(), view)
-        });
-        serialize(views, Some(self.metadata.clone())).expect("it fits")
-    }
-
-    #[track_caller]
-    fn is_refused(&self, expected: &str) {
-        refused(&self.bytes(), expected);
-    }
-}
+use self::file::File;
 
 #[track_caller]
 fn refused(bytes: &[u8], expected: &str) {
