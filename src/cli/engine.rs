@@ -1,6 +1,7 @@
 //! What the flags say about weights, adapter and options.
 
-use std::fs;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::Path;
 
 use super::args::EngineArgs;
@@ -59,13 +60,19 @@ impl EngineArgs {
     }
 }
 
+/// Not more than the limit, even of what has no length, such as a pipe or a device.
 fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let metadata = fs::metadata(path).map_err(|error| format!("cannot be read: {error}"))?;
-    if metadata.len() > MAX_WEIGHTS_BYTES {
+    let cannot = |error: io::Error| format!("cannot be read: {error}");
+    let file = File::open(path).map_err(cannot)?;
+    let length = file.metadata().map_err(cannot)?.len();
+    let mut bytes = Vec::new();
+    if length <= MAX_WEIGHTS_BYTES {
+        file.take(MAX_WEIGHTS_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
+    }
+    if length.max(bytes.len() as u64) > MAX_WEIGHTS_BYTES {
         return Err(format!(
-            "has {} bytes, and weights files of at most {MAX_WEIGHTS_BYTES} are accepted",
-            metadata.len()
+            "is longer than {MAX_WEIGHTS_BYTES} bytes, the most that is accepted of weights"
         ));
     }
-    fs::read(path).map_err(|error| format!("cannot be read: {error}"))
+    Ok(bytes)
 }
