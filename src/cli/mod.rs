@@ -29,7 +29,16 @@ use self::failure::Failure;
 /// What fuzz targets reach of the inside; no part of the interface.
 #[doc(hidden)]
 pub mod fuzzing {
+    use clap::Parser as _;
+
+    use super::args::Cli;
     use super::frames::{self, Pattern};
+
+    /// Whether the grammar accepts the words of a command line, the program's name first.
+    pub fn accepts<'a>(words: impl IntoIterator<Item = &'a str>) -> bool {
+        let words = words.into_iter().map(std::ffi::OsString::from);
+        Cli::try_parse_from(words).map_err(|error| error.to_string()).is_ok()
+    }
 
     /// The frames of `--frames`, or why the text names none.
     ///

@@ -1,0 +1,31 @@
+//! Lines as the words of a command line, as frame ranges and as file names with a frame number.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use wgdenoise::cli::fuzzing::{accepts, name_and_back, parse_frames};
+
+fuzz_target!(|text: &str| {
+    accepts(std::iter::once("wgdenoise").chain(text.lines()));
+    // The longest ranges take milliseconds each.
+    for line in text.lines().take(4) {
+        check_frames(line);
+        check_pattern(line);
+    }
+});
+
+/// Rising, each once, and as many as are accepted.
+fn check_frames(text: &str) {
+    let Ok(frames) = parse_frames(text) else { return };
+    assert!(!frames.is_empty() && frames.len() <= 1_000_000, "{} frames", frames.len());
+    assert!(frames.is_sorted_by(|a, b| a < b), "{text:?}");
+}
+
+/// The name that a pattern makes is read back as the same frame and is not much longer.
+fn check_pattern(pattern: &str) {
+    for frame in [0, 7, 1234, u32::MAX] {
+        let Ok(Some((name, back))) = name_and_back(pattern, frame) else { return };
+        assert_eq!(back, Some(frame), "{pattern:?} made {name:?}");
+        assert!(name.len() <= pattern.len() + 32, "{pattern:?} made {name:?}");
+    }
+}

@@ -1,0 +1,37 @@
+//! Bytes as a weights file: refused in a short sentence, or a network within the stated limits.
+
+#![no_main]
+
+use libfuzzer_sys::fuzz_target;
+use wgdenoise::{Inputs, Weights};
+
+/// Longest text of an error, in bytes: a file's names and values are shown cut.
+const LONGEST_ERROR: usize = 1000;
+
+fuzz_target!(|bytes: &[u8]| match Weights::from_bytes(bytes) {
+    Ok(weights) => check(&weights),
+    Err(error) => {
+        let text = error.to_string();
+        assert!(text.len() <= LONGEST_ERROR, "an error of {} bytes", text.len());
+        assert!(!text.chars().any(char::is_control), "{text:?}");
+    }
+});
+
+/// What `weights-format.md` promises of a file that is accepted.
+fn check(weights: &Weights) {
+    let metadata = weights.metadata();
+    assert!((2..=8).contains(&metadata.widths.len()), "{metadata:?}");
+    assert!(metadata.widths.iter().all(|width| (1..=1024).contains(width)), "{metadata:?}");
+    assert!(metadata.norm_eps.is_none_or(|eps| eps > 0.0 && eps < 1.0), "{metadata:?}");
+    assert!(!metadata.name.chars().any(char::is_control), "{metadata:?}");
+    for layer in weights.network().layers.iter().filter(|layer| layer.op.has_weights()) {
+        let params = weights.params(&layer.name);
+        assert!(!params.weight.is_empty() && !params.bias.is_empty(), "{}", layer.name);
+        assert!(params.weight.iter().chain(&params.bias).all(|v| v.is_finite()), "{}", layer.name);
+    }
+    for inputs in [[false, false], [true, false], [false, true], [true, true]] {
+        let inputs = Inputs { albedo: inputs[0], normal: inputs[1] };
+        let fits = inputs.intersection(metadata.inputs) == inputs;
+        assert_eq!(weights.for_inputs(inputs).is_ok(), fits, "{inputs}");
+    }
+}
