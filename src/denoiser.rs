@@ -8,9 +8,11 @@ use crate::graph::Model;
 use crate::kernel::Context;
 use crate::model::cost::largest_layer_macs_per_pixel;
 use crate::model::{Inputs, Weights};
+use crate::ops::autoexposure::BIN;
 use crate::ops::conv3x3::conv3x3;
 use crate::ops::self_test::self_test;
 use crate::options::{KernelSet, Options, Precision};
+use crate::plan::memory::Footprint;
 use crate::plan::tiles::{Constraints, TilePlan};
 
 /// Compiled kernels and weights on a device of the caller's.
@@ -33,6 +35,17 @@ const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 /// Bytes per pixel that the blocking call needs for an image: on the GPU, and while a copy of
 /// it waits to be uploaded or read.
 const IMAGE_BYTES: u64 = 2 * PIXEL_BYTES;
+
+/// What the blocking call needs for images. The colour's buffer also takes the narrowest band of
+/// rows in which the exposure is measured.
+fn images(width: u32, inputs: Inputs) -> Footprint {
+    let count = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
+    Footprint {
+        per_pixel: count * IMAGE_BYTES,
+        buffer_per_pixel: IMAGE_BYTES,
+        buffer_least: u64::from(BIN) * u64::from(width) * IMAGE_BYTES,
+    }
+}
 
 /// Longest side of an image, so that no kernel's arithmetic leaves 32 bits.
 pub(crate) const MAX_SIDE: u32 = 1 << 16;
@@ -106,9 +119,8 @@ impl Denoiser {
     /// If even the smallest tile does not fit the budget or the device's limits, a side is over
     /// 65536, or the weights were not trained with an input.
     pub fn tile_plan(&self, width: u32, height: u32, inputs: Inputs) -> Result<TilePlan> {
-        let images = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
         let model = self.model(inputs)?;
-        self.plan([width, height], &model, images * IMAGE_BYTES)
+        self.plan([width, height], &model, images(width, inputs))
     }
 
     /// GPU memory for tensors and images that [`tile_plan`](Self::tile_plan) for the same image
@@ -118,10 +130,8 @@ impl Denoiser {
     /// As for [`tile_plan`](Self::tile_plan).
     pub fn memory_bytes(&self, width: u32, height: u32, inputs: Inputs) -> Result<u64> {
         let [w, h] = self.tile_plan(width, height, inputs)?.tile;
-        let images = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
-        let texel = self.options.precision.texel_bytes();
-        let tensors = self.model(inputs)?.bytes([w, h], texel);
-        Ok(tensors + u64::from(w) * u64::from(h) * images * IMAGE_BYTES)
+        let tensors = self.model(inputs)?.bytes([w, h], self.options.precision.texel_bytes());
+        Ok(tensors + images(width, inputs).bytes(u64::from(w) * u64::from(h)))
     }
 
     /// The network for these inputs, compiled at its first use.
@@ -137,8 +147,13 @@ impl Denoiser {
         Ok(model)
     }
 
-    /// The tile plan under the budget, when every pixel needs `image_bytes` beside the tensors.
-    pub(crate) fn plan(&self, size: [u32; 2], model: &Model, image_bytes: u64) -> Result<TilePlan> {
+    /// The tile plan under the budget, when `images` stand beside the tensors.
+    pub(crate) fn plan(
+        &self,
+        size: [u32; 2],
+        model: &Model,
+        images: Footprint,
+    ) -> Result<TilePlan> {
         let [width, height] = size;
         if width.max(height) > MAX_SIDE {
             return Err(Error::Image(format!(
@@ -150,12 +165,14 @@ impl Denoiser {
         let alignment = model.alignment;
         let texel = self.options.precision.texel_bytes();
         let block = model.bytes([alignment; 2], texel);
-        let per_pixel = block.div_ceil(u64::from(alignment).pow(2)) + image_bytes;
+        let tensors = block.div_ceil(u64::from(alignment).pow(2));
+        let footprint = Footprint { per_pixel: images.per_pixel + tensors, ..images };
         let constraints = Constraints {
             alignment,
             halo: model.halo,
             max_side: self.options.tile.unwrap_or(u32::MAX).min(limits.max_texture_dimension_2d),
-            max_pixels: (self.options.memory_bytes / per_pixel)
+            max_pixels: footprint
+                .most_pixels(self.options.memory_bytes)
                 .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES),
         };
         // Behind a CPU driver no display waits, and no watchdog: there, tiles would cost for nothing.
@@ -164,15 +181,15 @@ impl Denoiser {
             _ => constraints.with_short_dispatches(largest_layer_macs_per_pixel(&model.network)),
         };
         TilePlan::new(size, &constraints)
-            .ok_or_else(|| self.too_small(size, &constraints, per_pixel))
+            .ok_or_else(|| self.too_small(size, &constraints, &footprint))
     }
 
     /// Says what the smallest tile needs and which limit it breaks.
-    fn too_small(&self, size: [u32; 2], constraints: &Constraints, per_pixel: u64) -> Error {
+    fn too_small(&self, size: [u32; 2], constraints: &Constraints, footprint: &Footprint) -> Error {
         let Constraints { alignment, halo, max_side, .. } = *constraints;
         let smallest = |side: u32| side.next_multiple_of(alignment).min(2 * halo + alignment);
         let [width, height] = size.map(smallest);
-        let bytes = u64::from(width) * u64::from(height) * per_pixel;
+        let bytes = footprint.bytes(u64::from(width) * u64::from(height));
         let limit = if width.max(height) > max_side {
             format!("tiles are limited to {max_side} pixels a side")
         } else if bytes > self.options.memory_bytes {
@@ -187,3 +204,7 @@ impl Denoiser {
         ))
     }
 }
+
+#[cfg(test)]
+#[path = "denoiser_test.rs"]
+mod tests;

@@ -6,16 +6,13 @@ use crate::graph::Model;
 use crate::image::Image;
 use crate::kernel::Context;
 use crate::model::Inputs;
-use crate::ops::autoexposure::Band;
+use crate::ops::autoexposure::{BIN, Band};
 use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::{Placed, Rect, TilePlan};
 use crate::tile_graph::{Bound, Call, TileGraph};
 
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
-
-/// Rows of the narrowest band that autoexposure can work on.
-const BAND_ROWS: u64 = 16;
 
 /// The buffers and the calls on them.
 pub(crate) struct Window<'a> {
@@ -54,7 +51,7 @@ impl<'a> Window<'a> {
             context.device.create_buffer(&descriptor)
         };
         let tile_bytes = u64::from(plan.tile[0]) * u64::from(plan.tile[1]) * PIXEL_BYTES;
-        let band_bytes = BAND_ROWS * u64::from(width) * PIXEL_BYTES;
+        let band_bytes = u64::from(BIN) * u64::from(width) * PIXEL_BYTES;
         let image = |label, bytes| create(label, bytes, Usage::STORAGE | Usage::COPY_DST);
         let uniform = |label, bytes| create(label, bytes as u64, Usage::UNIFORM | Usage::COPY_DST);
         let color = image("color", tile_bytes.max(band_bytes));

@@ -35,8 +35,8 @@ fn spec(name: String, entry: &'static str, workgroup: [u32; 3], color: ImageForm
     }
 }
 
-/// Most pixels per side of a bin.
-const BIN: u32 = 16;
+/// Most pixels per side of a bin, and rows of the narrowest band.
+pub(crate) const BIN: u32 = 16;
 
 /// The uniform of `autoexposure.wgsl`: a band of rows of an image.
 #[repr(C)]
@@ -132,5 +132,32 @@ pub fn autoexposure(
     Autoexposure {
         bins: call(&bins_spec(color.format()), [shape.bins[0], shape.bin_rows, 1]),
         reduce: call(&reduce_spec(color.format()), [256, 1, 1]),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::denoiser::MAX_SIDE;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn bands_hold_every_bin_and_every_row_once_and_no_more_rows_than_asked(
+            width in 1..=MAX_SIDE, height in 1..=MAX_SIDE, max_rows in BIN..=2 * MAX_SIDE,
+        ) {
+            let bins = [width.div_ceil(BIN), height.div_ceil(BIN)];
+            let (mut next_bin, mut next_row) = (0, 0);
+            for band in Band::split(width, height, max_rows) {
+                let rows = band.rows();
+                prop_assert_eq!((band.first_bin_row, rows.start), (next_bin, next_row));
+                prop_assert_eq!(band.first_row, rows.start);
+                prop_assert!(band.bin_rows > 0 && !rows.is_empty(), "{:?}", band);
+                prop_assert!(rows.len() <= max_rows as usize, "{:?} of {}", rows, max_rows);
+                prop_assert!(band.bins == bins, "{:?}", band);
+                (next_bin, next_row) = (next_bin + band.bin_rows, rows.end);
+            }
+            prop_assert_eq!((next_bin, next_row), (bins[1], height));
+        }
     }
 }

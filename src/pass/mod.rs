@@ -16,6 +16,7 @@ use self::held::Rescue;
 use crate::denoiser::Denoiser;
 use crate::error::Result;
 use crate::ops::autoexposure::Autoexposure;
+use crate::plan::memory::Footprint;
 use crate::tile_graph::TileGraph;
 
 /// A denoising pass over images on the GPU. Recording it creates nothing and cannot fail.
@@ -54,7 +55,8 @@ impl Denoiser {
         };
         descriptor.check(&self.context.device.limits())?;
         let model = self.model(descriptor.inputs())?;
-        let plan = self.plan(descriptor.size(), &model, 0)?;
+        // The images are the caller's.
+        let plan = self.plan(descriptor.size(), &model, Footprint::default())?;
         self.bind(&descriptor, &model, &plan)
     }
 }

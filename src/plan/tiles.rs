@@ -153,7 +153,6 @@ mod tests {
     use crate::model::cost::largest_layer_macs_per_pixel;
     use crate::model::{Network, Quality, Weights, fuse::Fused};
     use crate::plan::halo::halo;
-    use proptest::prelude::*;
 
     fn constraints(alignment: u32, halo: u32, max_side: u32) -> Constraints {
         Constraints { alignment, halo, max_side, max_pixels: u64::MAX }
@@ -216,31 +215,5 @@ mod tests {
         assert!(plan.tile == [208, 208] && largest > MACS_PER_DISPATCH, "{plan:?}");
         let memory = Constraints { max_pixels: 208 * 208 - 1, ..constraints(16, 96, 16384) };
         assert_eq!(TilePlan::new([1000, 1000], &memory.with_short_dispatches(1.0)), None);
-    }
-
-    proptest! {
-        #[test]
-        fn every_pixel_is_stored_once_by_a_tile_that_sees_all_around_it(
-            width in 1_u32..1500, height in 1_u32..1500, level in 1_u32..5, extra in 1_u32..20,
-        ) {
-            let alignment = 1 << level;
-            let halo = 3 * alignment;
-            let limits = constraints(alignment, halo, 2 * halo + extra * alignment);
-            let size = [width, height];
-            let plan = TilePlan::new(size, &limits).unwrap();
-            let stored: u64 = plan.tiles.iter().map(|t| area(t.stores.size())).sum();
-            prop_assert_eq!(stored, area(size));
-            for t in &plan.tiles {
-                for (axis, &side) in size.iter().enumerate() {
-                    let (begin, end) = (t.stores.begin[axis], t.stores.end[axis]);
-                    let (from, to) = (t.origin[axis], t.origin[axis] + plan.tile[axis]);
-                    prop_assert!(begin < end && end <= side && from % alignment == 0);
-                    prop_assert!(from == 0 || begin >= from + halo);
-                    let last = side.next_multiple_of(alignment);
-                    prop_assert!(to == last || end + halo <= to);
-                    prop_assert!(to <= last && plan.tile[axis] <= limits.max_side);
-                }
-            }
-        }
     }
 }
