@@ -1,30 +1,33 @@
 //! The blocking call: images on the CPU, tile by tile through the GPU.
 
 use crate::denoiser::Denoiser;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::Frame;
+use crate::graph::Model;
 use crate::image::Image;
 use crate::ops::autoexposure::{Band, autoexposure};
 use crate::ops::tile::{Layout, Tile};
-use crate::plan::tiles::{Placed, Rect};
-use crate::window::{Window, wait};
+use crate::plan::tiles::{Placed, Rect, TilePlan};
+use crate::wait::wait;
+use crate::window::Window;
 
 impl Denoiser {
     /// Denoises a frame and waits for the result, which is linear and in the colour's exposure.
     /// Images that the weights were not trained with are ignored. After each tile `progress`
     /// is told how many are done, of how many.
     ///
+    /// Where the adapter runs out of memory, tiles get half the pixels, for this frame, which begins
+    /// anew, and all that follow, and [`notices`](Self::notices) says so: the result is the same.
+    ///
     /// # Errors
-    /// If the images do not fit together, the memory budget is too small, or the device fails.
+    /// If the images do not fit together, the memory does not suffice for the smallest tile, or the
+    /// device fails: is lost, or takes longer than [`Options::timeout`](crate::Options::timeout).
     pub fn denoise(
         &self,
         frame: &Frame<'_>,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Image> {
-        self.denoise_by(frame, progress, &mut |window| {
-            window.run();
-            Ok(())
-        })
+        self.denoise_by(frame, progress, &mut |window| window.run())
     }
 
     /// The same, with the network run on each tile's window by `run`.
@@ -34,31 +37,55 @@ impl Denoiser {
         progress: &mut dyn FnMut(usize, usize),
         run: &mut dyn FnMut(&Window<'_>) -> Result<()>,
     ) -> Result<Image> {
+        let frame = self.readable(frame)?;
+        let (width, height) = frame.color.size();
+        let inputs = frame.inputs();
+        let mut plan = self.tile_plan(width, height, inputs)?;
+        let model = self.model(inputs)?;
+        let mut result = Image::filled(width, height, [0.0; 3])?;
+        while let Err(error) = self.run_plan(&frame, &plan, &model, &mut result, progress, run) {
+            let Error::Memory(_) = error else { return Err(error) };
+            // What failed is freed first.
+            self.context.catch(|| wait(&self.context))?;
+            plan = self.halved(&plan, [width, height], inputs)?;
+        }
+        Ok(result)
+    }
+
+    /// The frame without the images that the weights cannot read.
+    pub(crate) fn readable<'a>(&self, frame: &Frame<'a>) -> Result<Frame<'a>> {
         frame.check()?;
         let inputs = frame.inputs().intersection(self.weights().metadata().inputs);
-        let frame = Frame {
+        Ok(Frame {
             albedo: frame.albedo.filter(|_| inputs.albedo),
             normal: frame.normal.filter(|_| inputs.normal),
             ..*frame
-        };
-        let (width, height) = frame.color.size();
-        let plan = self.tile_plan(width, height, inputs)?;
-        let model = self.model(inputs)?;
-        let window = self.context.catch(|| {
-            Ok(Window::new(&self.context, &model, &plan, width, inputs, self.options.skip_clean))
-        })?;
-        self.context.catch(|| self.expose(&frame, &window))?;
-        let mut result = Image::filled(width, height, [0.0; 3])?;
+        })
+    }
+
+    /// Fills the result tile by tile.
+    fn run_plan(
+        &self,
+        frame: &Frame<'_>,
+        plan: &TilePlan,
+        model: &Model,
+        result: &mut Image,
+        progress: &mut dyn FnMut(usize, usize),
+        run: &mut dyn FnMut(&Window<'_>) -> Result<()>,
+    ) -> Result<()> {
+        let (context, width, skip) = (&self.context, result.width(), self.options.skip_clean);
+        let window =
+            context.catch(|| Ok(Window::new(context, model, plan, width, frame.inputs(), skip)))?;
+        context.catch(|| self.expose(frame, &window))?;
         for (done, placed) in (1..).zip(&plan.tiles) {
-            let tile = || {
-                let tile = self.upload(&frame, placed, plan.tile, &window);
+            context.catch(|| {
+                let tile = self.upload(frame, placed, plan.tile, &window);
                 run(&window)?;
-                window.download(&tile, &mut result, placed)
-            };
-            self.context.catch(tile)?;
+                window.download(&tile, result, placed)
+            })?;
             progress(done, plan.tiles.len());
         }
-        Ok(result)
+        Ok(())
     }
 
     /// Leaves the input scale in the window's buffer.

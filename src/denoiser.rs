@@ -1,6 +1,7 @@
 //! Device, weights and options: what serves images of any size.
 
 use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
 
 use crate::error::{Error, Result};
@@ -24,7 +25,9 @@ use crate::plan::tiles::{Constraints, TilePlan};
 pub struct Denoiser {
     pub(crate) context: Context,
     pub(crate) options: Options,
-    notices: Vec<String>,
+    notices: Mutex<Vec<String>>,
+    /// Most pixels of a tile that the adapter's memory has shown to allow.
+    most_pixels: AtomicU64,
     weights: Weights,
     models: Mutex<HashMap<Inputs, Arc<Model>>>,
 }
@@ -69,7 +72,8 @@ impl Denoiser {
         options: &Options,
     ) -> Result<Self> {
         let context = Context::new(device, queue, options.precision)
-            .with_pipeline_cache(options.pipeline_cache.clone());
+            .with_pipeline_cache(options.pipeline_cache.clone())
+            .with_timeout(options.timeout);
         let test = |shape| {
             self_test(&context, |params, map| {
                 conv3x3(&context, KernelSet::Matrix(shape), params, map, true, false)
@@ -80,7 +84,8 @@ impl Denoiser {
         let denoiser = Self {
             context,
             options: Options { kernels: chosen.kernels, ..options.clone() },
-            notices: chosen.notices,
+            notices: Mutex::new(chosen.notices),
+            most_pixels: AtomicU64::new(u64::MAX),
             weights: weights.clone(),
             models: Mutex::default(),
         };
@@ -106,11 +111,11 @@ impl Denoiser {
         self.options.precision
     }
 
-    /// What the caller may want to know, one sentence each: that the matrix kernels of the options
-    /// gave wrong results in their test, so that others run.
-    #[must_use]
-    pub fn notices(&self) -> &[String] {
-        &self.notices
+    /// What the caller may want to know, one sentence each and each handed out once: that the matrix
+    /// kernels of the options gave wrong results in their test, so that others run; that the
+    /// adapter ran out of memory, so that tiles are smaller from then on.
+    pub fn notices(&self) -> Vec<String> {
+        std::mem::take(&mut self.notices.lock().expect("nobody panics with it"))
     }
 
     /// How an image of this size would be cut into tiles by the blocking call.
@@ -173,7 +178,8 @@ impl Denoiser {
             max_side: self.options.tile.unwrap_or(u32::MAX).min(limits.max_texture_dimension_2d),
             max_pixels: footprint
                 .most_pixels(self.options.memory_bytes)
-                .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES),
+                .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES)
+                .min(self.most_pixels.load(Ordering::Relaxed)),
         };
         // Behind a CPU driver no display waits, and no watchdog: there, tiles would cost for nothing.
         let constraints = match device.adapter_info().device_type {
@@ -182,6 +188,32 @@ impl Denoiser {
         };
         TilePlan::new(size, &constraints)
             .ok_or_else(|| self.too_small(size, &constraints, &footprint))
+    }
+
+    /// The plan that [`tile_plan`](Self::tile_plan) makes once the adapter ran out of memory with
+    /// this one: with tiles of at most half the pixels, from now on.
+    ///
+    /// # Errors
+    /// If there are no smaller tiles.
+    pub(crate) fn halved(&self, plan: &TilePlan, size: [u32; 2], of: Inputs) -> Result<TilePlan> {
+        let [width, height] = plan.tile;
+        let pixels = u64::from(width) * u64::from(height);
+        self.most_pixels.store(pixels / 2, Ordering::Relaxed);
+        let Ok(smaller) = self.tile_plan(size[0], size[1], of) else {
+            self.most_pixels.store(pixels, Ordering::Relaxed);
+            return Err(Error::Memory(format!(
+                "the adapter is out of memory even with tiles of {width}×{height} pixels, the \
+                 smallest for these weights; free some, or take cheaper weights, 16-bit tensors or \
+                 another adapter"
+            )));
+        };
+        let [w, h] = smaller.tile;
+        let notice = format!(
+            "the adapter ran out of memory with tiles of {width}×{height} pixels; goes on with {w}×{h}, \
+             which takes longer and gives the same result"
+        );
+        self.notices.lock().expect("nobody panics with it").push(notice);
+        Ok(smaller)
     }
 
     /// Says what the smallest tile needs and which limit it breaks.

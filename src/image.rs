@@ -32,9 +32,16 @@ impl Image {
     /// An image whose every pixel is `pixel`; both sides must be at least 1.
     ///
     /// # Errors
-    /// If a side is 0.
+    /// If a side is 0, or there is not enough memory.
     pub fn filled(width: u32, height: u32, pixel: [f32; 3]) -> Result<Self> {
-        Self::new(width, height, vec![pixel; width as usize * height as usize])
+        let count = width as usize * height as usize;
+        let mut pixels = Vec::new();
+        pixels.try_reserve_exact(count).map_err(|_| {
+            let mib = (count >> 20) * size_of::<[f32; 3]>();
+            Error::Memory(format!("an image of {width}×{height} pixels needs {mib} MiB of main memory"))
+        })?;
+        pixels.resize(count, pixel);
+        Self::new(width, height, pixels)
     }
 
     /// Pixels per row.

@@ -3,10 +3,12 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 use std::sync::Mutex;
+use std::time::Duration;
 
 use crate::error::Result;
 use crate::options::Precision;
 use crate::requirements::catch;
+use crate::wait::default_timeout;
 
 /// What a kernel binds at one index of bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -153,6 +155,8 @@ pub struct Context {
     pub queue: wgpu::Queue,
     /// How tensors are stored.
     pub precision: Precision,
+    /// Longest wait for a submission.
+    pub(crate) timeout: Duration,
     pipeline_cache: Option<wgpu::PipelineCache>,
     kernels: Mutex<HashMap<String, Kernel>>,
 }
@@ -161,14 +165,26 @@ impl Context {
     /// A context without any kernel yet.
     #[must_use]
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, precision: Precision) -> Self {
-        let (device, queue) = (device.clone(), queue.clone());
-        Self { device, queue, precision, pipeline_cache: None, kernels: Mutex::default() }
+        Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            precision,
+            timeout: default_timeout(device.adapter_info().device_type),
+            pipeline_cache: None,
+            kernels: Mutex::default(),
+        }
     }
 
     /// The same, with a cache of the same device that the driver may take kernels from.
     #[must_use]
     pub fn with_pipeline_cache(self, pipeline_cache: Option<wgpu::PipelineCache>) -> Self {
         Self { pipeline_cache, ..self }
+    }
+
+    /// The same, with this time-out if there is one.
+    #[must_use]
+    pub(crate) fn with_timeout(self, timeout: Option<Duration>) -> Self {
+        Self { timeout: timeout.unwrap_or(self.timeout), ..self }
     }
 
     /// The kernel for a shader and its override values, compiled once.

@@ -93,11 +93,14 @@ mod options;
 mod pass;
 pub mod plan;
 mod profile;
+mod quiet;
 pub mod reference;
 mod requirements;
 mod tile_graph;
 pub mod timing;
 mod unsafe_calls;
+mod verify;
+mod wait;
 mod window;
 
 pub use calibration::{Calibration, Cost};
@@ -116,4 +119,5 @@ pub use pass::{
 };
 pub use profile::CallProfile;
 pub use requirements::{matrix_features, required_features, required_limits};
+pub use verify::Verified;
 pub use wgpu;

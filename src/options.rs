@@ -1,5 +1,7 @@
 //! What a caller can choose.
 
+use std::time::Duration;
+
 use crate::error::{Error, Result};
 use crate::ops::matrix::MatrixShape;
 use crate::ops::simd;
@@ -129,6 +131,10 @@ pub struct Options {
     /// budget whose dispatches are short enough for a display or a watchdog that waits (below 0.2 s
     /// where convolutions reach 0.5 TFLOP/s; CPU drivers have neither).
     pub tile: Option<u32>,
+    /// Longest wait for one submission of the blocking call, which has at most 50 GMAC on a GPU (on
+    /// a CPU driver, a layer of a whole tile), before the device counts as hung. `None`, unless said,
+    /// is a minute, and ten on CPU drivers.
+    pub timeout: Option<Duration>,
     /// Which variant of the convolutions runs.
     pub kernels: KernelSet,
     /// Whether blocks of 16×16 pixels that have no noise, such as an empty background, keep
@@ -164,7 +170,7 @@ impl Options {
             KernelSet::Auto => fastest.unwrap_or(KernelSet::Tiled),
             set if runs(set) => set,
             set => {
-                return Err(Error::Device(format!(
+                return Err(Error::Adapter(format!(
                     "the {set} kernels do not run on {name}; they need {}; choose Auto",
                     set.needs()
                 )));
@@ -188,6 +194,7 @@ impl Default for Options {
             precision: Precision::F16,
             memory_bytes: 2 << 30,
             tile: None,
+            timeout: None,
             kernels: KernelSet::Auto,
             skip_clean: true,
             matrix: None,

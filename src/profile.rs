@@ -8,7 +8,7 @@ use crate::frame::Frame;
 use crate::kernel::Context;
 use crate::tile_graph::Call;
 use crate::timing::median;
-use crate::window::{read, wait};
+use crate::wait::{read, wait};
 
 /// What one kernel call of a frame costs, all tiles together.
 #[derive(Clone, Debug, Default)]
@@ -100,7 +100,7 @@ impl Clock {
             return Ok(Self::Wall);
         }
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
-            return Err(Error::Device(format!(
+            return Err(Error::Adapter(format!(
                 "{} was opened without the feature TIMESTAMP_QUERY, which a profile needs",
                 device.adapter_info().name
             )));

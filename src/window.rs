@@ -1,6 +1,6 @@
 //! Buffers on the GPU for the part of an image that one tile reads and writes.
 
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::frame::Frame;
 use crate::graph::Model;
 use crate::image::Image;
@@ -11,6 +11,7 @@ use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::{Placed, Rect, TilePlan};
 use crate::tile_graph::{Bound, Call, TileGraph};
+use crate::wait::{read, wait_for};
 
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
@@ -78,11 +79,15 @@ impl<'a> Window<'a> {
         Self { context, graph, color, albedo, normal, output, readback, input_scale, tile, band }
     }
 
-    /// Submits the whole network on what was uploaded, in parts.
-    pub(crate) fn run(&self) {
-        for batch in self.graph.batches() {
-            self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)));
-        }
+    /// Submits the whole network on what was uploaded, in parts, and waits for all but the last
+    /// one: that is waited for with the result. Each part has a time-out of its own.
+    pub(crate) fn run(&self) -> Result<()> {
+        let submit = |batch: &[Call]| {
+            self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)))
+        };
+        let mut parts: Vec<_> = self.graph.batches().map(submit).collect();
+        parts.pop();
+        parts.into_iter().try_for_each(|part| wait_for(self.context, Some(part)))
     }
 
     /// How many rows of an image of this width the colour buffer holds.
@@ -102,20 +107,28 @@ impl<'a> Window<'a> {
         std::iter::once((&self.color, frame.color)).chain(present)
     }
 
-    /// Uploads a part of an image, packed.
+    /// Uploads a part of an image, packed. What fails is reported to the device.
     pub(crate) fn upload(&self, buffer: &wgpu::Buffer, image: &Image, rect: &Rect) {
+        let [width, height] = rect.size().map(u64::from);
+        let size = wgpu::BufferSize::new(width * height * PIXEL_BYTES);
+        let staged = size.and_then(|size| self.context.queue.write_buffer_with(buffer, 0, size));
+        let Some(mut staged) = staged else { return };
         let columns = rect.begin[0] as usize..rect.end[0] as usize;
-        let rows = rect.begin[1]..rect.end[1];
-        let packed: Vec<[f32; 3]> =
-            rows.flat_map(|y| &image.row(y)[columns.clone()]).copied().collect();
-        self.context.queue.write_buffer(buffer, 0, bytemuck::cast_slice(&packed));
+        let row_bytes = (width * PIXEL_BYTES) as usize;
+        for (i, y) in (rect.begin[1]..rect.end[1]).enumerate() {
+            let row = bytemuck::cast_slice(&image.row(y)[columns.clone()]);
+            staged.slice(i * row_bytes..(i + 1) * row_bytes).copy_from_slice(row);
+        }
     }
 
     /// Submits one compute pass.
-    pub(crate) fn submit(&self, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
+    pub(crate) fn submit(
+        &self,
+        record: impl FnOnce(&mut wgpu::ComputePass<'_>),
+    ) -> wgpu::SubmissionIndex {
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         record(&mut encoder.begin_compute_pass(&Default::default()));
-        self.context.queue.submit([encoder.finish()]);
+        self.context.queue.submit([encoder.finish()])
     }
 
     /// Waits for the tile and copies what it stores into the result.
@@ -134,32 +147,6 @@ impl<'a> Window<'a> {
     pub(crate) fn calls(&self) -> &[Call] {
         self.graph.calls()
     }
-}
-
-/// Waits for everything submitted and shows what a mappable buffer holds then.
-pub(crate) fn read<T>(
-    context: &Context,
-    buffer: &wgpu::Buffer,
-    look: impl FnOnce(&[u8]) -> T,
-) -> Result<T> {
-    let slice = buffer.slice(..);
-    slice.map_async(wgpu::MapMode::Read, |_| {});
-    wait(context)?;
-    let view = slice.get_mapped_range().map_err(|e| no_result(&e))?;
-    let seen = look(&view);
-    drop(view);
-    buffer.unmap();
-    Ok(seen)
-}
-
-/// Waits until everything submitted is done, and its staging memory free.
-pub(crate) fn wait(context: &Context) -> Result<()> {
-    let poll = context.device.poll(wgpu::PollType::wait_indefinitely());
-    poll.map(|_| ()).map_err(|e| no_result(&e))
-}
-
-fn no_result(error: &dyn std::fmt::Display) -> Error {
-    Error::Device(format!("no result came back: {error}"))
 }
 
 fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &Placed) {

@@ -1,13 +1,14 @@
 //! The command line's grammar.
 
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 
 use super::budget::BudgetArgs;
 use super::failure::Failure;
 use super::frames::{self, Frames};
-use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, side};
+use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, seconds, side};
 use crate::files::{LayerChoice, Limits};
 
 const AFTER_HELP: &str = "\
@@ -24,7 +25,8 @@ Exit codes:
   0  done
   1  an input could not be read, or the output not be made
   2  the command line was wrong
-  3  no usable adapter (GPU or CPU driver)";
+  3  no usable adapter (GPU or CPU driver)
+  4  the device was lost, hangs or computes wrong results";
 
 /// Removes Monte Carlo noise from path-traced images.
 #[derive(Debug, Parser)]
@@ -75,6 +77,9 @@ pub(super) struct DenoiseArgs {
     pub(super) input_scale: Option<f32>,
     #[command(flatten)]
     pub(super) budget: BudgetArgs,
+    /// Check a part of the result against the CPU before it is written
+    #[arg(long)]
+    pub(super) verify: bool,
     /// Replace outputs that exist
     #[arg(long)]
     pub(super) force: bool,
@@ -134,6 +139,10 @@ pub(super) struct EngineArgs {
     /// Largest side of a tile in pixels [default: what memory and short dispatches allow]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
     pub(super) tile: Option<u32>,
+    /// How long the adapter may take for one submission before it counts as hung [default: 60, on
+    /// CPU drivers 600]
+    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
+    pub(super) timeout: Option<Duration>,
     /// Which variant of the convolutions runs, for tests and measurements
     #[arg(long, value_enum, default_value = "auto", hide_short_help = true)]
     pub(super) kernels: KernelsArg,

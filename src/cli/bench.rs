@@ -15,7 +15,6 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         return report::run(args, noisy, reference);
     }
     let (gpu, denoiser) = args.engine.denoiser()?;
-    denoiser.notices().iter().for_each(|notice| say(notice));
     let result = if args.profile {
         profile::table(&denoiser, args)?
     } else {
@@ -23,6 +22,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         let report = if args.json { as_json } else { as_text };
         report(args, &gpu, &denoiser, &timing)
     };
+    denoiser.notices().iter().for_each(|notice| say(notice));
     pipelines::keep(&gpu, &denoiser.options);
     print(&result)
 }

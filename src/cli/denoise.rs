@@ -75,7 +75,7 @@ impl<'a> Work<'a> {
         if self.engine.is_none() {
             let (gpu, denoiser) = self.args.denoiser(&self.args.frame(picture))?;
             self.args.details(|| adapter_and_kernels(&gpu, &denoiser));
-            self.notices(job, denoiser.notices());
+            self.notices(job, &denoiser.notices());
             self.engine = Some((gpu, denoiser));
             self.watch.lap("prepared");
         }
@@ -164,7 +164,15 @@ impl DenoiseArgs {
             )
         });
         let progress = Progress::new(plan.tiles.len(), "tiles", self.quiet);
-        Ok(denoiser.denoise(frame, &mut |done, _| progress.set(done))?)
+        let result = denoiser.denoise(frame, &mut |done, _| progress.set(done));
+        drop(progress);
+        self.notices(&denoiser.notices());
+        let result = result?;
+        if self.verify {
+            let verified = denoiser.verify(frame, &result)?;
+            self.details(|| verified.map_or(NOTHING_VERIFIED.into(), |verified| verified.to_string()));
+        }
+        Ok(result)
     }
 
     /// What a user should know, one line each.
@@ -183,6 +191,8 @@ impl DenoiseArgs {
         }
     }
 }
+
+const NOTHING_VERIFIED: &str = "nothing to verify: the picture has no noise";
 
 /// Says how many pixels hold no light that can be denoised.
 fn unusable_pixels(color: &Image) -> Vec<String> {

@@ -43,6 +43,7 @@ impl EngineArgs {
             precision,
             memory_bytes: self.memory.map_or(default.memory_bytes, |mib| mib << 20),
             tile: self.tile,
+            timeout: self.timeout,
             kernels: self.kernels.set(matrix).ok_or_else(lacking)?,
             matrix,
             skip_clean: !self.no_skip,

@@ -17,6 +17,9 @@ pub(super) enum Failure {
     /// No adapter can do the work.
     #[error("{0}")]
     Adapter(String),
+    /// The device was lost, hangs or computes wrong results.
+    #[error("{0}")]
+    Device(String),
 }
 
 impl Failure {
@@ -25,6 +28,7 @@ impl Failure {
             Self::Work(_) => 1,
             Self::Usage(_) => 2,
             Self::Adapter(_) => 3,
+            Self::Device(_) => 4,
         })
     }
 }
@@ -39,6 +43,7 @@ impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match error {
             Error::Adapter(_) => Self::Adapter(error.to_string()),
+            Error::Device(_) => Self::Device(error.to_string()),
             other => Self::Work(other.to_string()),
         }
     }

@@ -67,10 +67,11 @@ pub mod fuzzing {
 }
 
 /// Runs the program and returns its exit code: 0 done, 1 failed input or output, 2 wrong usage,
-/// 3 no usable adapter.
+/// 3 no usable adapter, 4 the device failed.
 #[must_use]
 pub fn main() -> ExitCode {
     crate::unsafe_calls::silence_loader();
+    crate::quiet::silence_caught();
     match run(Cli::parse()) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {

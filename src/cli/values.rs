@@ -1,5 +1,7 @@
 //! Values of flags.
 
+use std::time::Duration;
+
 use clap::ValueEnum;
 use clap::builder::RangedI64ValueParser;
 
@@ -83,4 +85,9 @@ pub(super) fn positive(text: &str) -> Result<f32, String> {
         Ok(value) if value > 0.0 && f32::is_finite(value) => Ok(value),
         _ => Err("expected a number above 0".into()),
     }
+}
+
+/// A time above 0.
+pub(super) fn seconds(text: &str) -> Result<Duration, String> {
+    Duration::try_from_secs_f32(positive(text)?).map_err(|error| error.to_string())
 }

@@ -1,10 +1,11 @@
 //! Whole tensors between CPU and GPU, for tests: images take other ways.
 
 use super::GpuTensor;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::kernel::Context;
 use crate::options::Precision;
 use crate::reference::Tensor;
+use crate::wait::read;
 
 /// Puts a tensor of a multiple of four channels on the GPU.
 pub(super) fn upload(context: &Context, tensor: &Tensor) -> GpuTensor {
@@ -42,15 +43,14 @@ pub(super) fn download(
     let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout };
     encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
     context.queue.submit([encoder.finish()]);
-    buffer.slice(..).map_async(wgpu::MapMode::Read, |_| {});
-    context.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| no_result(&e))?;
-    let bytes = buffer.slice(..).get_mapped_range().map_err(|e| no_result(&e))?;
     let [channels, height] = [texture.depth_or_array_layers() * 4, texture.height()];
     let [channels, height, width] = [channels, height, texture.width()].map(|n| n as usize);
-    Ok(Tensor::from_fn(channels, height, width, |c, y, x| {
-        let place = (c / 4 * height + y) * row + x * texel + c % 4 * texel / 4;
-        decode(&bytes[place..place + texel / 4])
-    }))
+    read(context, &buffer, |bytes| {
+        Tensor::from_fn(channels, height, width, |c, y, x| {
+            let place = (c / 4 * height + y) * row + x * texel + c % 4 * texel / 4;
+            decode(&bytes[place..place + texel / 4])
+        })
+    })
 }
 
 fn layout(row: u32, texture: &wgpu::Texture) -> wgpu::TexelCopyBufferLayout {
@@ -64,8 +64,4 @@ fn decode(bytes: &[u8]) -> f32 {
         [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
         _ => unreachable!("values have 16 or 32 bits"),
     }
-}
-
-fn no_result(error: &dyn std::fmt::Display) -> Error {
-    Error::Device(format!("no result came back: {error}"))
 }

@@ -23,7 +23,6 @@ use crate::image::Image;
 mod index;
 mod parallel;
 mod pixels;
-mod quiet;
 mod scan;
 mod write;
 

@@ -5,9 +5,9 @@ use ::exr::meta::header::Header;
 use half::f16;
 
 use super::index::Block;
-use super::quiet;
 use crate::files::{Problem, guard};
 use crate::image::Image;
+use crate::quiet::caught;
 
 /// The largest half.
 const MAX_HALF: f32 = 65504.0;
@@ -30,7 +30,7 @@ pub(super) fn unpack(
     // B44 has arithmetic that overflows on damaged blocks, which checked builds turn into panics.
     let decode =
         || header.compression.decompress_image_section_from_le(header, packed, bounds, false);
-    match quiet::caught(decode) {
+    match caught(decode) {
         Some(unpacked) => Ok((bounds, unpacked.map_err(damaged)?)),
         None => Err(Problem::Damaged("is damaged: a block cannot be unpacked".into())),
     }

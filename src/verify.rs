@@ -1,0 +1,189 @@
+//! Whether what came back is what the CPU makes of the same pixels.
+
+use crate::denoiser::Denoiser;
+use crate::error::{Error, Result};
+use crate::frame::Frame;
+use crate::image::Image;
+use crate::options::{KernelSet, Precision};
+use crate::plan::halo::{BLOCK, halo};
+use crate::plan::tiles::Rect;
+use crate::reference::{self, Tensor};
+
+/// What [`Denoiser::verify`] found, in the network's numbers: colour encoded into `[0, 1]`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verified {
+    /// The pixels that were compared.
+    pub rect: Rect,
+    /// The largest difference of a value.
+    pub largest: f64,
+    /// The root of the mean of all squared differences.
+    pub rms: f64,
+}
+
+impl std::fmt::Display for Verified {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { rect: Rect { begin: [x, y], .. }, largest, rms } = self;
+        let [width, height] = self.rect.size();
+        write!(
+            f,
+            "verified {width}×{height} pixels at ({x}, {y}): they differ from the CPU's by {largest:.1e} of \
+             the encoded range at most, {rms:.1e} on average"
+        )
+    }
+}
+
+/// Blocks whose noise is measured, at most: a tenth of a second.
+const MOST_BLOCKS: usize = 4096;
+
+/// A block that bends more than this on average is not clean, see [`crate::ops::activity`], and the
+/// network has worked on it.
+const NOISY: f64 = 1.0 / 512.0;
+
+impl Denoiser {
+    /// Holds a result of [`denoise`](Self::denoise) against the naive functions of
+    /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels of the frame: these work in 64 bits
+    /// on the CPU, on the block and all around it that it depends on. `None` if the frame has no noise.
+    ///
+    /// # Errors
+    /// If the images do not fit together, or the result differs by more than rounding explains.
+    pub fn verify(&self, frame: &Frame<'_>, result: &Image) -> Result<Option<Verified>> {
+        let frame = self.readable(frame)?;
+        if result.size() != frame.color.size() {
+            return Err(Error::Image("the result to verify has another size than the frame".into()));
+        }
+        let scale = frame.input_scale.unwrap_or_else(|| reference::autoexposure(frame.color));
+        let Some(rect) = noisiest(frame.color, scale) else { return Ok(None) };
+        let (expected, crop) = self.expected(&frame, scale, &rect)?;
+        let verified = compare(result, scale, &rect, &expected, crop.begin);
+        self.tolerance().judge(&verified)?;
+        Ok(Some(verified))
+    }
+
+    /// What the reference makes of a part of the frame that is large enough for `rect`.
+    fn expected(&self, frame: &Frame<'_>, scale: f32, rect: &Rect) -> Result<(Tensor, Rect)> {
+        let weights = self.weights().for_inputs(frame.inputs())?;
+        let network = weights.network();
+        let alignment = network.alignment().max(BLOCK);
+        let crop = around(rect, halo(network), alignment, frame.color.size());
+        let [color, albedo, normal] = [Some(frame.color), frame.albedo, frame.normal]
+            .map(|image| image.map(|image| cut(image, &crop)));
+        let color = color.expect("a frame has a colour");
+        let (albedo, normal) = (albedo.as_ref(), normal.as_ref());
+        let input = reference::input_process(&color, albedo, normal, scale, alignment);
+        Ok((reference::run(network, |layer| weights.params(layer), &input), crop))
+    }
+
+    fn tolerance(&self) -> Tolerance {
+        match (self.kernels(), self.precision()) {
+            (KernelSet::Matrix(_), _) | (_, Precision::F16) => F16,
+            _ => F32,
+        }
+    }
+}
+
+/// By how much a result may differ.
+struct Tolerance {
+    largest: f64,
+    rms: f64,
+}
+
+const F32: Tolerance = Tolerance { largest: 1.0, rms: 1.0 };
+const F16: Tolerance = Tolerance { largest: 1.0, rms: 1.0 };
+
+impl Tolerance {
+    /// Not "too far" but "not close", since every comparison with NaN is false.
+    fn judge(&self, found: &Verified) -> Result<()> {
+        if found.largest <= self.largest && found.rms <= self.rms {
+            return Ok(());
+        }
+        let [x, y] = found.rect.begin;
+        Err(Error::Device(format!(
+            "the result differs from the CPU's by up to {:.1e} of the encoded range around pixel \
+             ({x}, {y}), {:.1e} on average, where {:.1e} and {:.1e} are expected at most: the device \
+             or its driver computes wrong results; try 32-bit tensors, plain kernels or another \
+             adapter",
+            found.largest, found.rms, self.largest, self.rms
+        )))
+    }
+}
+
+/// The block with the most noise, if there is any. Blocks with values that are no light are left
+/// out: what counts there is not what the renderer made.
+fn noisiest(color: &Image, scale: f32) -> Option<Rect> {
+    let (width, height) = color.size();
+    let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
+    let count = columns as usize * rows as usize;
+    let block = |i: usize| {
+        let begin = [i as u32 % columns * BLOCK, i as u32 / columns * BLOCK];
+        let end = [(begin[0] + BLOCK).min(width), (begin[1] + BLOCK).min(height)];
+        Rect { begin, end }
+    };
+    let noise = |rect: Rect| Some((noise(&cut(color, &rect), scale)?, rect));
+    let blocks = (0..count).step_by(count.div_ceil(MOST_BLOCKS)).map(block);
+    let noisiest = blocks.filter_map(noise).max_by(|a, b| a.0.total_cmp(&b.0));
+    noisiest.filter(|(noise, _)| *noise > NOISY).map(|(_, rect)| rect)
+}
+
+/// By how much a block bends on average: its second differences along rows, encoded.
+fn noise(block: &Image, scale: f32) -> Option<f64> {
+    let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
+    if !block.pixels().iter().flatten().all(is_light) {
+        return None;
+    }
+    let bends = (0..block.height()).flat_map(|y| {
+        block.row(y).windows(3).flat_map(|w| {
+            [0, 1, 2].map(|c| {
+                let [a, b, c] = [w[0][c], w[1][c], w[2][c]].map(|v| encode(v, scale));
+                (a - 2.0 * b + c).abs()
+            })
+        })
+    });
+    let bends: Vec<_> = bends.collect();
+    Some(bends.iter().sum::<f64>() / bends.len().max(1) as f64)
+}
+
+/// As the network counts colour.
+fn encode(value: f32, scale: f32) -> f64 {
+    reference::pu((f64::from(value) * f64::from(scale)).min(reference::LARGEST))
+}
+
+/// The pixels that `rect` depends on, from an aligned corner to the image's ends at most.
+fn around(rect: &Rect, halo: u32, alignment: u32, (width, height): (u32, u32)) -> Rect {
+    let begin = rect.begin.map(|at| at.saturating_sub(halo) / alignment * alignment);
+    let end = |at: u32, side: u32| (at + halo).next_multiple_of(alignment).min(side);
+    Rect { begin, end: [end(rect.end[0], width), end(rect.end[1], height)] }
+}
+
+fn cut(image: &Image, rect: &Rect) -> Image {
+    let columns = rect.begin[0] as usize..rect.end[0] as usize;
+    let rows = rect.begin[1]..rect.end[1];
+    let pixels = rows.flat_map(|y| &image.row(y)[columns.clone()]).copied().collect();
+    let [width, height] = rect.size();
+    Image::new(width, height, pixels).expect("the part has pixels")
+}
+
+/// Encodes the result and compares it with a tensor whose first pixel is at `corner`.
+fn compare(
+    result: &Image,
+    scale: f32,
+    rect: &Rect,
+    expected: &Tensor,
+    corner: [u32; 2],
+) -> Verified {
+    let place = |x: u32, y: u32| ((y - corner[1]) as usize, (x - corner[0]) as usize);
+    let columns = || rect.begin[0]..rect.end[0];
+    let pixels = (rect.begin[1]..rect.end[1]).flat_map(|y| columns().map(move |x| (x, y)));
+    let differences = pixels.flat_map(|(x, y)| {
+        let (row, column) = place(x, y);
+        let found = result.row(y)[x as usize];
+        [0, 1, 2].map(|c| {
+            let expected = expected.at(c, row, column).clamp(0.0, 1.0);
+            (encode(found[c], scale) - f64::from(expected)).abs()
+        })
+    });
+    let differences: Vec<_> = differences.collect();
+    // Folded by hand, since `f64::max` would drop a NaN.
+    let largest = differences.iter().fold(0.0, |most, &d| if d <= most { most } else { d });
+    let square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
+    Verified { rect: *rect, largest, rms: square.sqrt() }
+}
