@@ -151,3 +151,53 @@ fn tile_in_window(placed: &Placed, rect: &Rect) -> Tile {
         output: layout,
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gpu, Inputs, Options, Weights};
+
+    fn denoiser() -> Denoiser {
+        let Gpu { device, queue, .. } = Gpu::open(None).expect("the tests need an adapter");
+        let weights = include_bytes!("../tests/fixtures/unet_tiny.safetensors");
+        let weights = Weights::from_bytes(weights).expect("the fixture follows the format");
+        Denoiser::new(&device, &queue, &weights, &Options::default()).expect("the device works")
+    }
+
+    /// Denoises where tiles of more than `most` pixels find no memory, half-way through.
+    fn denoise(denoiser: &Denoiser, most: u32) -> Result<Image> {
+        let pixel = |i: u32| [0, 1, 2].map(|c| ((i * 7919 + c * 31) % 256) as f32 / 256.0);
+        let color = Image::new(300, 200, (0..300 * 200).map(pixel).collect())?;
+        let frame = Frame { color: &color, albedo: None, normal: None, input_scale: None };
+        denoiser.denoise_by(&frame, &mut |_, _| {}, &mut |window| {
+            window.run()?;
+            if window.rows_of(1) > most { Err(Error::Memory("none".into())) } else { Ok(()) }
+        })
+    }
+
+    #[test]
+    fn tiles_are_halved_until_they_fit_and_stay_so() {
+        let denoiser = denoiser();
+        let whole = denoise(&denoiser, u32::MAX).unwrap();
+        assert_eq!(denoiser.notices(), [""; 0]);
+        assert_eq!(denoise(&denoiser, 20_000).unwrap(), whole);
+        let notices = denoiser.notices();
+        assert!(
+            notices.len() == 2 && notices[0].contains("tiles of 304×208 pixels"),
+            "{notices:?}"
+        );
+        let [width, height] = denoiser.tile_plan(300, 200, Inputs::default()).unwrap().tile;
+        assert!(width * height <= 20_000, "{width}×{height}");
+        assert_eq!(denoise(&denoiser, 20_000).unwrap(), whole);
+        assert_eq!(denoiser.notices(), [""; 0]);
+    }
+
+    #[test]
+    fn the_smallest_tile_is_the_end_and_the_next_frame_is_tried_again() {
+        let denoiser = denoiser();
+        let error = denoise(&denoiser, 0).unwrap_err().to_string();
+        assert!(error.contains("even with tiles of ") && error.contains("smallest"), "{error}");
+        assert!(denoiser.notices().len() > 2);
+        denoise(&denoiser, u32::MAX).unwrap();
+    }
+}

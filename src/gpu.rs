@@ -52,6 +52,8 @@ impl Gpu {
             required_features,
             required_limits: crate::required_limits(adapter),
             experimental_features: leave_for(required_features),
+            // Taken in small blocks, so that little is held beside what is used.
+            memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))

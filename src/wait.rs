@@ -27,10 +27,8 @@ pub(crate) fn wait(context: &Context) -> Result<()> {
 /// # Errors
 /// If that takes longer than the context's time-out, or the device is lost.
 pub(crate) fn wait_for(context: &Context, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
-    let wait = wgpu::PollType::Wait {
-        submission_index: submission,
-        timeout: Some(context.timeout),
-    };
+    let wait =
+        wgpu::PollType::Wait { submission_index: submission, timeout: Some(context.timeout) };
     // Where a driver answers a wait with the loss of its device, wgpu panics.
     match caught(|| context.device.poll(wait)) {
         Some(Ok(_)) => Ok(()),

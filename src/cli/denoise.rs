@@ -170,7 +170,9 @@ impl DenoiseArgs {
         let result = result?;
         if self.verify {
             let verified = denoiser.verify(frame, &result)?;
-            self.details(|| verified.map_or(NOTHING_VERIFIED.into(), |verified| verified.to_string()));
+            self.details(|| {
+                verified.map_or(NOTHING_VERIFIED.into(), |verified| verified.to_string())
+            });
         }
         Ok(result)
     }

@@ -1,5 +1,9 @@
 //! The whole network, layer by layer.
 
+use std::num::NonZero;
+use std::ops::Range;
+use std::thread;
+
 use super::{Tensor, concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv};
 use crate::model::{INPUT, Layer, Network, Op, Params};
 
@@ -29,7 +33,11 @@ fn run_layer(layer: &Layer, params: impl Fn(&str) -> Params, inputs: &[&Tensor])
     let params = if layer.op.has_weights() { params(&layer.name) } else { Params::default() };
     let Params { weight, bias } = &params;
     match layer.op {
-        Op::Conv3x3 { relu } => conv3x3(inputs[0], weight, bias, relu),
+        Op::Conv3x3 { relu } => shared(bias.len(), |outputs| {
+            let weights_of = |outputs: usize| weight.len() / bias.len() * outputs;
+            let weight = &weight[weights_of(outputs.start)..weights_of(outputs.end)];
+            conv3x3(inputs[0], weight, &bias[outputs], relu)
+        }),
         Op::MaxPool => max_pool(inputs[0]),
         Op::UpConv { ups, relu } => up_conv(inputs[0], inputs[1], &params, ups, relu),
         Op::ConvTranspose => conv_transpose(inputs[0], weight, bias),
@@ -37,6 +45,19 @@ fn run_layer(layer: &Layer, params: impl Fn(&str) -> Params, inputs: &[&Tensor])
         Op::Conv1x1 => conv1x1(inputs[0], weight, bias),
         Op::Sigmoid => sigmoid(inputs[0]),
     }
+}
+
+/// All output channels of a layer: as they do not depend on each other, the cores share them.
+fn shared(outputs: usize, make: impl Fn(Range<usize>) -> Tensor + Sync) -> Tensor {
+    let share = outputs.div_ceil(thread::available_parallelism().map_or(1, NonZero::get));
+    let parts: Vec<Tensor> = thread::scope(|scope| {
+        let make = &make;
+        let part = |begin| scope.spawn(move || make(begin..(begin + share).min(outputs)));
+        let parts: Vec<_> = (0..outputs).step_by(share).map(part).collect();
+        parts.into_iter().map(|part| part.join().expect("the reference does not panic")).collect()
+    });
+    let (height, width) = (parts[0].height, parts[0].width);
+    Tensor::new(outputs, height, width, parts.into_iter().flat_map(|part| part.data).collect())
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ mod commands;
 mod denoise;
 mod failures;
 #[cfg(target_os = "linux")]
+mod faults;
+#[cfg(target_os = "linux")]
 mod hostile;
 mod ldr;
 #[cfg(target_os = "linux")]

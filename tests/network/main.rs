@@ -5,6 +5,7 @@
 mod common;
 
 mod device;
+mod faults;
 mod pass;
 mod profile;
 mod shipped;

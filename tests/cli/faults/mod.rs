@@ -1,0 +1,131 @@
+//! Drivers that fail: `layer.rs` between the loader and the driver does what they do.
+
+use std::path::Path;
+use std::process::Command;
+use std::sync::OnceLock;
+use std::time::{Duration, Instant};
+
+use exr::prelude::*;
+
+use crate::support::{Folder, Run, WEIGHTS};
+
+/// Where the compiled layer and its manifest are.
+fn layer() -> &'static Path {
+    static LAYER: OnceLock<tempfile::TempDir> = OnceLock::new();
+    LAYER.get_or_init(|| compiled().expect("rustc compiles the layer")).path()
+}
+
+fn compiled() -> std::io::Result<tempfile::TempDir> {
+    let folder = tempfile::tempdir_in(env!("CARGO_TARGET_TMPDIR"))?;
+    let library = folder.path().join("liblayer.so");
+    let source = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/cli/faults/layer.rs");
+    let rustc = Command::new("rustc")
+        .args(["--edition=2024", "--crate-type=cdylib", "-Dwarnings", source, "-o"])
+        .arg(&library)
+        .status()?;
+    assert!(rustc.success(), "{rustc}");
+    let manifest = serde_json::json!({ "file_format_version": "1.2.0", "layer": {
+        "name": "VK_LAYER_WGDENOISE_faults", "type": "GLOBAL", "library_path": library,
+        "api_version": "1.3.0", "implementation_version": "1", "description": "what breaks" } });
+    std::fs::write(folder.path().join("layer.json"), manifest.to_string())?;
+    Ok(folder)
+}
+
+/// Denoises `noisy.exr` by a driver with this fault.
+fn denoise(folder: &Folder, fault: &str, args: &[&str]) -> Run {
+    let mut command = folder.command(&["noisy.exr", "out.exr", "--weights", WEIGHTS]);
+    command.env("VK_LAYER_PATH", layer()).env("VK_INSTANCE_LAYERS", "VK_LAYER_WGDENOISE_faults");
+    command.env("MESA_SHADER_CACHE_DISABLE", "true").env("FAULT", fault);
+    Run::of(&command.args(args).output().unwrap())
+}
+
+/// A folder with noise of this size.
+fn noise(width: usize, height: usize) -> Folder {
+    let folder = Folder::new();
+    let value = |at: Vec2<usize>, c: usize| {
+        let hash = (at.x() * 7919 + at.y() * 104_729 + c * 1_299_709).wrapping_mul(2_654_435_761);
+        0.2 + (hash >> 8 & 0xff) as f32 / 1000.0
+    };
+    let pixel = |at| (value(at, 0), value(at, 1), value(at, 2));
+    let path = folder.path("noisy.exr");
+    Image::from_channels((width, height), SpecificChannels::rgb(pixel))
+        .write()
+        .to_file(path)
+        .unwrap();
+    folder
+}
+
+fn result(folder: &Folder) -> Vec<u8> {
+    std::fs::read(folder.path("out.exr")).unwrap()
+}
+
+#[test]
+fn without_memory_for_the_tiles_smaller_ones_make_the_same_bytes() {
+    let folder = noise(1024, 768);
+    denoise(&folder, "none", &["-q"]).assert_done();
+    let (whole, mut halved) = (result(&folder), 0);
+    for mib in [96, 64, 48] {
+        let run = denoise(&folder, &format!("memory {}", mib << 20), &["--force"]);
+        run.assert_done();
+        assert_eq!(result(&folder), whole, "{run:?}");
+        halved = run.stderr.matches("ran out of memory with tiles of").count();
+        println!("{mib} MiB: {run:?}");
+    }
+    assert!(halved > 1, "{halved} notices");
+}
+
+#[test]
+fn without_memory_for_the_smallest_tiles_it_is_one_sentence() {
+    let folder = noise(64, 64);
+    let run = denoise(&folder, "memory 40000000", &["-q"]);
+    run.assert_failed(1, &["memory: "]);
+    assert_eq!(folder.names(), ["noisy.exr"]);
+}
+
+#[test]
+fn a_device_that_is_lost_is_one_sentence_and_leaves_no_file() {
+    let folder = noise(64, 64);
+    for fault in ["lost 1", "lost 2"] {
+        let run = denoise(&folder, fault, &["-q"]);
+        run.assert_failed(4, &["the device was lost", "open it again"]);
+        assert_eq!(folder.names(), ["noisy.exr"], "{fault}");
+    }
+}
+
+#[test]
+fn a_device_that_hangs_is_one_sentence_and_the_program_ends() {
+    let folder = noise(64, 64);
+    for fault in ["hang 1", "hang 2"] {
+        let begin = Instant::now();
+        let run = denoise(&folder, fault, &["-q", "--timeout", "2"]);
+        run.assert_failed(4, &["no answer from", "within 2s", "it hangs"]);
+        assert_eq!(folder.names(), ["noisy.exr"], "{fault}");
+        assert!(begin.elapsed() < Duration::from_secs(60), "{:?}", begin.elapsed());
+    }
+}
+
+#[test]
+fn work_that_takes_longer_than_the_time_out_is_not_waited_for() {
+    let folder = noise(512, 512);
+    denoise(&folder, "none", &["-q", "--timeout", "1e-5"]).assert_failed(4, &["within 10µs"]);
+    assert_eq!(folder.names(), ["noisy.exr"]);
+}
+
+/// Each of the calls of a frame: exposure, activity, layers.
+#[test]
+fn wrong_results_are_found_and_not_written() {
+    let folder = noise(64, 64);
+    for dispatch in 1..=20 {
+        let run = denoise(&folder, &format!("wrong {dispatch}"), &["-q", "--verify"]);
+        println!("{dispatch}: {run:?}");
+    }
+    panic!()
+}
+
+#[test]
+fn right_results_are_verified() {
+    let folder = noise(64, 64);
+    let run = denoise(&folder, "none", &["-v", "--verify"]);
+    run.assert_done();
+    assert!(run.stderr.contains("verified 16×16 pixels at ("), "{run:?}");
+}
