@@ -47,8 +47,8 @@ impl<'a> Work<'a> {
     fn picture(&mut self, job: &Job) -> Result<(), Failure> {
         let outcome = match self.read(job) {
             Ok(picture) => {
-                self.prepare(job, &picture)?;
-                self.denoise_and_write(job, &picture)
+                let engine = self.engine(job, &picture)?;
+                self.denoise_and_write(job, &picture, engine)
             }
             Err(failure) => Err(failure),
         };
@@ -70,23 +70,28 @@ impl<'a> Work<'a> {
         Ok(picture)
     }
 
-    /// Makes the denoiser, for the first picture or anew where it has failed.
-    fn prepare(&mut self, job: &Job, picture: &Picture) -> Result<(), Failure> {
-        if self.engine.is_none() {
-            let (gpu, denoiser) = self.args.denoiser(&self.args.frame(picture))?;
-            self.args.details(|| adapter_and_kernels(&gpu, &denoiser));
-            self.notices(job, &denoiser.notices());
-            self.engine = Some((gpu, denoiser));
-            self.watch.lap("prepared");
+    /// The denoiser, made for the first picture and anew after a picture that it failed at.
+    fn engine(&mut self, job: &Job, picture: &Picture) -> Result<(Gpu, Denoiser), Failure> {
+        if let Some(engine) = self.engine.take() {
+            return Ok(engine);
         }
-        Ok(())
+        let (gpu, denoiser) = self.args.denoiser(&self.args.frame(picture))?;
+        self.args.details(|| adapter_and_kernels(&gpu, &denoiser));
+        self.notices(job, &denoiser.notices());
+        self.watch.lap("prepared");
+        Ok((gpu, denoiser))
     }
 
-    fn denoise_and_write(&mut self, job: &Job, picture: &Picture) -> Result<(), Failure> {
-        let Some((_, denoiser)) = &self.engine else { return Ok(()) };
+    fn denoise_and_write(
+        &mut self,
+        job: &Job,
+        picture: &Picture,
+        engine: (Gpu, Denoiser),
+    ) -> Result<(), Failure> {
         let frame = self.args.frame(picture);
-        self.notices(job, &unread_inputs(denoiser, &frame));
-        let result = self.args.denoise(denoiser, &frame).inspect_err(|_| self.engine = None)?;
+        self.notices(job, &unread_inputs(&engine.1, &frame));
+        let result = self.args.denoise(&engine.1, &frame)?;
+        self.engine = Some(engine);
         self.watch.lap("denoised");
         let notices = picture.save(&job.output, &result, self.args.force)?;
         self.notices(job, &notices);
