@@ -5,7 +5,7 @@ use std::path::Path;
 use super::choice::{self, Kind};
 use super::exr::ExrFile;
 use super::format::{self, Format};
-use super::guard::Limits;
+use super::limits::Limits;
 use super::{FileError, Problem, ldr, window};
 use crate::image::Image;
 

@@ -10,7 +10,7 @@ use image::{
 };
 
 use super::format::Format;
-use super::guard::Limits;
+use super::limits::Limits;
 use super::srgb::{encoded, linear};
 use super::{Problem, jpeg, normals};
 use crate::image::Image;

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::Problem;
 use super::choice::Wish;
-use super::guard::Limits;
 use super::layers::{self, Part};
+use super::limits::Limits;
 
 /// What to read: names of layers where the file's own names do not tell, and how much at most.
 #[derive(Clone, Debug, Default)]

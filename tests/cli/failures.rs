@@ -52,6 +52,7 @@ fn a_block_that_the_decoder_panics_at_is_one_sentence() {
     folder.denoise(&["b44.exr", "out.exr"]).assert_failed(1, &["b44.exr: is damaged: a block"]);
 }
 
+/// Neither the 3 GiB of its pixels nor its table are there.
 #[test]
 fn a_header_that_claims_a_huge_picture_is_refused_before_memory_is_taken() {
     let folder = Folder::new();
@@ -59,9 +60,30 @@ fn a_header_that_claims_a_huge_picture_is_refused_before_memory_is_taken() {
     let mut bytes = fs::read(&path).unwrap();
     let window = bytes.windows(10).position(|w| w == b"dataWindow").unwrap();
     let corner = window + b"dataWindow\0box2i\0".len() + 4 + 8;
-    bytes[corner..corner + 8].copy_from_slice(&[0, 0, 0, 0x20, 0, 0, 0, 0x20]);
+    bytes[corner..corner + 8].copy_from_slice(&[0x30, 0x75, 0, 0, 0x30, 0x75, 0, 0]);
     fs::write(&path, bytes).unwrap();
-    folder.denoise(&["plain_rgb.exr", "out.exr"]).assert_failed(1, &["are accepted"]);
+    let refused = &["claims 29996×29998 pixels, and at most 268435456 are accepted"];
+    folder.denoise(&["plain_rgb.exr", "out.exr"]).assert_failed(1, refused);
+    let args = ["plain_rgb.exr", "out.exr", "--max-pixels", "900000000"];
+    folder.denoise(&args).assert_failed(1, &["is cut off: its table of 3515625 blocks"]);
+}
+
+#[test]
+fn the_most_pixels_that_are_accepted_hold_for_every_format_and_command() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let picture = image::RgbImage::from_fn(37, 23, |x, y| image::Rgb([(x * y % 256) as u8; 3]));
+    picture.save(folder.path("a.png")).unwrap();
+    picture.save(folder.path("a.jpg")).unwrap();
+    for file in ["plain_rgb.exr", "a.png", "a.jpg"] {
+        let says = format!("{file}: claims 37×23 pixels, and at most 850 are accepted; give --max");
+        for command in [&[file, "out.exr"][..], &["info", file], &["compare", file, file]] {
+            let run = |most| folder.run(&[command, &["--max-pixels", most]].concat());
+            run("850").assert_failed(1, &[&says]);
+            assert!(command[0] == file || run("851").code == 0, "{command:?}");
+        }
+    }
+    assert_eq!(folder.names(), ["a.jpg", "a.png", "plain_rgb.exr"]);
 }
 
 #[test]

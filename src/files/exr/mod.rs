@@ -15,8 +15,8 @@ use ::exr::meta::header::Header;
 
 use self::index::Block;
 use super::choice::Pick;
-use super::guard::Limits;
 use super::layers::Part;
+use super::limits::Limits;
 use super::{Problem, guard};
 use crate::image::Image;
 
