@@ -93,16 +93,34 @@ fn run(cli: Cli) -> Result<(), Failure> {
 
 /// Tells the user something on stderr; that nobody can read it is no reason to lose the work.
 fn say(text: &str) {
-    let _ = writeln!(std::io::stderr(), "wgdenoise: {text}");
+    let _ = writeln!(std::io::stderr(), "wgdenoise: {}", harmless(text));
 }
 
 /// Writes a result to stdout; a reader that has gone away is no failure.
 fn print(result: &str) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
-    match writeln!(stdout, "{result}").and_then(|()| stdout.flush()) {
+    match writeln!(stdout, "{}", harmless(result)).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
             Err(Failure::Work(format!("stdout: cannot be written: {error}")))
         }
         _ => Ok(()),
+    }
+}
+
+/// Nothing that a terminal would obey: the names that a file holds can be anything.
+fn harmless(text: &str) -> String {
+    let obeyed = |c: char| c.is_control() && c != '\n';
+    let shown = |c| if obeyed(c) { char::escape_default(c).to_string() } else { c.to_string() };
+    text.chars().map(shown).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_a_terminal_would_obey_is_shown_instead() {
+        assert_eq!(harmless("a\u{1b}[2J\r\u{9b}1m\u{7}"), r"a\u{1b}[2J\r\u{9b}1m\u{7}");
+        assert_eq!(harmless("two\nlines – naïve"), "two\nlines – naïve");
     }
 }
