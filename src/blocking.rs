@@ -79,7 +79,7 @@ impl Denoiser {
         context.catch(|| self.expose(frame, &window))?;
         for (done, placed) in (1..).zip(&plan.tiles) {
             context.catch(|| {
-                let tile = self.upload(frame, placed, plan.tile, &window);
+                let tile = self.upload(frame, placed, plan.tile, &window)?;
                 run(&window)?;
                 window.download(&tile, result, placed)
             })?;
@@ -101,7 +101,7 @@ impl Denoiser {
         for band in &bands {
             let rows = band.rows();
             let rect = Rect { begin: [0, rows.start], end: [width, rows.end] };
-            window.upload(&window.color, frame.color, &rect);
+            window.upload(&window.color, frame.color, &rect)?;
             self.context.queue.write_buffer(&window.band, 0, bytemuck::bytes_of(band));
             window.submit(|pass| calls.bins.record(pass));
             wait(&self.context)?;
@@ -117,15 +117,15 @@ impl Denoiser {
         placed: &Placed,
         tile: [u32; 2],
         window: &Window<'_>,
-    ) -> Tile {
+    ) -> Result<Tile> {
         let (width, height) = frame.color.size();
         let rect = read_rect(placed, tile, [width, height]);
         for (buffer, image) in window.images(frame) {
-            window.upload(buffer, image, &rect);
+            window.upload(buffer, image, &rect)?;
         }
         let tile = tile_in_window(placed, &rect);
         self.context.queue.write_buffer(&window.tile, 0, bytemuck::bytes_of(&tile));
-        tile
+        Ok(tile)
     }
 }
 

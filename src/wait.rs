@@ -8,8 +8,8 @@ use crate::quiet::caught;
 use crate::requirements::lost;
 
 /// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
-/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a thousandth of what
-/// a small one reaches. On a CPU driver a layer of a large tile may rightly take a minute.
+/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a 300th of what they
+/// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
 pub(crate) fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
     match device_type {
         wgpu::DeviceType::Cpu => Duration::from_secs(600),

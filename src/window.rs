@@ -1,6 +1,6 @@
 //! Buffers on the GPU for the part of an image that one tile reads and writes.
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::graph::Model;
 use crate::image::Image;
@@ -107,18 +107,31 @@ impl<'a> Window<'a> {
         std::iter::once((&self.color, frame.color)).chain(present)
     }
 
-    /// Uploads a part of an image, packed. What fails is reported to the device.
-    pub(crate) fn upload(&self, buffer: &wgpu::Buffer, image: &Image, rect: &Rect) {
+    /// Uploads a part of an image, packed, through a buffer of its own: where there is no memory for
+    /// what `Queue::write_buffer` makes instead, wgpu gives the device up.
+    pub(crate) fn upload(&self, buffer: &wgpu::Buffer, image: &Image, rect: &Rect) -> Result<()> {
         let [width, height] = rect.size().map(u64::from);
-        let size = wgpu::BufferSize::new(width * height * PIXEL_BYTES);
-        let staged = size.and_then(|size| self.context.queue.write_buffer_with(buffer, 0, size));
-        let Some(mut staged) = staged else { return };
+        let device = &self.context.device;
+        let staging = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("staging"),
+            size: width * height * PIXEL_BYTES,
+            usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: true,
+        });
+        let refused = |e| Error::Device(format!("nothing can be uploaded: {e}"));
+        let mut bytes = staging.get_mapped_range_mut(..).map_err(refused)?;
         let columns = rect.begin[0] as usize..rect.end[0] as usize;
         let row_bytes = (width * PIXEL_BYTES) as usize;
         for (i, y) in (rect.begin[1]..rect.end[1]).enumerate() {
             let row = bytemuck::cast_slice(&image.row(y)[columns.clone()]);
-            staged.slice(i * row_bytes..(i + 1) * row_bytes).copy_from_slice(row);
+            bytes.slice(i * row_bytes..(i + 1) * row_bytes).copy_from_slice(row);
         }
+        drop(bytes);
+        staging.unmap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&staging, 0, buffer, 0, staging.size());
+        self.context.queue.submit([encoder.finish()]);
+        Ok(())
     }
 
     /// Submits one compute pass.

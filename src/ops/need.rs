@@ -4,9 +4,8 @@
 //! from one that the result needs. A convolution runs where that is at most its layer's
 //! reach; elsewhere its output is left as it was, since nothing that is stored depends on it.
 
-use wgpu::util::DeviceExt as _;
-
 use super::activity::{self, LAYERS};
+use super::packing::filled_buffer;
 use crate::kernel::Binding;
 use crate::plan::halo::BLOCK;
 
@@ -43,11 +42,8 @@ impl Need<'_> {
     /// power of two, and as many rows or fewer.
     #[must_use]
     pub fn buffer(&self, device: &wgpu::Device, footprint: u32) -> wgpu::Buffer {
-        device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-            label: Some("need"),
-            contents: bytemuck::bytes_of(&uniform(self.level, self.reach, footprint)),
-            usage: wgpu::BufferUsages::UNIFORM,
-        })
+        let uniform = uniform(self.level, self.reach, footprint);
+        filled_buffer(device, "need", bytemuck::bytes_of(&uniform), wgpu::BufferUsages::UNIFORM)
     }
 }
 

@@ -71,11 +71,29 @@ pub fn storage_buffer<T: bytemuck::NoUninit>(
     label: &str,
     data: &[T],
 ) -> wgpu::Buffer {
-    context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+    let usage = wgpu::BufferUsages::STORAGE;
+    filled_buffer(&context.device, label, bytemuck::cast_slice(data), usage)
+}
+
+/// A buffer that begins with these bytes. What fails is reported to the device, where wgpu's own
+/// helper panics.
+pub(crate) fn filled_buffer(
+    device: &wgpu::Device,
+    label: &str,
+    contents: &[u8],
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: Some(label),
-        contents: bytemuck::cast_slice(data),
-        usage: wgpu::BufferUsages::STORAGE,
-    })
+        size: (contents.len() as u64).next_multiple_of(4),
+        usage,
+        mapped_at_creation: true,
+    });
+    if let Ok(mut bytes) = buffer.get_mapped_range_mut(..) {
+        bytes.slice(..contents.len()).copy_from_slice(contents);
+    }
+    buffer.unmap();
+    buffer
 }
 
 /// Rows of one bias per output channel, each padded with zeros to a multiple of four.

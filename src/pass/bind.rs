@@ -1,7 +1,5 @@
 //! From a descriptor that was checked to a pass.
 
-use wgpu::util::DeviceExt as _;
-
 use super::held::{Held, Rescue};
 use super::image::Role;
 use super::{InputScale, Pass, PassDescriptor, PassImage};
@@ -11,6 +9,7 @@ use crate::graph::Model;
 use crate::kernel::{Binding, binding_type};
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
 use crate::ops::input_process::{Sources, scale_binding};
+use crate::ops::packing::filled_buffer;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::TilePlan;
 use crate::requirements::catch;
@@ -173,11 +172,8 @@ fn tile_bytes(image_size: [u32; 2], images: &Images, plan: &TilePlan) -> Vec<u8>
 
 /// A uniform buffer.
 fn uniform(device: &wgpu::Device, contents: &[u8]) -> wgpu::Buffer {
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("uniform"),
-        contents,
-        usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
-    })
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    filled_buffer(device, "uniform", contents, usage)
 }
 
 /// The buffer of the input scale: the caller's, or one with the caller's value or none yet.
@@ -187,9 +183,6 @@ fn scale_buffer(device: &wgpu::Device, scale: &InputScale<'_>) -> wgpu::Buffer {
         InputScale::Value(value) => value,
         InputScale::Auto => 1.0,
     };
-    device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
-        label: Some("input_scale"),
-        contents: bytemuck::bytes_of(&value),
-        usage: wgpu::BufferUsages::STORAGE,
-    })
+    let value = bytemuck::bytes_of(&value);
+    filled_buffer(device, "input_scale", value, wgpu::BufferUsages::STORAGE)
 }

@@ -44,8 +44,11 @@ impl Denoiser {
     ///
     /// # Errors
     /// If an image has another size, a format, layout or usage that the kernels cannot take, or
-    /// belongs to another device; if the input scale is no positive number; or if the tensors do
-    /// not fit the memory budget. The message says what to change.
+    /// belongs to another device; if the input scale is no positive number; if the tensors do not fit
+    /// the memory budget or the adapter's memory, where a smaller [`Options::memory_bytes`] helps; or
+    /// if the device is lost. The message says what to change.
+    ///
+    /// [`Options::memory_bytes`]: crate::Options::memory_bytes
     pub fn pass(&self, descriptor: &PassDescriptor<'_>) -> Result<Pass> {
         let trained = self.weights().metadata().inputs;
         let descriptor = PassDescriptor {
@@ -54,6 +57,8 @@ impl Denoiser {
             ..*descriptor
         };
         descriptor.check(&self.context.device.limits())?;
+        // A lost device refuses images as if they were another's.
+        self.context.catch(|| Ok(()))?;
         let model = self.model(descriptor.inputs())?;
         // The images are the caller's.
         let plan = self.plan(descriptor.size(), &model, Footprint::default())?;

@@ -6,8 +6,8 @@ use std::sync::atomic::{AtomicUsize, Ordering::Relaxed};
 use std::time::Duration;
 
 use wgdenoise::{
-    Denoiser, Element, Error, Frame, Gpu, Image, Inputs, Layout, Options, PassDescriptor,
-    PassImage, Precision, Result, Weights, wgpu,
+    Denoiser, Element, Error, Frame, Gpu, Image, Inputs, KernelSet, Layout, Options,
+    PassDescriptor, PassImage, Precision, Result, Weights, wgpu,
 };
 
 use crate::common::gpu::{gpu, variants};
@@ -34,7 +34,7 @@ fn every_call_says_that_the_device_is_lost() {
     let buffer = device.create_buffer(&wgpu::BufferDescriptor {
         label: None,
         size: 40 * 30 * 12,
-        usage: wgpu::BufferUsages::STORAGE,
+        usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
     device.destroy();
@@ -91,8 +91,9 @@ fn results_of_every_variant_are_verified() {
         let result = denoiser.denoise(&frame, &mut |_, _| {}).map_err(|e| e.to_string())?;
         let verified = denoiser.verify(&frame, &result).map_err(|e| e.to_string())?;
         let verified = verified.ok_or("there is noise")?;
-        println!("{kernels:?} {precision:?}: {verified:?}");
-        Ok(())
+        // Much below what would be refused.
+        let most = if precision == Precision::F32 { 1e-5 } else { 8e-4 };
+        (verified.rms < most).then_some(()).ok_or_else(|| verified.to_string())
     });
 }
 
@@ -105,7 +106,7 @@ struct Case {
 
 impl Case {
     fn new(weights: &Weights, precision: Precision) -> Self {
-        let options = Options { precision, ..Options::default() };
+        let options = Options { precision, kernels: KernelSet::Tiled, ..Options::default() };
         let denoiser = Denoiser::new(&gpu().device, &gpu().queue, weights, &options).unwrap();
         let images = images(70, 50);
         let result = denoiser.denoise(&frame(&images, Inputs::ALL), &mut |_, _| {}).unwrap();
@@ -173,8 +174,9 @@ fn spoiled(tensor: &str) -> Weights {
 
 #[test]
 fn one_wrong_weight_is_found() {
+    let right = Case::new(&tiny(), Precision::F16);
     for tensor in ["enc_conv0a.weight", "mid_conva.weight", "dec_conv0b.weight", "out_conv.bias"] {
-        let [right, wrong] = [tiny(), spoiled(tensor)].map(|w| Case::new(&w, Precision::F16));
+        let wrong = Case::new(&spoiled(tensor), Precision::F16);
         let found = right.denoiser.verify(&right.frame(), &wrong.result);
         assert_refused(tensor, found.map(|_| ()));
     }
@@ -204,16 +206,17 @@ fn a_hosts_handlers_stay_and_hear_nothing_of_what_is_told_as_an_error() {
     let images = images(40, 30);
     let frame = frame(&images, Inputs::ALL);
     denoiser.denoise(&frame, &mut |_, _| {}).unwrap();
-    let texture = gpu().device.create_texture(&wgpu::TextureDescriptor {
+    let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: 40, height: 30, depth_or_array_layers: 1 },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
         format: wgpu::TextureFormat::Rgba32Float,
-        usage: wgpu::TextureUsages::TEXTURE_BINDING,
+        usage: wgpu::TextureUsages::TEXTURE_BINDING | wgpu::TextureUsages::STORAGE_BINDING,
         view_formats: &[],
     });
+    texture.destroy();
     let image = PassImage::Texture(&texture);
     denoiser.pass(&PassDescriptor::new(40, 30, image, image)).unwrap_err();
     assert_eq!(counts(), (0, 0));
