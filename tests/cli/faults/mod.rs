@@ -109,12 +109,12 @@ fn work_that_takes_longer_than_the_time_out_is_not_waited_for() {
 #[test]
 fn wrong_results_are_found_and_not_written() {
     let folder = noise(64, 64);
-    for dispatch in [1, 5, 6, 8] {
+    for dispatch in [1, 6, 7, 9] {
         let run = denoise(&folder, &format!("wrong {dispatch}"), &["-q", "--verify"]);
         run.assert_failed(4, &["differs from the CPU's", "wrong results", "another adapter"]);
         assert_eq!(folder.names(), ["noisy.exr"], "{dispatch}");
     }
-    denoise(&folder, "wrong 6", &["-q"]).assert_done();
+    denoise(&folder, "wrong 7", &["-q"]).assert_done();
 }
 
 #[test]
