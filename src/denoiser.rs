@@ -191,15 +191,18 @@ impl Denoiser {
     }
 
     /// The plan that [`tile_plan`](Self::tile_plan) makes once the adapter ran out of memory with
-    /// this one: with tiles of at most half the pixels, from now on.
+    /// this one, from now on: with tiles of at most half the pixels, or of fewer if none are so small.
     ///
     /// # Errors
     /// If there are no smaller tiles.
     pub(crate) fn halved(&self, plan: &TilePlan, size: [u32; 2], of: Inputs) -> Result<TilePlan> {
         let [width, height] = plan.tile;
         let pixels = u64::from(width) * u64::from(height);
-        self.most_pixels.store(pixels / 2, Ordering::Relaxed);
-        let Ok(smaller) = self.tile_plan(size[0], size[1], of) else {
+        let within = |most| {
+            self.most_pixels.store(most, Ordering::Relaxed);
+            self.tile_plan(size[0], size[1], of).ok()
+        };
+        let Some(smaller) = [pixels / 2, pixels - 1].into_iter().find_map(within) else {
             self.most_pixels.store(pixels, Ordering::Relaxed);
             return Err(Error::Memory(format!(
                 "the adapter is out of memory even with tiles of {width}×{height} pixels, the \
