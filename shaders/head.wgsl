@@ -1,4 +1,4 @@
-// The end of the network in one kernel: 1×1 convolution, sigmoid, inverse transfer function,
+// The end of the network in one kernel: 1×1 convolution, sigmoid or none, inverse transfer function,
 // exposure taken back, crop, blend with the noisy colour, store. Clean blocks get their input
 // instead. One pixel of the tile per invocation. Equals conv1x1.wgsl, sigmoid.wgsl and
 // output_process.wgsl one after the other.
@@ -39,6 +39,8 @@ const X1 = 0.370974749;
 const SCALE = 1.0 / 3.13511904;
 const BLOCK = 16u;
 
+override sigmoid: bool;      // whether the values are clamped to [0, 1] instead
+
 fn inverse_transfer(encoded: f32) -> f32 {
     let x = encoded / SCALE;
     let middle = pow(max((x - D) / B, 0.0), 1.0 / C);
@@ -64,7 +66,7 @@ fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
     let bias = textureLoad(weights, vec2(0, i32(textureDimensions(weights).y) - 1), 0);
     // Beyond ±30 the sigmoid is within 1e-13 of 0 or 1, and exp stays far from overflow.
     let x = clamp(sums + bias, vec4(-30.0), vec4(30.0));
-    let encoded = 1.0 / (1.0 + exp(-x));
+    let encoded = select(clamp(x, vec4(0.0), vec4(1.0)), 1.0 / (1.0 + exp(-x)), sigmoid);
     let exposed = vec3(
         inverse_transfer(encoded.x), inverse_transfer(encoded.y), inverse_transfer(encoded.z),
     );

@@ -1,7 +1,7 @@
 // From images to the network's input: repair, expose, transfer function, channel layout and
 // padding. One pixel of the tile per invocation. Each image that is present has a layer of its
 // own, colour, then albedo, then normal, so that leaving one out moves no other channel and sums
-// keep their order. Pixels right of or below the image repeat its edge.
+// keep their order. Pixels right of or below the image repeat its edge, or are 0.
 
 alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 
@@ -25,6 +25,7 @@ struct Tile {
 override has_albedo: bool;
 override has_normal: bool;
 override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0 where there is none
+override zero_padding: bool; // whether the input is 0 right of and below the image
 
 const LARGEST = 65504.0;     // what the transfer function maps to 1
 
@@ -71,6 +72,9 @@ fn layers() -> u32 {
 // A pixel of the tile, as it stands in a layer.
 fn encoded(pixel: vec2<u32>, layer: u32) -> vec4<f32> {
     let at = min(tile.origin + pixel, tile.image_size - 1u);
+    if zero_padding && any(tile.origin + pixel != at) {
+        return vec4<f32>();
+    }
     if layer == 0u {
         return vec4(encoded_color(at), 0.0);
     }

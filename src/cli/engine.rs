@@ -6,6 +6,7 @@ use std::path::Path;
 use super::args::EngineArgs;
 use super::failure::Failure;
 use super::pipelines;
+use crate::model::tza;
 use crate::{Denoiser, Gpu, MatrixShape, Options, Weights};
 
 /// The longest weights file that is read.
@@ -19,7 +20,12 @@ impl EngineArgs {
             Some(path) => {
                 let wrong = |what: String| Failure::Work(format!("{}: {what}", path.display()));
                 let bytes = read(path).map_err(wrong)?;
-                Weights::from_bytes(&bytes).map_err(|error| wrong(error.to_string()))
+                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+                let weights = match bytes.starts_with(&tza::MAGIC) {
+                    true => Weights::from_tza(&bytes, &stem),
+                    false => Weights::from_bytes(&bytes),
+                };
+                weights.map_err(|error| wrong(error.to_string()))
             }
         }
     }

@@ -17,7 +17,7 @@ pub fn layer_macs_per_pixel(network: &Network, index: usize) -> f64 {
         Op::Conv3x3 { .. } => 9.0 * products,
         // Of the four taps each output pixel sees one.
         Op::ConvTranspose | Op::Conv1x1 => products,
-        Op::MaxPool | Op::Concat | Op::Sigmoid => 0.0,
+        Op::MaxPool | Op::Upsample | Op::Concat | Op::Sigmoid => 0.0,
     };
     per_output / f64::from(1_u32 << (2 * output.level))
 }

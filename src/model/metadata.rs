@@ -1,8 +1,9 @@
 //! What a weights file says of itself, in the `__metadata__` of its safetensors header.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
-use super::{Inputs, Network};
+use super::{Encoding, Inputs, Network, OidnSize};
 use crate::error::{Error, Result};
 
 /// The metadata of format version 1.
@@ -10,7 +11,10 @@ use crate::error::{Error, Result};
 pub struct Metadata {
     /// A short name, such as `balanced`.
     pub name: String,
-    /// Channels of each encoder level and of the bottom.
+    /// Which layers there are.
+    pub topology: Topology,
+    /// Channels: of a [`Topology::Unet`] by encoder level and at the bottom, of a
+    /// [`Topology::Oidn`] what every convolution but the last makes.
     pub widths: Vec<usize>,
     /// What the network was trained with.
     pub inputs: Inputs,
@@ -20,8 +24,42 @@ pub struct Metadata {
     pub provenance: String,
 }
 
+/// The kinds of network that a file can hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topology {
+    /// [`Network::unet`].
+    Unet,
+    /// [`Network::oidn`].
+    Oidn(OidnSize),
+}
+
+impl Topology {
+    /// As in a weights file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unet => "unet",
+            Self::Oidn(OidnSize::Base) => "oidn",
+            Self::Oidn(OidnSize::Large) => "oidn-large",
+        }
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let all = [Self::Unet, Self::Oidn(OidnSize::Base), Self::Oidn(OidnSize::Large)];
+        all.into_iter().find(|topology| topology.name() == text)
+    }
+
+    /// How many widths a file may have.
+    fn widths(self) -> RangeInclusive<usize> {
+        match self {
+            Self::Unet => 2..=MAX_LEVELS,
+            Self::Oidn(size) => size.convolutions() - 1..=size.convolutions() - 1,
+        }
+    }
+}
+
 const MAX_LEVELS: usize = 8;
-const MAX_WIDTH: usize = 1024;
+pub(super) const MAX_WIDTH: usize = 1024;
 
 impl Metadata {
     /// Reads the key-value pairs of the header.
@@ -31,21 +69,31 @@ impl Metadata {
     pub fn parse(pairs: &HashMap<String, String>) -> Result<Self> {
         expect(pairs, "format", "wgdenoise")?;
         expect(pairs, "format_version", "1")?;
-        expect(pairs, "topology", "unet")?;
+        let topology = topology(pairs)?;
         expect(pairs, "transfer_function", "pu")?;
         Ok(Self {
             name: get(pairs, "name")?.to_string(),
-            widths: widths(get(pairs, "widths")?)?,
+            topology,
+            widths: widths(get(pairs, "widths")?, topology)?,
             inputs: Inputs::parse(get(pairs, "inputs")?)?,
             norm_eps: pairs.get("norm_eps").map(|text| norm_eps(text)).transpose()?,
             provenance: get(pairs, "provenance")?.to_string(),
         })
     }
 
+    /// How the network's input is made of images.
+    #[must_use]
+    pub fn encoding(&self) -> Encoding {
+        Encoding { zero_padding: self.topology != Topology::Unet }
+    }
+
     /// The network that the metadata describes.
     #[must_use]
     pub fn network(&self) -> Network {
-        Network::unet(self.inputs.channels(), &self.widths)
+        match self.topology {
+            Topology::Unet => Network::unet(self.inputs.channels(), &self.widths),
+            Topology::Oidn(size) => Network::oidn(self.inputs.channels(), size, &self.widths),
+        }
     }
 }
 
@@ -67,16 +115,28 @@ fn expect(pairs: &HashMap<String, String>, key: &str, expected: &str) -> Result<
     )))
 }
 
-fn widths(text: &str) -> Result<Vec<usize>> {
+fn topology(pairs: &HashMap<String, String>) -> Result<Topology> {
+    let text = get(pairs, "topology")?;
+    Topology::parse(text).ok_or_else(|| {
+        Error::Weights(format!(
+            "metadata `topology` is `{text}`, but this version reads only `unet`, `oidn` and \
+             `oidn-large`"
+        ))
+    })
+}
+
+fn widths(text: &str, topology: Topology) -> Result<Vec<usize>> {
     let parsed: Option<Vec<usize>> = text.split(',').map(|w| w.trim().parse().ok()).collect();
     let valid = |widths: &Vec<usize>| {
-        (2..=MAX_LEVELS).contains(&widths.len())
+        topology.widths().contains(&widths.len())
             && widths.iter().all(|w| (1..=MAX_WIDTH).contains(w))
     };
     parsed.filter(valid).ok_or_else(|| {
         Error::Weights(format!(
-            "metadata `widths` is `{text}`, expected 2 to {MAX_LEVELS} numbers from 1 to \
-             {MAX_WIDTH} with commas between them"
+            "metadata `widths` is `{text}`, expected {} to {} numbers from 1 to {MAX_WIDTH} with \
+             commas between them",
+            topology.widths().start(),
+            topology.widths().end()
         ))
     })
 }

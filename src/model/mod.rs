@@ -1,15 +1,18 @@
 //! The network, its weights and what it costs: nothing here knows of a GPU.
 
 pub mod cost;
+mod encoding;
 mod file;
 pub mod fold;
 pub mod fuse;
 mod inputs;
 mod metadata;
 pub mod topology;
+pub mod tza;
 mod weights;
 
+pub use encoding::Encoding;
 pub use inputs::Inputs;
-pub use metadata::Metadata;
-pub use topology::{INPUT, Layer, Network, Op, Shape, TensorId};
+pub use metadata::{Metadata, Topology};
+pub use topology::{INPUT, Layer, Network, OidnSize, Op, Shape, TensorId};
 pub use weights::{Params, Quality, Weights};

@@ -4,7 +4,7 @@ use super::image::{ImageBinding, ImageFormat};
 use super::tile::Tile;
 use super::{ChannelMap, GpuTensor};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
-use crate::model::Inputs;
+use crate::model::{Encoding, Inputs};
 
 /// The kernel for colour, albedo and normal in these formats.
 #[must_use]
@@ -21,8 +21,9 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
 
 const SOURCE: &str = include_str!("../../shaders/input_process.wgsl");
 
-/// What say which images there are.
-pub(super) const OVERRIDES: [&str; 3] = ["has_albedo", "has_normal", "unorm_normal"];
+/// What say which images there are, and what they become.
+pub(super) const OVERRIDES: [&str; 4] =
+    ["has_albedo", "has_normal", "unorm_normal", "zero_padding"];
 
 /// The shader without its entry point, for [`input_conv`](mod@super::input_conv).
 pub(super) fn declarations(formats: [ImageFormat; 3]) -> String {
@@ -76,6 +77,8 @@ pub struct Sources<'a> {
     pub unorm_normal: bool,
     /// One 32-bit float: what colour is multiplied by.
     pub input_scale: &'a wgpu::Buffer,
+    /// What they become.
+    pub encoding: Encoding,
 }
 
 impl<'a> Sources<'a> {
@@ -99,13 +102,20 @@ impl<'a> Sources<'a> {
         [("has_albedo", albedo), ("has_normal", normal), ("unorm_normal", self.unorm_normal)]
             .map(|(name, value)| (name, f64::from(u8::from(value))))
     }
+
+    /// All overrides of the shader that makes the network's input.
+    #[must_use]
+    pub fn input_constants(&self) -> Vec<(&'static str, f64)> {
+        let zero_padding = f64::from(u8::from(self.encoding.zero_padding));
+        self.constants().into_iter().chain([("zero_padding", zero_padding)]).collect()
+    }
 }
 
 /// The call that fills `output`; choose the tile with [`Dispatch::record_at`].
 #[must_use]
 pub fn input_process(context: &Context, sources: &Sources<'_>, output: &GpuTensor) -> Dispatch {
     let formats = sources.images().map(|image| image.format());
-    let kernel = context.kernel(&spec(formats), &sources.constants());
+    let kernel = context.kernel(&spec(formats), &sources.input_constants());
     let group = kernel.bind(&context.device, &resources(sources, output));
     kernel.dispatch(group, [output.width, output.height, 1])
 }

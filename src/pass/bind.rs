@@ -90,6 +90,7 @@ impl Denoiser {
             normal: images.normal.as_ref().map(Held::binding),
             unorm_normal: d.unorm_normal(),
             input_scale: &scale,
+            encoding: model.encoding,
         };
         let bound = Bound {
             tile: plan.tile,

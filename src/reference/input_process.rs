@@ -3,6 +3,7 @@
 use super::transfer_function::{LARGEST, pu};
 use super::{Tensor, fill, repair};
 use crate::image::Image;
+use crate::model::Encoding;
 
 /// Brings the images into the network's numbers and extends them to whole multiples of
 /// `alignment` by repeating the last column to the right and the last row downwards.
@@ -22,6 +23,22 @@ pub fn input_process(
     input_scale: f32,
     alignment: u32,
 ) -> Tensor {
+    input_process_in(Encoding::default(), color, albedo, normal, input_scale, alignment)
+}
+
+/// The same for a network that was trained with another encoding.
+///
+/// # Panics
+/// As [`input_process`].
+#[must_use]
+pub fn input_process_in(
+    encoding: Encoding,
+    color: &Image,
+    albedo: Option<&Image>,
+    normal: Option<&Image>,
+    input_scale: f32,
+    alignment: u32,
+) -> Tensor {
     let encode_color = |v| encode_color(v, input_scale);
     let mut inputs: Vec<(Image, &dyn Fn(f32) -> f64)> =
         vec![(repair(color, input_scale), &encode_color)];
@@ -31,6 +48,10 @@ pub fn input_process(
     assert!(inputs.iter().all(|(image, _)| image.size() == color.size()), "images differ in size");
     let aligned = |side: u32| side.next_multiple_of(alignment) as usize;
     Tensor::from_fn(3 * inputs.len(), aligned(height), aligned(width), |c, y, x| {
+        let [right, below] = [x >= width as usize, y >= height as usize];
+        if encoding.zero_padding && (right || below) {
+            return 0.0;
+        }
         let (x, y) = (x.min(width as usize - 1), y.min(height as usize - 1));
         let (image, encode) = &inputs[c / 3];
         encode(image.row(y as u32)[x][c % 3]) as f32
@@ -75,6 +96,15 @@ mod tests {
         let found = input_process(&color, None, None, 1.0, 2);
         let row = [1.0, 2.0, 3.0, 3.0].map(|v| pu(v) as f32);
         assert_eq!(found, Tensor::from_fn(3, 2, 4, |_, _, x| row[x]));
+    }
+
+    #[test]
+    fn or_zeros_stand_there() {
+        let color = image(3, 1, &[[1.0; 3], [2.0; 3], [3.0; 3]]);
+        let zeros = Encoding { zero_padding: true };
+        let found = input_process_in(zeros, &color, None, None, 1.0, 2);
+        let row = [1.0, 2.0, 3.0, 0.0].map(|v| pu(f64::from(v)) as f32);
+        assert_eq!(found, Tensor::from_fn(3, 2, 4, |_, y, x| if y == 0 { row[x] } else { 0.0 }));
     }
 
     #[test]

@@ -5,6 +5,7 @@
 mod common;
 
 mod device;
+mod oidn;
 mod pass;
 mod profile;
 mod shipped;

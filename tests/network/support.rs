@@ -46,7 +46,9 @@ pub(crate) fn expected(weights: &Weights, frame: &Frame<'_>) -> Image {
     let scale = frame.input_scale.unwrap_or_else(|| reference::autoexposure(frame.color));
     let weights = weights.for_inputs(frame.inputs()).expect("the inputs are known");
     let alignment = weights.network().alignment().max(16);
-    let input = reference::input_process(frame.color, frame.albedo, frame.normal, scale, alignment);
+    let Frame { color, albedo, normal, .. } = *frame;
+    let encoding = weights.metadata().encoding();
+    let input = reference::input_process_in(encoding, color, albedo, normal, scale, alignment);
     let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
     let (width, height) = frame.color.size();
     reference::output_process(&output, scale, width, height)
