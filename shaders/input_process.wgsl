@@ -17,8 +17,8 @@ struct Tile {
 }
 
 @group(0) @binding(0) var<uniform> tile: Tile;
-// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read, filled and repaired by texts of
-// shaders/image.
+// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read, filled, repaired and encoded by
+// texts of shaders/image.
 @group(0) @binding(4) var<storage, read> input_scale: f32;
 @group(0) @binding(5) var output: TensorOut;
 
@@ -27,30 +27,11 @@ override has_normal: bool;
 override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0 where there is none
 override zero_padding: bool; // whether the input is 0 right of and below the image
 
-const LARGEST = 65504.0;     // what the transfer function maps to 1
-
-// Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
-// quality metrics to full luminance range images", scaled so that 65504 becomes 1.
-const A = 1.41283765e3;
-const B = 1.64593172;
-const C = 0.431384981;
-const D = -2.94139609e-3;
-const E = 0.192653254;
-const F = 6.26026094e-3;
-const G = 0.998620152;
-const Y0 = 1.57945760e-6;
-const Y1 = 3.22087631e-2;
-const SCALE = 1.0 / 3.13511904;
-
-fn transfer(y: f32) -> f32 {
-    let middle = B * pow(y, C) + D;
-    let bright = E * log(y + F) + G;
-    return SCALE * select(select(bright, middle, y <= Y1), A * y, y <= Y0);
-}
-
 fn encoded_color(at: vec2<u32>) -> vec3<f32> {
-    let exposed = min(repaired_color(at) * input_scale, vec3(LARGEST));
-    return vec3(transfer(exposed.x), transfer(exposed.y), transfer(exposed.z));
+    if transfer_function == SIGNED {
+        return encode(filled_color(at) * input_scale);
+    }
+    return encode(repaired_color(at) * input_scale);
 }
 
 fn encoded_albedo(at: vec2<u32>) -> vec3<f32> {

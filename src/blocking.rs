@@ -63,7 +63,8 @@ impl Denoiser {
 
     /// Leaves the input scale in the window's buffer.
     fn expose(&self, frame: &Frame<'_>, window: &Window<'_>) -> Result<()> {
-        if let Some(scale) = frame.input_scale {
+        let measured = self.weights().metadata().transfer_function.is_hdr();
+        if let Some(scale) = frame.input_scale.or((!measured).then_some(1.0)) {
             self.context.queue.write_buffer(&window.input_scale, 0, bytemuck::bytes_of(&scale));
             return Ok(());
         }

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
-use super::{Encoding, Inputs, Network, OidnSize};
+use super::{Encoding, Inputs, Network, OidnSize, TransferFunction};
 use crate::error::{Error, Result};
 
 /// The metadata of format version 1.
@@ -18,10 +18,38 @@ pub struct Metadata {
     pub widths: Vec<usize>,
     /// What the network was trained with.
     pub inputs: Inputs,
+    /// What the first image is.
+    pub main: Main,
+    /// How the first image is encoded.
+    pub transfer_function: TransferFunction,
     /// Added to the variance of every batch norm.
     pub norm_eps: Option<f64>,
     /// Data, loss, steps, licence: free text.
     pub provenance: String,
+}
+
+/// What a network denoises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Main {
+    /// Colour.
+    #[default]
+    Color,
+    /// Albedo, which then stands in the place of the colour.
+    Albedo,
+    /// Normal, which then stands in the place of the colour.
+    Normal,
+}
+
+impl Main {
+    /// As in a weights file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Color => "color",
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+        }
+    }
 }
 
 /// The kinds of network that a file can hold.
@@ -70,12 +98,13 @@ impl Metadata {
         expect(pairs, "format", "wgdenoise")?;
         expect(pairs, "format_version", "1")?;
         let topology = topology(pairs)?;
-        expect(pairs, "transfer_function", "pu")?;
         Ok(Self {
             name: get(pairs, "name")?.to_string(),
             topology,
             widths: widths(get(pairs, "widths")?, topology)?,
             inputs: Inputs::parse(get(pairs, "inputs")?)?,
+            main: pairs.get("main").map_or(Ok(Main::Color), |text| main(text))?,
+            transfer_function: transfer_function(get(pairs, "transfer_function")?)?,
             norm_eps: pairs.get("norm_eps").map(|text| norm_eps(text)).transpose()?,
             provenance: get(pairs, "provenance")?.to_string(),
         })
@@ -84,7 +113,10 @@ impl Metadata {
     /// How the network's input is made of images.
     #[must_use]
     pub fn encoding(&self) -> Encoding {
-        Encoding { zero_padding: self.topology != Topology::Unet }
+        Encoding {
+            transfer_function: self.transfer_function,
+            zero_padding: self.topology != Topology::Unet,
+        }
     }
 
     /// The network that the metadata describes.
@@ -121,6 +153,24 @@ fn topology(pairs: &HashMap<String, String>) -> Result<Topology> {
         Error::Weights(format!(
             "metadata `topology` is `{text}`, but this version reads only `unet`, `oidn` and \
              `oidn-large`"
+        ))
+    })
+}
+
+fn main(text: &str) -> Result<Main> {
+    let all = [Main::Color, Main::Albedo, Main::Normal];
+    all.into_iter().find(|main| main.name() == text).ok_or_else(|| {
+        Error::Weights(format!(
+            "metadata `main` is `{text}`, expected `color`, `albedo` or `normal`"
+        ))
+    })
+}
+
+fn transfer_function(text: &str) -> Result<TransferFunction> {
+    TransferFunction::ALL.into_iter().find(|curve| curve.name() == text).ok_or_else(|| {
+        Error::Weights(format!(
+            "metadata `transfer_function` is `{text}`, but this version reads only `pu`, `log`, \
+             `srgb` and `signed`"
         ))
     })
 }

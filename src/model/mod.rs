@@ -11,8 +11,8 @@ pub mod topology;
 pub mod tza;
 mod weights;
 
-pub use encoding::Encoding;
+pub use encoding::{Encoding, TransferFunction};
 pub use inputs::Inputs;
-pub use metadata::{Metadata, Topology};
+pub use metadata::{Main, Metadata, Topology};
 pub use topology::{INPUT, Layer, Network, OidnSize, Op, Shape, TensorId};
 pub use weights::{Params, Quality, Weights};

@@ -27,7 +27,7 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
 }
 
 /// What every variant, and every one of [`conv_head`](mod@super::conv_head), lets be overridden.
-pub const OVERRIDES: &[&str] = &["sigmoid"];
+pub const OVERRIDES: &[&str] = &["sigmoid", "transfer_function"];
 
 /// What both variants bind, and [`conv_head`](mod@super::conv_head) before all else.
 #[must_use]
@@ -162,7 +162,8 @@ impl Head {
             resources.extend([bias.as_entire_binding(), weights.resource()]);
         }
         let spec = self.kernel.spec(images.color.format(), images.output.format());
-        let kernel = context.kernel(&spec, &[("sigmoid", f64::from(u8::from(self.sigmoid)))]);
+        let sigmoid = ("sigmoid", f64::from(u8::from(self.sigmoid)));
+        let kernel = context.kernel(&spec, &[sigmoid, images.transfer_function.constant()]);
         let [x, y] = self.kernel.tile();
         let workgroups = [input.width.div_ceil(x), input.height.div_ceil(y), 1];
         kernel.dispatch_workgroups(kernel.bind(&context.device, &resources), workgroups)

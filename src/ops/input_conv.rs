@@ -32,7 +32,15 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
         source: (declarations(formats) + text + &conv3x3::tiled_behind_input()).into(),
         entry: "main",
         bindings: bindings.into(),
-        overrides: &["has_albedo", "has_normal", "largest", "relu", "unorm_normal", "zero_padding"],
+        overrides: &[
+            "has_albedo",
+            "has_normal",
+            "largest",
+            "relu",
+            "transfer_function",
+            "unorm_normal",
+            "zero_padding",
+        ],
         workgroup: [8, 8, 1],
     }
 }

@@ -22,8 +22,8 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
 const SOURCE: &str = include_str!("../../shaders/input_process.wgsl");
 
 /// What say which images there are, and what they become.
-pub(super) const OVERRIDES: [&str; 4] =
-    ["has_albedo", "has_normal", "unorm_normal", "zero_padding"];
+pub(super) const OVERRIDES: [&str; 5] =
+    ["has_albedo", "has_normal", "transfer_function", "unorm_normal", "zero_padding"];
 
 /// The shader without its entry point, for [`input_conv`](mod@super::input_conv).
 pub(super) fn declarations(formats: [ImageFormat; 3]) -> String {
@@ -41,13 +41,13 @@ pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
 pub(super) const TILE: Binding =
     Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true };
 
-/// How a kernel reads all three images at bindings 1 to 3, filled and repaired.
+/// How a kernel reads all three images at bindings 1 to 3, filled and repaired, and encodes.
 pub(super) fn reading(formats: [ImageFormat; 3]) -> String {
     let image = |(i, name): (usize, &str)| {
         formats[i].reading(name, i + 1, "tile") + &ImageFormat::filling(name)
     };
     let images: String = ["color", "albedo", "normal"].into_iter().enumerate().map(image).collect();
-    images + include_str!("../../shaders/image/repaired.wgsl")
+    images + include_str!("../../shaders/image/repaired.wgsl") + ImageFormat::ENCODING
 }
 
 /// What tells kernels apart that read other formats.
@@ -97,10 +97,15 @@ impl<'a> Sources<'a> {
 
     /// The overrides that say what there is.
     #[must_use]
-    pub fn constants(&self) -> [(&'static str, f64); 3] {
+    pub fn constants(&self) -> [(&'static str, f64); 4] {
         let Inputs { albedo, normal } = self.inputs();
-        [("has_albedo", albedo), ("has_normal", normal), ("unorm_normal", self.unorm_normal)]
-            .map(|(name, value)| (name, f64::from(u8::from(value))))
+        let flag = |name, value| (name, f64::from(u8::from(value)));
+        [
+            flag("has_albedo", albedo),
+            flag("has_normal", normal),
+            flag("unorm_normal", self.unorm_normal),
+            self.encoding.transfer_function.constant(),
+        ]
     }
 
     /// All overrides of the shader that makes the network's input.

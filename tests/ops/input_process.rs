@@ -1,5 +1,5 @@
 use wgdenoise::kernel::Context;
-use wgdenoise::model::Encoding;
+use wgdenoise::model::{Encoding, TransferFunction};
 use wgdenoise::ops::GpuTensor;
 use wgdenoise::ops::input_process::{Sources, channel_map, input_process};
 use wgdenoise::ops::tile::{Layout, Tile};
@@ -32,7 +32,8 @@ fn input_process_equals_the_reference_for_every_input_set() {
     run_cases(cases, |&((width, height, albedo, normal), (precision, tolerance))| {
         let images = images(width, height);
         let aux = [albedo.then_some(&images[1]), normal.then_some(&images[2])];
-        for encoding in [Encoding::default(), Encoding { zero_padding: true }] {
+        for (i, transfer_function) in TransferFunction::ALL.into_iter().enumerate() {
+            let encoding = Encoding { transfer_function, zero_padding: i % 2 == 1 };
             let found = run(context(precision), &images[0], aux, 0.37, encoding);
             let expected =
                 reference::input_process_in(encoding, &images[0], aux[0], aux[1], 0.37, 16);

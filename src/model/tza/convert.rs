@@ -21,6 +21,7 @@ pub fn to_safetensors(bytes: &[u8], name: &str) -> Result<Vec<u8>> {
     let kind = Kind::of(name)?;
     let tensors = read(bytes)?;
     let (size, widths) = shape_of(&tensors)?;
+    check_inputs(&kind, &tensors, size)?;
     let network = Network::oidn(kind.inputs.channels(), size, &widths[..widths.len() - 1]);
     let data = tensors.iter().map(|tensor| Ok((tensor, skip_first(&network, tensor)?)));
     let data: Vec<_> = data.collect::<Result<_>>()?;
@@ -60,6 +61,21 @@ fn shape_of(tensors: &[Tensor<'_>]) -> Result<(OidnSize, Vec<usize>)> {
     Ok((size, widths))
 }
 
+/// Refuses a file that does not read what its name says.
+fn check_inputs(kind: &Kind, tensors: &[Tensor<'_>], size: OidnSize) -> Result<()> {
+    let first = size.names().next().expect("a network has convolutions");
+    let first = tensors.iter().find(|tensor| tensor.name == format!("{first}.weight"));
+    let (found, expected) = (first.map_or(0, |tensor| tensor.shape[1]), kind.inputs.channels());
+    if found == expected {
+        return Ok(());
+    }
+    Err(Error::Weights(format!(
+        "the file's network reads {found} channels, but by its name, {}, it should read {expected} \
+         ({}); give the file the name that it came with",
+        kind.stem, kind.inputs
+    )))
+}
+
 /// A tensor's data; behind a concat with the skip's input channels moved before the upsampled.
 fn skip_first(network: &Network, tensor: &Tensor<'_>) -> Result<Vec<u8>> {
     let concat = network.layers.iter().enumerate().find_map(|(i, layer)| {
@@ -94,8 +110,8 @@ fn metadata(kind: &Kind, name: &str, size: OidnSize, widths: &[usize]) -> HashMa
         ("topology", Topology::Oidn(size).name().into()),
         ("widths", widths.join(",")),
         ("inputs", kind.inputs.to_string().replace(' ', "")),
-        ("main", kind.main.into()),
-        ("transfer_function", kind.transfer.into()),
+        ("main", kind.main.name().into()),
+        ("transfer_function", kind.transfer.name().into()),
         ("name", name.into()),
         ("provenance", PROVENANCE.into()),
     ];

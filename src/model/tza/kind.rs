@@ -2,6 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::model::Inputs;
+use crate::model::Main::{self, Albedo, Color, Normal};
+use crate::model::TransferFunction::{self, Log, Pu, Signed, Srgb};
 
 /// What the files of one name are for, whatever their size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -10,38 +12,33 @@ pub struct Kind {
     pub stem: &'static str,
     /// What the network reads.
     pub inputs: Inputs,
-    /// What the main image is: `color`, `albedo` or `normal`.
-    pub main: &'static str,
-    /// How it is encoded, as in a weights file.
-    pub transfer: &'static str,
+    /// What the first image is.
+    pub main: Main,
+    /// How it is encoded.
+    pub transfer: TransferFunction,
 }
 
 const ALBEDO: Inputs = Inputs { albedo: true, normal: false };
 const NONE: Inputs = Inputs { albedo: false, normal: false };
 
-const fn kind(
-    stem: &'static str,
-    inputs: Inputs,
-    main: &'static str,
-    transfer: &'static str,
-) -> Kind {
+const fn kind(stem: &'static str, inputs: Inputs, main: Main, transfer: TransferFunction) -> Kind {
     Kind { stem, inputs, main, transfer }
 }
 
 /// All there are.
 pub const KINDS: [Kind; 12] = [
-    kind("rt_hdr", NONE, "color", "pu"),
-    kind("rt_hdr_alb", ALBEDO, "color", "pu"),
-    kind("rt_hdr_alb_nrm", Inputs::ALL, "color", "pu"),
-    kind("rt_hdr_calb_cnrm", Inputs::ALL, "color", "pu"),
-    kind("rt_ldr", NONE, "color", "srgb"),
-    kind("rt_ldr_alb", ALBEDO, "color", "srgb"),
-    kind("rt_ldr_alb_nrm", Inputs::ALL, "color", "srgb"),
-    kind("rt_ldr_calb_cnrm", Inputs::ALL, "color", "srgb"),
-    kind("rt_alb", NONE, "albedo", "srgb"),
-    kind("rt_nrm", NONE, "normal", "signed"),
-    kind("rtlightmap_hdr", NONE, "color", "log"),
-    kind("rtlightmap_dir", NONE, "color", "signed"),
+    kind("rt_hdr", NONE, Color, Pu),
+    kind("rt_hdr_alb", ALBEDO, Color, Pu),
+    kind("rt_hdr_alb_nrm", Inputs::ALL, Color, Pu),
+    kind("rt_hdr_calb_cnrm", Inputs::ALL, Color, Pu),
+    kind("rt_ldr", NONE, Color, Srgb),
+    kind("rt_ldr_alb", ALBEDO, Color, Srgb),
+    kind("rt_ldr_alb_nrm", Inputs::ALL, Color, Srgb),
+    kind("rt_ldr_calb_cnrm", Inputs::ALL, Color, Srgb),
+    kind("rt_alb", NONE, Albedo, Srgb),
+    kind("rt_nrm", NONE, Normal, Signed),
+    kind("rtlightmap_hdr", NONE, Color, Log),
+    kind("rtlightmap_dir", NONE, Color, Signed),
 ];
 
 impl Kind {
@@ -69,7 +66,7 @@ mod tests {
     #[test]
     fn a_name_says_what_the_network_reads() {
         let kind = Kind::of("rt_ldr_alb_small").unwrap();
-        assert_eq!((kind.stem, kind.inputs, kind.transfer), ("rt_ldr_alb", ALBEDO, "srgb"));
+        assert_eq!((kind.stem, kind.inputs, kind.transfer), ("rt_ldr_alb", ALBEDO, Srgb));
         for name in ["", "rt_hdr_nrm", "rt_hdr_alb_nrm_tiny", "_small", "model"] {
             assert!(Kind::of(name).unwrap_err().to_string().contains(&format!("`{name}`")));
         }
