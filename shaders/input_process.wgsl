@@ -71,6 +71,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     for (var layer = 0u; layer < layers(); layer++) {
-        textureStore(output, id.xy, layer, encoded(id.xy, layer));
+        textureStore(output, id.xy, layer, stored(encoded(id.xy, layer)));
     }
 }
