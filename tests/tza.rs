@@ -7,9 +7,10 @@ use common::Tolerance;
 use common::fixture::Fixture;
 use proptest::prelude::*;
 use wgdenoise::model::tza::{self, KINDS};
-use wgdenoise::{Inputs, Weights, reference};
+use wgdenoise::reference::{self, Tensor};
+use wgdenoise::{Inputs, Weights};
 
-const NAMES: [&str; 2] = ["rt_hdr_alb_nrm", "rt_hdr_alb_nrm_large"];
+const NAMES: [&str; 3] = ["rt_hdr_alb_nrm", "rt_hdr_alb_nrm_large", "rt_alb"];
 
 /// Some twenty layers that round their results to 32 bits. Measured: 1e-7.
 const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
@@ -26,12 +27,15 @@ fn refused(bytes: &[u8], name: &str, expected: &str) {
 }
 
 #[test]
-fn both_networks_make_what_pytorch_makes() {
+fn the_networks_make_what_pytorch_makes() {
     let f = Fixture::open("oidn/io");
     for name in NAMES {
         let weights = Weights::from_tza(&file(name), name).unwrap();
         let params = |layer: &str| weights.params(layer);
-        let found = reference::run(weights.network(), params, &f.tensor("input"));
+        let all = f.tensor("input");
+        let channels = weights.metadata().inputs.channels();
+        let input = Tensor::from_fn(channels, all.height, all.width, |c, y, x| all.at(c, y, x));
+        let found = reference::run(weights.network(), params, &input);
         f.expect(&format!("expected.{name}"), &found, WHOLE_NETWORK);
     }
 }
@@ -61,7 +65,8 @@ fn a_name_that_says_something_else_than_the_file_is_refused() {
 fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
     let weights = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
     let message = weights.for_inputs(Inputs::default()).unwrap_err().to_string();
-    assert!(message.contains("needs color, albedo, normal"), "{message}");
+    let expected = "needs color, albedo, normal, but color was given; take weights for that, such as rt_hdr.tza";
+    assert!(message.contains(expected), "{message}");
     weights.for_inputs(Inputs::ALL).unwrap();
 }
 
@@ -119,6 +124,27 @@ fn tensors_that_do_not_make_the_network_are_refused() {
     let mut infinite = file(NAMES[0]);
     infinite[64..66].copy_from_slice(&[0x00, 0x7c]);
     refused(&infinite, NAMES[0], "`enc_conv0.weight` has inf at element 0");
+}
+
+/// Open Image Denoise's own files are not ours to ship: `WGDENOISE_TZA` says where they are, if
+/// they are.
+#[test]
+fn the_real_files_are_read_where_there_are_any() {
+    let Ok(folder) = std::env::var("WGDENOISE_TZA") else { return };
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).expect("WGDENOISE_TZA is a folder") {
+        let path = entry.expect("it can be listed").path();
+        if path.extension().is_some_and(|extension| extension == "tza") {
+            let name = path.file_stem().expect("it has a name").to_string_lossy();
+            let weights = Weights::from_tza(&std::fs::read(&path).expect("it is a file"), &name);
+            let weights = weights.unwrap_or_else(|error| panic!("{name}: {error}"));
+            let widths = &weights.metadata().widths;
+            let expected = if name.ends_with("_large") { (18, 64) } else { (15, 32) };
+            assert_eq!((widths.len(), widths[0]), expected, "{name}");
+            count += 1;
+        }
+    }
+    assert!(count > 0, "{folder}: no TZA files");
 }
 
 proptest! {

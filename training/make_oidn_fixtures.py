@@ -2,9 +2,10 @@
 
     python make_oidn_fixtures.py ../tests/fixtures/oidn
 
-Writes rt_hdr_alb_nrm.tza and rt_hdr_alb_nrm_large.tza, whose names say what they are for, and io.safetensors: `input`
-[9,H,W] in the network's numbers and, by file, `expected.rt_hdr_alb_nrm` and so on: what PyTorch makes of it in float64,
-rounded to float32. No value of Open Image Denoise's own weights is in them.
+Writes rt_hdr_alb_nrm.tza, rt_hdr_alb_nrm_large.tza and rt_alb.tza, whose names say what they are for, and
+io.safetensors: `input` [9,H,W] in the network's numbers and, by file, `expected.rt_hdr_alb_nrm` and so on: what PyTorch
+makes of the channels that the network reads, in float64, rounded to float32. No value of Open Image Denoise's own
+weights is in them.
 """
 
 import struct
@@ -21,9 +22,10 @@ LARGE = ("enc_conv1a enc_conv1b", "enc_conv2a enc_conv2b", "enc_conv3a enc_conv3
          "enc_conv5a enc_conv5b", "dec_conv4a dec_conv4b", "dec_conv3a dec_conv3b", "dec_conv2a dec_conv2b",
          "dec_conv1a dec_conv1b dec_conv1c")
 LEVELS = 4
-# By convolution; uneven, so that no two channel counts can be confused.
-WIDTHS = {"rt_hdr_alb_nrm": (BASE, (5, 4, 6, 7, 8, 9, 10, 11, 12, 9, 8, 7, 6, 5, 8, 3)),
-          "rt_hdr_alb_nrm_large": (LARGE, (6, 5, 7, 6, 8, 7, 9, 8, 10, 9, 11, 10, 9, 8, 7, 6, 20, 18, 3))}
+# Input channels, and output channels by convolution: uneven, so that no two counts can be confused.
+WIDTHS = {"rt_hdr_alb_nrm": (9, BASE, (5, 4, 6, 7, 8, 9, 10, 11, 12, 9, 8, 7, 6, 5, 8, 3)),
+          "rt_hdr_alb_nrm_large": (9, LARGE, (6, 5, 7, 6, 8, 7, 9, 8, 10, 9, 11, 10, 9, 8, 7, 6, 20, 18, 3)),
+          "rt_alb": (3, BASE, (4, 5, 6, 6, 7, 8, 9, 9, 8, 7, 8, 6, 7, 5, 6, 3))}
 
 
 def random_weights(blocks, widths, inputs, generator):
@@ -80,10 +82,11 @@ def main():
     folder, generator = Path(sys.argv[1]), torch.Generator().manual_seed(20261122)
     folder.mkdir(parents=True, exist_ok=True)
     results = dict(input=torch.rand((9, 16, 32), generator=generator))
-    for name, (blocks, widths) in WIDTHS.items():
-        weights = random_weights(blocks, widths, 9, generator)
+    for name, (inputs, blocks, widths) in WIDTHS.items():
+        weights = random_weights(blocks, widths, inputs, generator)
+        image = results["input"][None, :inputs].double()
         (folder / f"{name}.tza").write_bytes(tza(weights))
-        results[f"expected.{name}"] = run(blocks, weights, results["input"][None].double())[0].float().contiguous()
+        results[f"expected.{name}"] = run(blocks, weights, image)[0].float().contiguous()
     save_file(results, folder / "io.safetensors")
 
 

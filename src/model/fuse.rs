@@ -118,6 +118,19 @@ mod tests {
     }
 
     #[test]
+    fn a_network_of_oidn_has_16_convolutions_and_4_pools_and_its_head_changes_nothing() {
+        let bytes = include_bytes!("../../tests/fixtures/oidn/rt_alb.tza");
+        let fused = Fused::new(&Weights::from_tza(bytes, "rt_alb").unwrap());
+        let is_up = |layer: &&Layer| matches!(layer.op, Op::UpConv { .. });
+        let ups: Vec<_> = fused.network.layers.iter().filter(is_up).collect();
+        let names: Vec<_> = ups.iter().map(|layer| layer.name.as_str()).collect();
+        assert_eq!(names, ["dec_conv4a", "dec_conv3a", "dec_conv2a", "dec_conv1a"]);
+        assert_eq!((fused.network.layers.len(), ups[3].inputs[0]), (16 + 4, 0));
+        assert_eq!(fused.head.conv.weight, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+        assert!(!fused.head.sigmoid);
+    }
+
+    #[test]
     fn layers_read_the_same_tensors_as_before() {
         let weights = Weights::builtin(Quality::Fast).unwrap();
         let fused = Fused::new(&weights).network;

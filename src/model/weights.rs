@@ -138,9 +138,10 @@ impl Weights {
             )));
         }
         if inputs != trained && self.metadata.topology != Topology::Unet {
+            let file = tza::for_inputs(&self.metadata, inputs)
+                .map_or_else(String::new, |stem| format!(", such as {stem}.tza"));
             return Err(Error::Weights(format!(
-                "`{}` needs {trained}, but {inputs} was given, and its topology cannot do without \
-                 any of them; take weights for {inputs}",
+                "`{}` needs {trained}, but {inputs} was given; take weights for that{file}",
                 self.metadata.name
             )));
         }

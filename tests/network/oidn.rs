@@ -3,7 +3,7 @@
 use wgdenoise::{Denoiser, Image, Inputs, Options, Weights, reference};
 
 use crate::common::gpu::{gpu, variants};
-use crate::common::{compare, run_cases};
+use crate::common::{Tolerance, compare, image_tensor, run_cases};
 use crate::support::{encoded, expected, frame, images, same_bits, tolerance};
 
 /// Small ones with random weights, by `training/make_oidn_fixtures.py`.
@@ -46,4 +46,21 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
             same_bits(&run(weights, &tiled, &images), &run(weights, &options, &images))
         });
     }
+}
+
+#[test]
+fn display_colour_is_neither_exposed_nor_encoded_as_light() {
+    let [mut color, albedo, normal] = images(37, 22);
+    color.pixels_mut().iter_mut().flatten().for_each(|v| *v = (*v * 0.1).min(1.0));
+    let images = [color, albedo, normal];
+    let bytes = include_bytes!("../fixtures/oidn/rt_hdr_alb_nrm.tza");
+    let weights = Weights::from_tza(bytes, "rt_ldr_alb_nrm").expect("the fixture is whole");
+    let expected = image_tensor(&expected(&weights, &frame(&images, Inputs::ALL)));
+    run_cases(variants(), |&(kernels, precision)| {
+        let found = run(&weights, &Options { kernels, precision, ..Options::default() }, &images);
+        // The curve back to linear light is 2.3 times as steep as a line at most.
+        let encoded = tolerance(kernels, precision);
+        let allowed = Tolerance { absolute: 2.3 * encoded.absolute, ..encoded };
+        compare(&image_tensor(&found), &expected, allowed)
+    });
 }

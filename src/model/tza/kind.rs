@@ -1,9 +1,9 @@
 //! What a network of Open Image Denoise is for: a file says it by its name alone.
 
 use crate::error::{Error, Result};
-use crate::model::Inputs;
 use crate::model::Main::{self, Albedo, Color, Normal};
 use crate::model::TransferFunction::{self, Log, Pu, Signed, Srgb};
+use crate::model::{Inputs, Metadata};
 
 /// What the files of one name are for, whatever their size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -57,6 +57,16 @@ impl Kind {
             ))
         })
     }
+}
+
+/// The name, less the size, of weights that do what those of `metadata` do, with other inputs.
+#[must_use]
+pub fn for_inputs(metadata: &Metadata, inputs: Inputs) -> Option<&'static str> {
+    let same = |kind: &Kind| {
+        let Kind { main, transfer, .. } = *kind;
+        (main, transfer, kind.inputs) == (metadata.main, metadata.transfer_function, inputs)
+    };
+    KINDS.into_iter().find(same).map(|kind| kind.stem)
 }
 
 #[cfg(test)]

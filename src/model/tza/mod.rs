@@ -8,5 +8,5 @@ mod kind;
 mod reader;
 
 pub use convert::to_safetensors;
-pub use kind::{KINDS, Kind};
+pub use kind::{KINDS, Kind, for_inputs};
 pub use reader::{MAGIC, Tensor, read};
