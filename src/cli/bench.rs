@@ -4,6 +4,7 @@ use serde_json::json;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
+use super::weights::Given;
 use super::{pipelines, print, profile, report, say};
 use crate::model::cost::macs_per_pixel;
 use crate::timing::{Timing, measure};
@@ -14,8 +15,8 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     if let Some([noisy, reference]) = args.report() {
         return report::run(args, noisy, reference);
     }
-    let (gpu, denoiser) = args.engine.denoiser()?;
-    denoiser.notices().iter().for_each(|notice| say(notice));
+    let (gpu, denoiser, notices) = args.engine.denoiser(Given::ALL)?;
+    notices.iter().chain(denoiser.notices()).for_each(|notice| say(notice));
     let result = if args.profile {
         profile::table(&denoiser, args)?
     } else {

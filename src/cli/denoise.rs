@@ -6,9 +6,12 @@ use super::args::DenoiseArgs;
 use super::budget;
 use super::failure::Failure;
 use super::pipelines;
+use super::prefilter::prefilter;
 use super::progress::Progress;
 use super::say;
+use super::weights::Given;
 use crate::files::{self, LayerChoice, Picture};
+use crate::model::{Main, TransferFunction};
 use crate::{Denoiser, Frame, Gpu, Image};
 
 /// Reads, denoises and writes.
@@ -19,7 +22,6 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     files::check_output(output, args.force)?;
     let picture = Picture::open(input, &LayerChoice::from(&args.layers))?;
     args.notices(picture.notices());
-    args.notices(&unusable_pixels(picture.color()));
     let frame = Frame {
         color: picture.color(),
         albedo: picture.albedo(),
@@ -28,7 +30,11 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
     };
     let read = watch.lap();
 
-    let (gpu, denoiser) = args.denoiser(&frame)?;
+    let auxiliary = args.prefiltered(&frame)?;
+    let [albedo, normal] = auxiliary.each_ref().map(Option::as_ref);
+    let frame = Frame { albedo: albedo.or(frame.albedo), normal: normal.or(frame.normal), ..frame };
+    let (gpu, denoiser) = args.denoiser(&frame, !picture.is_display_referred())?;
+    args.notices(&unusable_pixels(frame.color, &denoiser));
     args.details(|| adapter_and_kernels(&gpu, &denoiser));
     args.notices(denoiser.notices());
     args.notices(&unread_inputs(&denoiser, &frame));
@@ -50,9 +56,25 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
 }
 
 impl DenoiseArgs {
+    /// Albedo and normal without noise, if that is wanted.
+    fn prefiltered(&self, frame: &Frame<'_>) -> Result<[Option<Image>; 2], Failure> {
+        if !self.prefilter {
+            return Ok([None, None]);
+        }
+        let (images, line) = prefilter(&self.engine, frame)?;
+        self.notices(&[line]);
+        Ok(images.map(Some))
+    }
+
     /// On the adapter of the flags, with the weights of the flags or those that the budget allows.
-    fn denoiser(&self, frame: &Frame<'_>) -> Result<(Gpu, Denoiser), Failure> {
-        let Some(limit) = self.budget.limit() else { return self.engine.denoiser() };
+    fn denoiser(&self, frame: &Frame<'_>, hdr: bool) -> Result<(Gpu, Denoiser), Failure> {
+        let Some(limit) = self.budget.limit() else {
+            let (main, inputs, clean) = (Main::Color, frame.inputs(), self.prefilter);
+            let given = Given { main, inputs, hdr, clean };
+            let (gpu, denoiser, notices) = self.engine.denoiser(given)?;
+            self.notices(&notices);
+            return Ok((gpu, denoiser));
+        };
         let gpu = self.engine.open_gpu()?;
         let options = self.engine.options(&gpu)?;
         let anew = self.budget.recalibrate;
@@ -97,10 +119,12 @@ impl DenoiseArgs {
 }
 
 /// Says how many pixels hold no light that can be denoised.
-fn unusable_pixels(color: &Image) -> Vec<String> {
+fn unusable_pixels(color: &Image, denoiser: &Denoiser) -> Vec<String> {
+    let signed = denoiser.weights().metadata().transfer_function == TransferFunction::Signed;
     let count = |is_bad: fn(&[f32; 3]) -> bool| color.pixels().iter().filter(|p| is_bad(p)).count();
     let bad = count(|pixel| pixel.iter().any(|v| !v.is_finite()));
     let negative = count(|pixel| pixel.iter().any(|&v| v.is_finite() && v < 0.0));
+    let negative = if signed { 0 } else { negative };
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
     let filled = format!("{} NaN or infinite and filled from the neighbours", pixels(bad));
     let black = format!("{} negative; negative values count as 0", pixels(negative));

@@ -1,35 +1,12 @@
 //! What the flags say about weights, adapter and options.
 
-use std::fs;
-use std::path::Path;
-
 use super::args::EngineArgs;
 use super::failure::Failure;
 use super::pipelines;
-use crate::model::tza;
-use crate::{Denoiser, Gpu, MatrixShape, Options, Weights};
-
-/// The longest weights file that is read.
-const MAX_WEIGHTS_BYTES: u64 = 1 << 30;
+use super::weights::Given;
+use crate::{Denoiser, Gpu, MatrixShape, Options};
 
 impl EngineArgs {
-    /// The weights of `--weights` or `--quality`.
-    pub(super) fn load_weights(&self) -> Result<Weights, Failure> {
-        match &self.weights {
-            None => Ok(Weights::builtin(self.quality.into())?),
-            Some(path) => {
-                let wrong = |what: String| Failure::Work(format!("{}: {what}", path.display()));
-                let bytes = read(path).map_err(wrong)?;
-                let stem = path.file_stem().unwrap_or_default().to_string_lossy();
-                let weights = match bytes.starts_with(&tza::MAGIC) {
-                    true => Weights::from_tza(&bytes, &stem),
-                    false => Weights::from_bytes(&bytes),
-                };
-                weights.map_err(|error| wrong(error.to_string()))
-            }
-        }
-    }
-
     /// The adapter of `--adapter`.
     pub(super) fn open_gpu(&self) -> Result<Gpu, Failure> {
         Ok(Gpu::open(self.adapter.as_deref())?)
@@ -55,23 +32,12 @@ impl EngineArgs {
         })
     }
 
-    /// All of it.
-    pub(super) fn denoiser(&self) -> Result<(Gpu, Denoiser), Failure> {
-        let weights = self.load_weights()?;
+    /// All of it, for what is given, and what the user should know of the weights.
+    pub(super) fn denoiser(&self, given: Given) -> Result<(Gpu, Denoiser, Vec<String>), Failure> {
+        let (weights, notices) = self.load_weights(given)?;
         let gpu = self.open_gpu()?;
         let options = self.options(&gpu)?;
         let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
-        Ok((gpu, denoiser))
+        Ok((gpu, denoiser, notices))
     }
-}
-
-fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let metadata = fs::metadata(path).map_err(|error| format!("cannot be read: {error}"))?;
-    if metadata.len() > MAX_WEIGHTS_BYTES {
-        return Err(format!(
-            "has {} bytes, and weights files of at most {MAX_WEIGHTS_BYTES} are accepted",
-            metadata.len()
-        ));
-    }
-    fs::read(path).map_err(|error| format!("cannot be read: {error}"))
 }

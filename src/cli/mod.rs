@@ -10,16 +10,19 @@ mod bench;
 mod budget;
 mod cache;
 mod compare;
+mod convert;
 mod denoise;
 mod devices;
 mod engine;
 mod failure;
 mod info;
 pub(crate) mod pipelines;
+mod prefilter;
 mod profile;
 mod progress;
 mod report;
 mod values;
+mod weights;
 
 use self::args::{Cli, Command};
 use self::failure::Failure;
@@ -45,6 +48,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Devices(args)) => devices::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
+        Some(Command::Convert(args)) => convert::run(&args),
     }
 }
 

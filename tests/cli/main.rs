@@ -6,6 +6,7 @@ mod commands;
 mod denoise;
 mod failures;
 mod ldr;
+mod oidn;
 mod pipelines;
 mod report;
 mod support;
