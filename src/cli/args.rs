@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use clap::{Args, Parser, Subcommand};
 
 use super::budget::BudgetArgs;
+use super::prefilter::PrefilterArgs;
 use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, side};
 use crate::files::LayerChoice;
 
@@ -71,9 +72,8 @@ pub(super) struct DenoiseArgs {
     pub(super) input_scale: Option<f32>,
     #[command(flatten)]
     pub(super) budget: BudgetArgs,
-    /// Denoise albedo and normal first, by Open Image Denoise's weights in the folder of --weights
-    #[arg(long, requires = "weights", conflicts_with = "no_aux")]
-    pub(super) prefilter: bool,
+    #[command(flatten)]
+    pub(super) prefilter: PrefilterArgs,
     /// Replace OUT if it exists
     #[arg(long)]
     pub(super) force: bool,

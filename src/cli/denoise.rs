@@ -58,7 +58,7 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
 impl DenoiseArgs {
     /// Albedo and normal without noise, if that is wanted.
     fn prefiltered(&self, frame: &Frame<'_>) -> Result<[Option<Image>; 2], Failure> {
-        if !self.prefilter {
+        if !self.prefilter.prefilter {
             return Ok([None, None]);
         }
         let (images, line) = prefilter(&self.engine, frame)?;
@@ -69,7 +69,7 @@ impl DenoiseArgs {
     /// On the adapter of the flags, with the weights of the flags or those that the budget allows.
     fn denoiser(&self, frame: &Frame<'_>, hdr: bool) -> Result<(Gpu, Denoiser), Failure> {
         let Some(limit) = self.budget.limit() else {
-            let (main, inputs, clean) = (Main::Color, frame.inputs(), self.prefilter);
+            let (main, inputs, clean) = (Main::Color, frame.inputs(), self.prefilter.prefilter);
             let given = Given { main, inputs, hdr, clean };
             let (gpu, denoiser, notices) = self.engine.denoiser(given)?;
             self.notices(&notices);

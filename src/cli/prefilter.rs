@@ -1,10 +1,20 @@
 //! `--prefilter`: albedo and normal without noise, before they help to denoise the colour.
 
+use clap::Args;
+
 use super::args::EngineArgs;
 use super::failure::Failure;
 use super::weights::{self, Given};
 use crate::model::Main;
 use crate::{Denoiser, Frame, Image, Inputs};
+
+/// Whether to do so.
+#[derive(Debug, Args)]
+pub(super) struct PrefilterArgs {
+    /// Denoise albedo and normal first, by Open Image Denoise's weights in the folder of --weights
+    #[arg(long, requires = "weights", conflicts_with = "no_aux")]
+    pub(super) prefilter: bool,
+}
 
 /// Both images, each denoised by the weights for it in the folder of `--weights`, and a line that
 /// says which.

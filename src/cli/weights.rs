@@ -109,9 +109,10 @@ pub(super) fn choose(
 /// Reads a file of either format.
 pub(super) fn load(path: &Path) -> Result<Weights, Failure> {
     let bytes = read(path)?;
-    let weights = match bytes.starts_with(&tza::MAGIC) {
-        true => Weights::from_tza(&bytes, &stem(path)),
-        false => Weights::from_bytes(&bytes),
+    let weights = if bytes.starts_with(&tza::MAGIC) {
+        Weights::from_tza(&bytes, &stem(path))
+    } else {
+        Weights::from_bytes(&bytes)
     };
     weights.map_err(|error| Failure::Work(format!("{}: {error}", path.display())))
 }

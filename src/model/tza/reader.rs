@@ -41,10 +41,10 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Tensor<'_>>> {
     let mut header = Cursor { bytes, at: 0 };
     let ([a, b, major, minor], table) = (header.array()?, header.array()?);
     if [a, b] != MAGIC {
-        return Err(wrong("the file does not begin as TZA files do".into()));
+        return Err(wrong("the file does not begin as TZA files do"));
     }
     if major != MAJOR_VERSION {
-        return Err(wrong(format!("version {major}.{minor}, but this reads {MAJOR_VERSION}.x")));
+        return Err(wrong(&format!("version {major}.{minor}, but this reads {MAJOR_VERSION}.x")));
     }
     let at = usize::try_from(u64::from_le_bytes(table)).unwrap_or(usize::MAX);
     let mut table = Cursor { bytes, at };
@@ -53,11 +53,11 @@ pub fn read(bytes: &[u8]) -> Result<Vec<Tensor<'_>>> {
     for _ in 0..count {
         let tensor = table.tensor()?;
         if !names.insert(tensor.name) {
-            return Err(wrong(format!("tensor `{}` is there twice", tensor.name)));
+            return Err(wrong(&format!("tensor `{}` is there twice", tensor.name)));
         }
         total += tensor.data.len();
         if total > bytes.len() {
-            return Err(wrong(format!("the tensors up to `{}` overlap", tensor.name)));
+            return Err(wrong(&format!("the tensors up to `{}` overlap", tensor.name)));
         }
         tensors.push(tensor);
     }
@@ -73,7 +73,7 @@ struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8]> {
         let taken = slice(self.bytes, self.at, count).ok_or_else(|| {
-            wrong(format!("the file ends before the {count} bytes at {}", self.at))
+            wrong(&format!("the file ends before the {count} bytes at {}", self.at))
         })?;
         self.at += count;
         Ok(taken)
@@ -88,20 +88,20 @@ impl<'a> Cursor<'a> {
         let name = self.take(length.into())?;
         let is_name = |b: &u8| b.is_ascii_alphanumeric() || b"_.".contains(b);
         let name = Some(name).filter(|name| !name.is_empty() && name.iter().all(is_name));
-        let name = name.and_then(|name| std::str::from_utf8(name).ok()).ok_or_else(|| {
-            wrong("a tensor's name has other than letters, digits, `_` and `.`".into())
-        })?;
+        let name = name
+            .and_then(|name| std::str::from_utf8(name).ok())
+            .ok_or_else(|| wrong("a tensor's name has other than letters, digits, `_` and `.`"))?;
         let shape = self.shape(name)?;
         let [kind] = self.array()?;
         let (dtype, size) = match kind {
             b'f' => (Dtype::F32, 4),
             b'h' => (Dtype::F16, 2),
-            _ => return Err(wrong(format!("tensor `{name}` is of no known type, F16 or F32"))),
+            _ => return Err(wrong(&format!("tensor `{name}` is of no known type, F16 or F32"))),
         };
         let offset = usize::try_from(u64::from_le_bytes(self.array()?)).unwrap_or(usize::MAX);
         let count = shape.iter().try_fold(size, |product: usize, &n| product.checked_mul(n));
         let data = count.and_then(|count| slice(self.bytes, offset, count)).ok_or_else(|| {
-            wrong(format!("tensor `{name}` of {shape:?} at {offset} lies outside the file"))
+            wrong(&format!("tensor `{name}` of {shape:?} at {offset} lies outside the file"))
         })?;
         Ok(Tensor { name, shape, dtype, data })
     }
@@ -111,7 +111,7 @@ impl<'a> Cursor<'a> {
         let [dimensions] = self.array()?;
         let dimensions = usize::from(dimensions);
         if dimensions > MAX_DIMENSIONS {
-            return Err(wrong(format!(
+            return Err(wrong(&format!(
                 "tensor `{name}` has {dimensions} dimensions, expected 1 or 4"
             )));
         }
@@ -120,7 +120,7 @@ impl<'a> Cursor<'a> {
         let layout = self.take(dimensions)?;
         if ![&b"oihw"[..], b"x"].contains(&layout) {
             let layout = layout.escape_ascii();
-            return Err(wrong(format!(
+            return Err(wrong(&format!(
                 "tensor `{name}` has layout `{layout}`, expected `oihw` or `x`"
             )));
         }
@@ -132,6 +132,6 @@ fn slice(bytes: &[u8], at: usize, count: usize) -> Option<&[u8]> {
     bytes.get(at..at.checked_add(count)?)
 }
 
-fn wrong(what: String) -> Error {
+fn wrong(what: &str) -> Error {
     Error::Weights(format!("not a whole TZA file: {what}"))
 }
