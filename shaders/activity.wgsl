@@ -55,29 +55,6 @@ const DARK = 2e-6;           // encoded, about T
 const NOISY = 0u;
 const DARK_BLOCK = 1u;
 const CLEAN = 2u;
-const LARGEST = 65504.0;     // what the transfer function maps to 1
-
-// The transfer function of input_process.wgsl.
-const A = 1.41283765e3;
-const B = 1.64593172;
-const C = 0.431384981;
-const D = -2.94139609e-3;
-const E = 0.192653254;
-const F = 6.26026094e-3;
-const G = 0.998620152;
-const Y0 = 1.57945760e-6;
-const Y1 = 3.22087631e-2;
-const SCALE = 1.0 / 3.13511904;
-
-fn transfer(y: vec3<f32>) -> vec3<f32> {
-    let middle = B * pow(y, vec3(C)) + D;
-    let bright = E * log(y + F) + G;
-    return SCALE * select(select(bright, middle, y <= vec3(Y1)), A * y, y <= vec3(Y0));
-}
-
-fn exposed(at: vec2<u32>) -> vec3<f32> {
-    return min(repaired_color(at) * input_scale, vec3(LARGEST));
-}
 
 fn constant(first: vec2<u32>, size: vec2<u32>) -> bool {
     let rgb = repaired_color(first);
@@ -122,7 +99,7 @@ fn straight(first: vec2<u32>, step: vec2<u32>, count: u32) -> bool {
     var before = vec3(0.0);
     var here = vec3(0.0);
     for (var i = 0u; i < count; i++) {
-        let after = transfer(exposed(first + i * step));
+        let after = encode(repaired_color(first + i * step) * input_scale);
         if i >= 2u && any(abs(before - 2.0 * here + after) > vec3(T)) {
             return false;
         }
@@ -159,7 +136,7 @@ fn find(block: vec2<u32>) -> u32 {
     if !is_even(first, size) {
         return NOISY;
     }
-    let is_dark = all(exposed(first) <= vec3(DARK));
+    let is_dark = all(repaired_color(first) * input_scale <= vec3(DARK));
     return select(CLEAN, DARK_BLOCK, is_dark && !empty(first, size));
 }
 

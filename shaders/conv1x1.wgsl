@@ -25,6 +25,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     sum += bias[out_quad];
     if all(pixel < size) {
-        textureStore(output, pixel, out_quad, clamp(sum, vec4(-largest), vec4(largest)));
+        let value = clamp(sum, vec4(-largest), vec4(largest));
+        textureStore(output, pixel, out_quad, stored(value));
     }
 }

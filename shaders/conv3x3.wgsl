@@ -34,6 +34,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     sum += bias[out_quad];
     let floor = select(-largest, 0.0, relu);
     if all(pixel < size) {
-        textureStore(output, pixel, out_quad, clamp(sum, vec4(floor), vec4(largest)));
+        textureStore(output, pixel, out_quad, stored(clamp(sum, vec4(floor), vec4(largest))));
     }
 }

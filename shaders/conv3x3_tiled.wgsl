@@ -98,7 +98,8 @@ override relu: bool;
 override largest: f32;
 
 fn activate(sum: vec4<f32>, quad: u32) -> vec4<f32> {
-    return clamp(sum + bias[quad], vec4(select(-largest, 0.0, relu)), vec4(largest));
+    let floor = select(-largest, 0.0, relu);
+    return stored(clamp(sum + bias[quad], vec4(floor), vec4(largest)));
 }
 
 fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {

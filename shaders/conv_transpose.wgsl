@@ -14,7 +14,8 @@ alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 override largest: f32;
 
 fn finish(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
-    textureStore(output, at, quad, clamp(sum + bias[quad], vec4(-largest), vec4(largest)));
+    let value = clamp(sum + bias[quad], vec4(-largest), vec4(largest));
+    textureStore(output, at, quad, stored(value));
 }
 
 @compute @workgroup_size(8, 8)

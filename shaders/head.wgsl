@@ -1,4 +1,4 @@
-// The end of the network in one kernel: 1×1 convolution, sigmoid, inverse transfer function,
+// The end of the network in one kernel: 1×1 convolution, sigmoid or none, inverse transfer function,
 // exposure taken back, crop, blend with the noisy colour, store. Clean blocks get their input
 // instead. One pixel of the tile per invocation. Equals conv1x1.wgsl, sigmoid.wgsl and
 // output_process.wgsl one after the other.
@@ -26,25 +26,9 @@ struct Tile {
 @group(0) @binding(4) var<storage, read> clean: array<u32>;
 // Bindings 5 to 7: the images `color` and `output` and their blend, by texts of shaders/image.
 
-// The inverse of the transfer function in input_process.wgsl.
-const A = 1.41283765e3;
-const B = 1.64593172;
-const C = 0.431384981;
-const D = -2.94139609e-3;
-const E = 0.192653254;
-const F = 6.26026094e-3;
-const G = 0.998620152;
-const X0 = 2.23151711e-3;
-const X1 = 0.370974749;
-const SCALE = 1.0 / 3.13511904;
 const BLOCK = 16u;
 
-fn inverse_transfer(encoded: f32) -> f32 {
-    let x = encoded / SCALE;
-    let middle = pow(max((x - D) / B, 0.0), 1.0 / C);
-    let bright = exp((x - G) / E) - F;
-    return max(select(select(bright, middle, x <= X1), x / A, x <= X0), 0.0);
-}
+override sigmoid: bool;      // whether there is one
 
 fn is_clean(pixel: vec2<u32>) -> bool {
     let block = pixel / BLOCK;
@@ -64,10 +48,8 @@ fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
     let bias = textureLoad(weights, vec2(0, i32(textureDimensions(weights).y) - 1), 0);
     // Beyond ±30 the sigmoid is within 1e-13 of 0 or 1, and exp stays far from overflow.
     let x = clamp(sums + bias, vec4(-30.0), vec4(30.0));
-    let encoded = 1.0 / (1.0 + exp(-x));
-    let exposed = vec3(
-        inverse_transfer(encoded.x), inverse_transfer(encoded.y), inverse_transfer(encoded.z),
-    );
+    let encoded = select(x, 1.0 / (1.0 + exp(-x)), sigmoid);
+    let exposed = decode(encoded.rgb);
     store_denoised(at, exposed / input_scale);
 }
 

@@ -1,7 +1,7 @@
 // From images to the network's input: repair, expose, transfer function, channel layout and
 // padding. One pixel of the tile per invocation. Each image that is present has a layer of its
 // own, colour, then albedo, then normal, so that leaving one out moves no other channel and sums
-// keep their order. Pixels right of or below the image repeat its edge.
+// keep their order. Pixels right of or below the image repeat its edge, or are 0.
 
 alias TensorOut = texture_storage_2d_array<rgba32float, write>;
 
@@ -17,39 +17,21 @@ struct Tile {
 }
 
 @group(0) @binding(0) var<uniform> tile: Tile;
-// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read, filled and repaired by texts of
-// shaders/image.
+// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read, filled, repaired and encoded by
+// texts of shaders/image.
 @group(0) @binding(4) var<storage, read> input_scale: f32;
 @group(0) @binding(5) var output: TensorOut;
 
 override has_albedo: bool;
 override has_normal: bool;
 override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0 where there is none
-
-const LARGEST = 65504.0;     // what the transfer function maps to 1
-
-// Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
-// quality metrics to full luminance range images", scaled so that 65504 becomes 1.
-const A = 1.41283765e3;
-const B = 1.64593172;
-const C = 0.431384981;
-const D = -2.94139609e-3;
-const E = 0.192653254;
-const F = 6.26026094e-3;
-const G = 0.998620152;
-const Y0 = 1.57945760e-6;
-const Y1 = 3.22087631e-2;
-const SCALE = 1.0 / 3.13511904;
-
-fn transfer(y: f32) -> f32 {
-    let middle = B * pow(y, C) + D;
-    let bright = E * log(y + F) + G;
-    return SCALE * select(select(bright, middle, y <= Y1), A * y, y <= Y0);
-}
+override zero_padding: bool; // whether the input is 0 right of and below the image
 
 fn encoded_color(at: vec2<u32>) -> vec4<f32> {
-    let exposed = min(repaired_color(at) * input_scale, vec3(LARGEST));
-    return vec4(transfer(exposed.x), transfer(exposed.y), transfer(exposed.z), 0.0);
+    if transfer_function == SIGNED {
+        return vec4(encode(filled_color(at) * input_scale), 0.0);
+    }
+    return vec4(encode(repaired_color(at) * input_scale), 0.0);
 }
 
 fn encoded_albedo(at: vec2<u32>) -> vec4<f32> {
@@ -70,17 +52,24 @@ fn place(pixel: vec2<u32>) -> vec2<u32> {
     return min(tile.origin + pixel, tile.image_size - 1u);
 }
 
+// A value of the pixel, or what stands for it outside of the image.
+fn padded(value: vec4<f32>, pixel: vec2<u32>) -> vec4<f32> {
+    let is_outside = any(tile.origin + pixel >= tile.image_size);
+    return select(value, vec4<f32>(), zero_padding && is_outside);
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= textureDimensions(output)) {
         return;
     }
     let at = place(id.xy);
-    textureStore(output, id.xy, 0, encoded_color(at));
+    textureStore(output, id.xy, 0, stored(padded(encoded_color(at), id.xy)));
     if has_albedo {
-        textureStore(output, id.xy, 1, encoded_albedo(at));
+        textureStore(output, id.xy, 1, stored(padded(encoded_albedo(at), id.xy)));
     }
     if has_normal {
-        textureStore(output, id.xy, 1 + u32(has_albedo), encoded_normal(at));
+        let layer = 1 + u32(has_albedo);
+        textureStore(output, id.xy, layer, stored(padded(encoded_normal(at), id.xy)));
     }
 }

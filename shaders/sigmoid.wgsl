@@ -14,6 +14,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     // Beyond ±30 the result is within 1e-13 of 0 or 1, and exp stays far from overflow.
     let x = clamp(value, vec4(-30.0), vec4(30.0));
     if all(pixel < size) {
-        textureStore(output, pixel, id.z, 1.0 / (1.0 + exp(-x)));
+        textureStore(output, pixel, id.z, stored(1.0 / (1.0 + exp(-x))));
     }
 }

@@ -65,7 +65,7 @@ fn store(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
     let biased = sum + bias[u32(place.y * 3 + place.x) * textureNumLayers(output) + quad];
     let floor = select(-largest, 0.0, relu);
     // Stores outside of the tensor do nothing.
-    textureStore(output, at, quad, clamp(biased, vec4(floor), vec4(largest)));
+    textureStore(output, at, quad, stored(clamp(biased, vec4(floor), vec4(largest))));
 }
 
 fn finish(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {

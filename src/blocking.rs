@@ -88,9 +88,15 @@ impl Denoiser {
         Ok(())
     }
 
+    /// What colour is multiplied by, unless it is measured.
+    pub(crate) fn known_scale(&self, frame: &Frame<'_>) -> Option<f32> {
+        let measured = self.weights().metadata().transfer_function.is_hdr();
+        frame.input_scale.or((!measured).then_some(1.0))
+    }
+
     /// Leaves the input scale in the window's buffer.
     fn expose(&self, frame: &Frame<'_>, window: &Window<'_>) -> Result<()> {
-        if let Some(scale) = frame.input_scale {
+        if let Some(scale) = self.known_scale(frame) {
             self.context.queue.write_buffer(&window.input_scale, 0, bytemuck::bytes_of(&scale));
             return Ok(());
         }

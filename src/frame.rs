@@ -13,7 +13,8 @@ pub struct Frame<'a> {
     pub albedo: Option<&'a Image>,
     /// Normal in `[−1, 1]`, if there is one.
     pub normal: Option<&'a Image>,
-    /// What colour is multiplied by for the network; `None` measures it.
+    /// What colour is multiplied by for the network; `None` measures it, or is 1 for weights that do
+    /// not read light of any size.
     pub input_scale: Option<f32>,
 }
 

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 use crate::kernel::Context;
-use crate::model::fuse::Fused;
-use crate::model::{INPUT, Layer, Network, Op, Params, Weights};
+use crate::model::fuse::{Fused, HeadParams};
+use crate::model::{Encoding, INPUT, Layer, Network, Op, Params, Weights};
 use crate::ops::conv_head::{self, conv_head};
 use crate::ops::head::Head;
 use crate::ops::input_conv::{self, InputConv};
@@ -24,6 +24,8 @@ pub(crate) struct Model {
     pub(crate) halo: u32,
     /// By tensor, see [`halo::reach`].
     pub(crate) reach: Vec<u32>,
+    /// What the images become.
+    pub(crate) encoding: Encoding,
     /// The first layer, if it is one kernel with the encoding of the images.
     pub(crate) stem: Option<Stem>,
     /// By layer; the head has the last one if there are fewer than layers.
@@ -53,13 +55,15 @@ impl Model {
     /// depend on their formats, and are compiled when they are bound.
     pub(crate) fn new(context: &Context, options: &Options, weights: &Weights) -> Result<Self> {
         let kernels = options.kernels;
-        if kernels == KernelSet::Plain {
+        let model = if kernels == KernelSet::Plain {
             let network = weights.network().clone();
-            return Self::build(context, kernels, network, |layer| weights.params(layer), None);
-        }
-        let Fused { network, params, head } = Fused::new(weights);
-        let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
-        Self::build(context, kernels, network, params, Some(&head))
+            Self::build(context, kernels, network, |layer| weights.params(layer), None)?
+        } else {
+            let Fused { network, params, head } = Fused::new(weights);
+            let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
+            Self::build(context, kernels, network, params, Some(&head))?
+        };
+        Ok(Self { encoding: weights.metadata().encoding(), ..model })
     }
 
     fn build(
@@ -67,7 +71,7 @@ impl Model {
         kernels: KernelSet,
         network: Network,
         params: impl Fn(&str) -> Params,
-        head: Option<&Params>,
+        head: Option<&HeadParams>,
     ) -> Result<Self> {
         let alignment = network.alignment().max(halo::BLOCK);
         let halo = halo::halo(&network).next_multiple_of(alignment);
@@ -86,11 +90,16 @@ impl Model {
         check_layers(&storage, &context.device.limits())?;
         let operators = operators(context, kernels, &stored, &params, &maps);
         let map = &maps[stored.output()];
-        let head = head.map(|head| match network.layers.get(operators.len()) {
-            Some(conv) => conv_head(context, kernels, [&params(&conv.name), head], map),
-            None => Head::new(context, kernels, head, map),
+        let head = head.map(|head| {
+            let mut built = match network.layers.get(operators.len()) {
+                Some(conv) => conv_head(context, kernels, [&params(&conv.name), &head.conv], map),
+                None => Head::new(context, kernels, &head.conv, map),
+            };
+            built.sigmoid = head.sigmoid;
+            built
         });
-        Ok(Self { network, storage, alignment, halo, reach, stem, operators, head })
+        let encoding = Encoding::default();
+        Ok(Self { network, storage, alignment, halo, reach, encoding, stem, operators, head })
     }
 
     /// GPU memory for everything between the images, in bytes.

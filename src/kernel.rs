@@ -59,7 +59,8 @@ pub struct KernelSpec {
 }
 
 impl KernelSpec {
-    /// The text for a precision: only the tensors' texel format differs.
+    /// The text for a precision, in which the tensors' texel format differs, and the function
+    /// `stored`: values as a tensor is to hold them.
     #[must_use]
     pub fn source_for(&self, precision: Precision) -> String {
         let line = |line: &str| match precision {
@@ -68,7 +69,16 @@ impl KernelSpec {
             }
             _ => line.to_string(),
         };
-        self.source.lines().map(line).collect::<Vec<_>>().join("\n")
+        let text: Vec<_> = self.source.lines().map(line).collect();
+        let stored = match precision {
+            Precision::F32 => include_str!("../shaders/image/stored_f32.wgsl"),
+            Precision::F16 => include_str!("../shaders/image/stored_f16.wgsl"),
+        };
+        if self.source.contains("stored(") {
+            text.join("\n") + "\n" + stored
+        } else {
+            text.join("\n")
+        }
     }
 }
 

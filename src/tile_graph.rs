@@ -5,7 +5,7 @@ use std::ops::Range;
 use crate::graph::{BoxedOperator, Model, Stem};
 use crate::kernel::{Context, Dispatch};
 use crate::model::cost::layer_macs_per_pixel;
-use crate::model::{INPUT, TensorId};
+use crate::model::{INPUT, TensorId, TransferFunction};
 use crate::ops::activity::{Activity, activity};
 use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, input_process};
@@ -73,7 +73,9 @@ impl TileGraph {
         let Bound { tile, sources, .. } = bound;
         let tensors = tensors(context, model, *tile);
         let radius = model.reach.iter().copied().max().unwrap_or(0);
-        let skip = bound.skip_clean && model.head.is_some();
+        // Where values have a sign, a block that is clean is no empty background.
+        let signed = model.encoding.transfer_function == TransferFunction::Signed;
+        let skip = bound.skip_clean && model.head.is_some() && !signed;
         let (activity, activity_calls) = activity(context, sources, *tile, radius, skip);
         let mut calls = Vec::new();
         if model.head.is_some() {
@@ -133,8 +135,10 @@ fn last_call(
 ) -> Call {
     let last = tensors.last().expect("a network has an input");
     let bytes = last.bytes(context.precision);
-    let Bound { sources: Sources { tiles, input_scale, color, .. }, output, blend, .. } = *bound;
-    let images = Images { tiles, input_scale, color, output, blend };
+    let Bound { sources, output, blend, .. } = *bound;
+    let Sources { tiles, input_scale, color, encoding, .. } = sources;
+    let transfer_function = encoding.transfer_function;
+    let images = Images { tiles, input_scale, color, output, blend, transfer_function };
     let Some(head) = &model.head else {
         let call = output_process(context, last, &images);
         return Call { bytes, ..Call::per_tile("output_process", call) };

@@ -4,6 +4,7 @@ use crate::denoiser::Denoiser;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
+use crate::model::TransferFunction;
 use crate::options::{KernelSet, Precision};
 use crate::plan::halo::{BLOCK, halo};
 use crate::plan::tiles::Rect;
@@ -45,7 +46,8 @@ impl Denoiser {
     /// on the CPU, on the block and all around it that it depends on. `None` if the frame has no noise.
     ///
     /// # Errors
-    /// If the images do not fit together, or the result differs by more than rounding explains.
+    /// If the images do not fit together or are not all that the weights need, or the result differs by
+    /// more than rounding explains.
     pub fn verify(&self, frame: &Frame<'_>, result: &Image) -> Result<Option<Verified>> {
         let frame = self.readable(frame)?;
         if result.size() != frame.color.size() {
@@ -54,10 +56,14 @@ impl Denoiser {
                 "the result to verify is {w}×{h}, but the frame is {width}×{height}"
             )));
         }
-        let scale = frame.input_scale.unwrap_or_else(|| reference::autoexposure(frame.color));
-        let Some(rect) = noisiest(frame.color, scale) else { return Ok(None) };
-        let (expected, crop) = self.expected(&frame, scale, &rect)?;
-        let verified = compare(result, scale, &rect, &expected, crop.begin);
+        let measure = || reference::autoexposure(frame.color);
+        let exposure = Exposure {
+            curve: self.weights().metadata().transfer_function,
+            scale: self.known_scale(&frame).unwrap_or_else(measure),
+        };
+        let Some(rect) = noisiest(frame.color, exposure) else { return Ok(None) };
+        let (expected, crop) = self.expected(&frame, exposure.scale, &rect)?;
+        let verified = compare(result, exposure, &rect, &expected, crop.begin);
         self.tolerance().judge(&verified)?;
         Ok(Some(verified))
     }
@@ -72,7 +78,8 @@ impl Denoiser {
             .map(|image| image.map(|image| cut(image, &crop)));
         let color = color.expect("a frame has a colour");
         let (albedo, normal) = (albedo.as_ref(), normal.as_ref());
-        let input = reference::input_process(&color, albedo, normal, scale, alignment);
+        let encoding = weights.metadata().encoding();
+        let input = reference::input_process_in(encoding, &color, albedo, normal, scale, alignment);
         Ok((reference::run(network, |layer| weights.params(layer), &input), crop))
     }
 
@@ -116,9 +123,27 @@ impl Tolerance {
     }
 }
 
+/// Between colour and the network's numbers.
+#[derive(Clone, Copy)]
+struct Exposure {
+    curve: TransferFunction,
+    scale: f32,
+}
+
+impl Exposure {
+    fn encode(self, value: f32) -> f64 {
+        reference::encode(self.curve, f64::from(value) * f64::from(self.scale))
+    }
+
+    /// Whether the network sees the value as it is.
+    fn is_seen(self, value: f32) -> bool {
+        value.is_finite() && (value >= 0.0 || self.curve == TransferFunction::Signed)
+    }
+}
+
 /// The block with the most noise, if there is any. Blocks with values that are no light are left
 /// out: what counts there is not what the renderer made.
-fn noisiest(color: &Image, scale: f32) -> Option<Rect> {
+fn noisiest(color: &Image, exposure: Exposure) -> Option<Rect> {
     let (width, height) = color.size();
     let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
     let count = columns as usize * rows as usize;
@@ -127,33 +152,27 @@ fn noisiest(color: &Image, scale: f32) -> Option<Rect> {
         let end = [(begin[0] + BLOCK).min(width), (begin[1] + BLOCK).min(height)];
         Rect { begin, end }
     };
-    let noise = |rect: Rect| Some((noise(&cut(color, &rect), scale)?, rect));
+    let noise = |rect: Rect| Some((noise(&cut(color, &rect), exposure)?, rect));
     let blocks = (0..count).step_by(count.div_ceil(MOST_BLOCKS)).map(block);
     let noisiest = blocks.filter_map(noise).max_by(|a, b| a.0.total_cmp(&b.0));
     noisiest.filter(|(noise, _)| *noise > NOISY).map(|(_, rect)| rect)
 }
 
 /// By how much a block bends on average: its second differences along rows, encoded.
-fn noise(block: &Image, scale: f32) -> Option<f64> {
-    let is_light = |v: &f32| v.is_finite() && *v >= 0.0;
-    if !block.pixels().iter().flatten().all(is_light) {
+fn noise(block: &Image, exposure: Exposure) -> Option<f64> {
+    if !block.pixels().iter().flatten().all(|&v| exposure.is_seen(v)) {
         return None;
     }
     let bends = (0..block.height()).flat_map(|y| {
         block.row(y).windows(3).flat_map(|w| {
             [0, 1, 2].map(|c| {
-                let [a, b, c] = [w[0][c], w[1][c], w[2][c]].map(|v| encode(v, scale));
+                let [a, b, c] = [w[0][c], w[1][c], w[2][c]].map(|v| exposure.encode(v));
                 (a - 2.0 * b + c).abs()
             })
         })
     });
     let bends: Vec<_> = bends.collect();
     Some(bends.iter().sum::<f64>() / bends.len().max(1) as f64)
-}
-
-/// As the network counts colour.
-fn encode(value: f32, scale: f32) -> f64 {
-    reference::pu((f64::from(value) * f64::from(scale)).min(reference::LARGEST))
 }
 
 /// The pixels that `rect` depends on, from an aligned corner to the image's ends at most.
@@ -174,7 +193,7 @@ fn cut(image: &Image, rect: &Rect) -> Image {
 /// Encodes the result and compares it with a tensor whose first pixel is at `corner`.
 fn compare(
     result: &Image,
-    scale: f32,
+    exposure: Exposure,
     rect: &Rect,
     expected: &Tensor,
     corner: [u32; 2],
@@ -187,7 +206,7 @@ fn compare(
         let found = result.row(y)[x as usize];
         [0, 1, 2].map(|c| {
             let expected = expected.at(c, row, column).clamp(0.0, 1.0);
-            (encode(found[c], scale) - f64::from(expected)).abs()
+            (exposure.encode(found[c]) - f64::from(expected)).abs()
         })
     });
     let differences: Vec<_> = differences.collect();

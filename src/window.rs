@@ -70,6 +70,7 @@ impl<'a> Window<'a> {
             normal: normal.as_ref().map(Into::into),
             unorm_normal: false,
             input_scale: &input_scale,
+            encoding: model.encoding,
         };
         // New buffers are zero: the noisy colour has no share.
         let blend = uniform("blend", size_of::<f32>());

@@ -199,10 +199,13 @@ fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
 
 #[test]
 fn a_broken_shader_does_not_pass() {
-    let broken = wgdenoise::ops::max_pool::SPEC.source.replace("max(upper, lower)", "upper.xyz");
+    let broken = wgdenoise::ops::max_pool::SPEC
+        .source_for(Precision::F32)
+        .replace("max(upper, lower)", "upper.xyz");
     parse(&broken).unwrap_err();
     let matrix = all_specs().into_iter().find(|s| is_matrix(&s.source)).expect("it is listed");
-    let broken = matrix.source.replace("coop_mat8x8<f32, C>", "coop_mat8x8<f32, B>");
+    let broken =
+        matrix.source_for(Precision::F32).replace("coop_mat8x8<f32, C>", "coop_mat8x8<f32, B>");
     parse(&broken).unwrap_err();
 }
 
@@ -216,7 +219,7 @@ fn members(shader: &str, name: &str) -> Vec<(String, u32)> {
         .into_iter()
         .find(|s| s.name.split(' ').next() == Some(shader))
         .expect("the shader is listed");
-    let module = parse(&spec.source).expect("the shader is valid");
+    let module = parse(&spec.source_for(Precision::F32)).expect("the shader is valid");
     let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
     match &found.expect("the struct exists").1.inner {
         TypeInner::Struct { members, .. } => {

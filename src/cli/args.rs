@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use super::budget::BudgetArgs;
 use super::failure::Failure;
 use super::frames::{self, Frames};
+use super::prefilter::PrefilterArgs;
 use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, seconds, side};
 use crate::files::{LayerChoice, Limits};
 
@@ -57,6 +58,8 @@ pub(super) enum Command {
     Compare(CompareArgs),
     /// Measure how fast an adapter denoises
     Bench(BenchArgs),
+    /// Turn a weights file of Open Image Denoise into one of this program's format
+    Convert(ConvertArgs),
 }
 
 /// `wgdenoise IN... OUT`.
@@ -77,6 +80,8 @@ pub(super) struct DenoiseArgs {
     pub(super) input_scale: Option<f32>,
     #[command(flatten)]
     pub(super) budget: BudgetArgs,
+    #[command(flatten)]
+    pub(super) prefilter: PrefilterArgs,
     /// Check a part of the result against the CPU before it is written
     #[arg(long)]
     pub(super) verify: bool,
@@ -121,11 +126,11 @@ pub(super) struct LimitArgs {
 /// What denoises, and how.
 #[derive(Debug, Args)]
 pub(super) struct EngineArgs {
-    /// Which of the built-in weights
-    #[arg(long, value_enum, default_value = "balanced", conflicts_with = "weights")]
-    pub(super) quality: QualityArg,
-    /// A weights file instead of the built-in ones
-    #[arg(long, value_name = "FILE")]
+    /// Which of the built-in weights, or of those in a folder [default: balanced]
+    #[arg(long, value_enum)]
+    pub(super) quality: Option<QualityArg>,
+    /// A weights file instead of the built-in ones, or a folder of Open Image Denoise's
+    #[arg(long, value_name = "FILE|FOLDER")]
     pub(super) weights: Option<PathBuf>,
     /// Which adapter, as `wgdenoise devices` lists them [default: the fastest kind]
     #[arg(long, value_name = "NAME|INDEX")]
@@ -189,6 +194,20 @@ pub(super) struct CompareArgs {
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
+}
+
+/// `wgdenoise convert`.
+#[derive(Debug, Args)]
+pub(super) struct ConvertArgs {
+    /// The TZA file, by the name that it came with, such as rt_hdr_alb_nrm.tza
+    #[arg(value_name = "IN")]
+    pub(super) input: PathBuf,
+    /// Where the safetensors file goes
+    #[arg(value_name = "OUT")]
+    pub(super) output: PathBuf,
+    /// Replace OUT if it exists
+    #[arg(long)]
+    pub(super) force: bool,
 }
 
 /// `wgdenoise bench`.

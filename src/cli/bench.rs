@@ -4,6 +4,7 @@ use serde_json::json;
 
 use super::args::BenchArgs;
 use super::failure::Failure;
+use super::weights::Given;
 use super::{pipelines, print, profile, report, say};
 use crate::model::cost::macs_per_pixel;
 use crate::timing::{Timing, measure};
@@ -14,7 +15,11 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     if let Some([noisy, reference]) = args.report() {
         return report::run(args, noisy, reference);
     }
-    let (gpu, denoiser) = args.engine.denoiser()?;
+    let source = args.engine.source(Given::ALL)?;
+    let weights = source.load()?;
+    let (gpu, options) = args.engine.open()?;
+    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
+    source.notice().into_iter().chain(denoiser.notices()).for_each(|notice| say(&notice));
     let result = if args.profile {
         profile::table(&denoiser, args)?
     } else {

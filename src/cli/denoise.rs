@@ -9,10 +9,13 @@ use super::budget;
 use super::failure::Failure;
 use super::jobs::{self, Job};
 use super::pipelines;
+use super::prefilter::Prefilter;
 use super::progress::Progress;
 use super::say;
+use super::weights::{Given, Source};
 use crate::files::Picture;
-use crate::{Denoiser, Frame, Gpu, Image};
+use crate::model::{Main, TransferFunction};
+use crate::{Denoiser, Frame, Gpu, Image, Options};
 
 /// Reads, denoises and writes, picture by picture.
 pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
@@ -27,11 +30,21 @@ pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
 /// The denoiser of all pictures, and what is said of them.
 struct Work<'a> {
     args: &'a DenoiseArgs,
-    engine: Option<(Gpu, Denoiser)>,
+    engine: Option<Engine>,
     pictures: usize,
     failed: usize,
     watch: Stopwatch,
     said: RefCell<HashSet<String>>,
+}
+
+/// A denoiser, and what it was made of.
+struct Engine {
+    gpu: Gpu,
+    options: Options,
+    /// `None` if the budget has chosen.
+    weights: Option<Source>,
+    denoiser: Denoiser,
+    prefilter: Option<Prefilter>,
 }
 
 impl<'a> Work<'a> {
@@ -46,8 +59,8 @@ impl<'a> Work<'a> {
     /// If the only picture fails, or there can be no denoiser.
     fn picture(&mut self, job: &Job) -> Result<(), Failure> {
         let outcome = match self.read(job) {
-            Ok(picture) => {
-                let engine = self.engine(job, &picture)?;
+            Ok((picture, weights)) => {
+                let engine = self.engine(job, &picture, weights)?;
                 self.denoise_and_write(job, &picture, engine)
             }
             Err(failure) => Err(failure),
@@ -62,35 +75,45 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn read(&mut self, job: &Job) -> Result<Picture, Failure> {
+    /// The picture, and which weights it needs.
+    fn read(&mut self, job: &Job) -> Result<(Picture, Option<Source>), Failure> {
         let picture = Picture::open(&job.input, &job.layers)?;
         self.notices(job, picture.notices());
-        self.notices(job, &unusable_pixels(picture.color()));
+        let weights = self.args.source(&picture)?;
         self.watch.lap("read");
-        Ok(picture)
+        Ok((picture, weights))
     }
 
-    /// The denoiser, made for the first picture and anew after a picture that it failed at.
-    fn engine(&mut self, job: &Job, picture: &Picture) -> Result<(Gpu, Denoiser), Failure> {
-        if let Some(engine) = self.engine.take() {
-            return Ok(engine);
-        }
-        let (gpu, denoiser) = self.args.denoiser(&self.args.frame(picture))?;
-        self.args.details(|| adapter_and_kernels(&gpu, &denoiser));
-        self.notices(job, &denoiser.notices());
+    /// The denoiser, made for the first picture, and anew for one that needs other weights or comes
+    /// after a failure.
+    fn engine(
+        &mut self,
+        job: &Job,
+        picture: &Picture,
+        weights: Option<Source>,
+    ) -> Result<Engine, Failure> {
+        let before = match self.engine.take() {
+            Some(engine) if engine.weights == weights => return Ok(engine),
+            engine => engine.map(|Engine { gpu, options, .. }| (gpu, options)),
+        };
+        let engine = self.args.engine(&self.args.frame(picture), weights, before)?;
+        let Engine { gpu, denoiser, .. } = &engine;
+        self.args.details(|| adapter_and_kernels(gpu, denoiser));
+        self.notices(job, &engine.notices());
         self.watch.lap("prepared");
-        Ok((gpu, denoiser))
+        Ok(engine)
     }
 
     fn denoise_and_write(
         &mut self,
         job: &Job,
         picture: &Picture,
-        engine: (Gpu, Denoiser),
+        engine: Engine,
     ) -> Result<(), Failure> {
         let frame = self.args.frame(picture);
-        self.notices(job, &unread_inputs(&engine.1, &frame));
-        let result = self.args.denoise(&engine.1, &frame)?;
+        self.notices(job, &unusable_pixels(frame.color, &engine.denoiser));
+        self.notices(job, &unread_inputs(&engine.denoiser, &frame));
+        let result = engine.denoise(self.args, &frame)?;
         self.engine = Some(engine);
         self.watch.lap("denoised");
         let notices = picture.save(&job.output, &result, self.args.force)?;
@@ -119,8 +142,8 @@ impl<'a> Work<'a> {
 
     /// Keeps what the driver compiled and sums up.
     fn finish(self) -> Result<(), Failure> {
-        if let Some((gpu, denoiser)) = &self.engine {
-            pipelines::keep(gpu, &denoiser.options);
+        if let Some(Engine { gpu, options, .. }) = &self.engine {
+            pipelines::keep(gpu, options);
         }
         match (self.pictures, self.failed) {
             (1, _) => {}
@@ -130,6 +153,22 @@ impl<'a> Work<'a> {
             }
         }
         Ok(())
+    }
+}
+
+impl Engine {
+    /// What a user should know of the choices.
+    fn notices(&self) -> Vec<String> {
+        let weights = self.weights.as_ref().and_then(Source::notice);
+        let prefilter = self.prefilter.as_ref().map(Prefilter::notice);
+        weights.into_iter().chain(prefilter).chain(self.denoiser.notices()).collect()
+    }
+
+    fn denoise(&self, args: &DenoiseArgs, frame: &Frame<'_>) -> Result<Image, Failure> {
+        let Some(prefilter) = &self.prefilter else { return args.denoise(&self.denoiser, frame) };
+        let clean = prefilter.images(frame, |denoiser, frame| args.denoise(denoiser, frame))?;
+        let [albedo, normal] = clean.each_ref().map(Option::as_ref);
+        args.denoise(&self.denoiser, &Frame { albedo, normal, ..*frame })
     }
 }
 
@@ -143,16 +182,47 @@ impl DenoiseArgs {
         }
     }
 
-    /// On the adapter of the flags, with the weights of the flags or those that the budget allows.
-    fn denoiser(&self, frame: &Frame<'_>) -> Result<(Gpu, Denoiser), Failure> {
-        let Some(limit) = self.budget.limit() else { return self.engine.denoiser() };
-        let gpu = self.engine.open_gpu()?;
-        let options = self.engine.options(&gpu)?;
+    /// Which weights the picture needs; `None` if the budget chooses.
+    fn source(&self, picture: &Picture) -> Result<Option<Source>, Failure> {
+        if self.budget.limit().is_some() {
+            return Ok(None);
+        }
+        let inputs = self.frame(picture).inputs();
+        let (hdr, clean) = (!picture.is_display_referred(), self.prefilter.applies(inputs)?);
+        self.engine.source(Given { main: Main::Color, inputs, hdr, clean }).map(Some)
+    }
+
+    /// On the adapter that there was before or else that of the flags.
+    fn engine(
+        &self,
+        frame: &Frame<'_>,
+        weights: Option<Source>,
+        before: Option<(Gpu, Options)>,
+    ) -> Result<Engine, Failure> {
+        // Files first: an adapter takes longer to open.
+        let loaded = weights.as_ref().map(Source::load).transpose()?;
+        let (gpu, options) = before.map_or_else(|| self.engine.open(), Ok)?;
+        let denoiser = match &loaded {
+            Some(weights) => Denoiser::new(&gpu.device, &gpu.queue, weights, &options)?,
+            None => self.within_budget(&gpu, &options, frame)?,
+        };
+        let prefilter = self.prefilter.denoisers(&self.engine, &gpu, &options)?;
+        Ok(Engine { gpu, options, weights, denoiser, prefilter })
+    }
+
+    /// With the weights that the budget allows.
+    fn within_budget(
+        &self,
+        gpu: &Gpu,
+        options: &Options,
+        frame: &Frame<'_>,
+    ) -> Result<Denoiser, Failure> {
+        let limit = self.budget.limit().expect("there is a budget where no weights are named");
         let anew = self.budget.recalibrate;
-        let kept = budget::calibration(&gpu, &options, anew, |text| self.notices(&[text]))?;
-        let (denoiser, chosen) = budget::choose(&kept, limit, &gpu, &options, frame)?;
+        let kept = budget::calibration(gpu, options, anew, |text| self.notices(&[text]))?;
+        let (denoiser, chosen) = budget::choose(&kept, limit, gpu, options, frame)?;
         self.notices(&[chosen]);
-        Ok((gpu, denoiser))
+        Ok(denoiser)
     }
 
     fn denoise(&self, denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Image, Failure> {
@@ -202,10 +272,12 @@ impl DenoiseArgs {
 const NOTHING_VERIFIED: &str = "nothing to verify: the picture has no noise";
 
 /// Says how many pixels hold no light that can be denoised.
-fn unusable_pixels(color: &Image) -> Vec<String> {
+fn unusable_pixels(color: &Image, denoiser: &Denoiser) -> Vec<String> {
+    let signed = denoiser.weights().metadata().transfer_function == TransferFunction::Signed;
     let count = |is_bad: fn(&[f32; 3]) -> bool| color.pixels().iter().filter(|p| is_bad(p)).count();
     let bad = count(|pixel| pixel.iter().any(|v| !v.is_finite()));
     let negative = count(|pixel| pixel.iter().any(|&v| v.is_finite() && v < 0.0));
+    let negative = if signed { 0 } else { negative };
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
     let filled = format!("{} NaN or infinite and filled from the neighbours", pixels(bad));
     let black = format!("{} negative; negative values count as 0", pixels(negative));

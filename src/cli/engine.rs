@@ -1,30 +1,11 @@
-//! What the flags say about weights, adapter and options.
-
-use std::fs::File;
-use std::io::{self, Read};
-use std::path::Path;
+//! What the flags say about adapter and options.
 
 use super::args::EngineArgs;
 use super::failure::Failure;
 use super::pipelines;
-use crate::{Denoiser, Gpu, MatrixShape, Options, Weights};
-
-/// The longest weights file that is read.
-const MAX_WEIGHTS_BYTES: u64 = 1 << 30;
+use crate::{Gpu, MatrixShape, Options};
 
 impl EngineArgs {
-    /// The weights of `--weights` or `--quality`.
-    pub(super) fn load_weights(&self) -> Result<Weights, Failure> {
-        match &self.weights {
-            None => Ok(Weights::builtin(self.quality.into())?),
-            Some(path) => {
-                let wrong = |what: String| Failure::Work(format!("{}: {what}", path.display()));
-                let bytes = read(path).map_err(wrong)?;
-                Weights::from_bytes(&bytes).map_err(|error| wrong(error.to_string()))
-            }
-        }
-    }
-
     /// The adapter of `--adapter`.
     pub(super) fn open_gpu(&self) -> Result<Gpu, Failure> {
         Ok(Gpu::open(self.adapter.as_deref())?)
@@ -51,29 +32,10 @@ impl EngineArgs {
         })
     }
 
-    /// All of it.
-    pub(super) fn denoiser(&self) -> Result<(Gpu, Denoiser), Failure> {
-        let weights = self.load_weights()?;
+    /// Both.
+    pub(super) fn open(&self) -> Result<(Gpu, Options), Failure> {
         let gpu = self.open_gpu()?;
         let options = self.options(&gpu)?;
-        let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
-        Ok((gpu, denoiser))
+        Ok((gpu, options))
     }
-}
-
-/// Not more than the limit, even of what has no length, such as a pipe or a device.
-fn read(path: &Path) -> Result<Vec<u8>, String> {
-    let cannot = |error: io::Error| format!("cannot be read: {error}");
-    let file = File::open(path).map_err(cannot)?;
-    let length = file.metadata().map_err(cannot)?.len();
-    let mut bytes = Vec::new();
-    if length <= MAX_WEIGHTS_BYTES {
-        file.take(MAX_WEIGHTS_BYTES + 1).read_to_end(&mut bytes).map_err(cannot)?;
-    }
-    if length.max(bytes.len() as u64) > MAX_WEIGHTS_BYTES {
-        return Err(format!(
-            "is longer than {MAX_WEIGHTS_BYTES} bytes, the most that is accepted of weights"
-        ));
-    }
-    Ok(bytes)
 }

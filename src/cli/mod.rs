@@ -10,6 +10,7 @@ mod bench;
 mod budget;
 mod cache;
 mod compare;
+mod convert;
 mod denoise;
 mod devices;
 mod engine;
@@ -18,10 +19,12 @@ mod frames;
 mod info;
 mod jobs;
 pub(crate) mod pipelines;
+mod prefilter;
 mod profile;
 mod progress;
 mod report;
 mod values;
+mod weights;
 
 use self::args::{Cli, Command};
 use self::failure::Failure;
@@ -88,6 +91,7 @@ fn run(cli: Cli) -> Result<(), Failure> {
         Some(Command::Devices(args)) => devices::run(&args),
         Some(Command::Compare(args)) => compare::run(&args),
         Some(Command::Bench(args)) => bench::run(&args),
+        Some(Command::Convert(args)) => convert::run(&args),
     }
 }
 

@@ -8,7 +8,7 @@ use clap::builder::RangedI64ValueParser;
 use crate::{KernelSet, MatrixShape, Precision, Quality};
 
 /// [`Quality`] on the command line.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(super) enum QualityArg {
     /// The least work
     Fast,

@@ -157,6 +157,12 @@ impl Picture {
         &self.color
     }
 
+    /// Whether the file holds what a display shows, as PNG and JPEG do, and not light of any size.
+    #[must_use]
+    pub fn is_display_referred(&self) -> bool {
+        matches!(self.source, Source::Ldr(_))
+    }
+
     /// The albedo, of the colour's size.
     #[must_use]
     pub fn albedo(&self) -> Option<&Image> {

@@ -17,7 +17,7 @@ pub fn layer_macs_per_pixel(network: &Network, index: usize) -> f64 {
         Op::Conv3x3 { .. } => 9.0 * products,
         // Of the four taps each output pixel sees one.
         Op::ConvTranspose | Op::Conv1x1 => products,
-        Op::MaxPool | Op::Concat | Op::Sigmoid => 0.0,
+        Op::MaxPool | Op::Upsample | Op::Concat | Op::Sigmoid => 0.0,
     };
     per_output / f64::from(1_u32 << (2 * output.level))
 }
@@ -37,6 +37,7 @@ pub fn macs_per_pixel(network: &Network) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::OidnSize;
 
     #[test]
     fn the_thesis_network_costs_about_0_18_b_squared_thousand_macs() {
@@ -46,6 +47,14 @@ mod tests {
             let expected = 180.0 * (base * base) as f64;
             assert!((macs / expected - 1.0).abs() < 0.07, "base {base}: {macs}");
         }
+    }
+
+    #[test]
+    fn oidns_networks_cost_what_its_weights_shapes_come_to() {
+        let base = [32, 32, 48, 64, 80, 96, 96, 112, 112, 96, 96, 64, 64, 64, 32];
+        let small = [32, 32, 32, 32, 32, 32, 32, 64, 64, 64, 64, 64, 32, 32, 32];
+        let macs = |widths: &[usize]| macs_per_pixel(&Network::oidn(9, OidnSize::Base, widths));
+        assert_eq!([macs(&small), macs(&base)].map(f64::round), [62_136.0, 125_406.0]);
     }
 
     #[test]

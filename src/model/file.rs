@@ -45,7 +45,7 @@ impl<'a> WeightsFile<'a> {
             Op::Conv3x3 { .. } => [output, input, 3, 3],
             Op::ConvTranspose => [input, output, 2, 2],
             Op::Conv1x1 => [output, input, 1, 1],
-            Op::MaxPool | Op::Concat | Op::Sigmoid | Op::UpConv { .. } => {
+            Op::MaxPool | Op::Upsample | Op::Concat | Op::Sigmoid | Op::UpConv { .. } => {
                 unreachable!("a file has no weights of {name}")
             }
         };

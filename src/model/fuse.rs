@@ -13,25 +13,29 @@ pub struct Fused {
     pub network: Network,
     /// Weights and biases by layer.
     pub params: BTreeMap<String, Params>,
-    /// Those of the last layer, a 1×1 convolution, whose result the sigmoid turns into the image.
-    pub head: Params,
+    /// What follows.
+    pub head: HeadParams,
+}
+
+/// What stands between the last 3×3 convolution and the decoding of the image.
+#[derive(Clone, Debug)]
+pub struct HeadParams {
+    /// Those of a 1×1 convolution: the identity where the network has none.
+    pub conv: Params,
+    /// Whether a sigmoid follows; if not, the values are clamped as they are decoded.
+    pub sigmoid: bool,
 }
 
 impl Fused {
-    /// Fuses transposed convolution, concat and 3×3 convolution, and takes off the head.
-    ///
-    /// # Panics
-    /// If the network does not end with a 1×1 convolution and a sigmoid, as all do that a
-    /// weights file can name.
+    /// Fuses upsampling, concat and 3×3 convolution, and takes off the head.
     #[must_use]
     pub fn new(weights: &Weights) -> Self {
         let network = weights.network();
-        let [body @ .., head, last] = &network.layers[..] else { panic!("a network has an end") };
-        assert!((head.op, last.op) == (Op::Conv1x1, Op::Sigmoid), "{head:?}, {last:?}");
+        let (body, head) = head(network, weights);
         let mut fused = Self {
             network: Network { layers: Vec::new(), shapes: vec![network.shapes[0]] },
             params: BTreeMap::new(),
-            head: weights.params(&head.name),
+            head,
         };
         let mut place = vec![0; network.shapes.len()];
         let mut i = 0;
@@ -55,16 +59,42 @@ impl Fused {
     }
 }
 
-/// The three layers from `i` on as one, if they are transposed convolution, concat and 3×3
-/// convolution.
+/// The layers before the head, and the head.
+fn head<'a>(network: &'a Network, weights: &Weights) -> (&'a [Layer], HeadParams) {
+    match &network.layers[..] {
+        [body @ .., conv, last] if (conv.op, last.op) == (Op::Conv1x1, Op::Sigmoid) => {
+            (body, HeadParams { conv: weights.params(&conv.name), sigmoid: true })
+        }
+        body => {
+            let channels = network.shapes[network.output()].channels;
+            let conv = Params { weight: identity(channels, 1), bias: vec![0.0; channels] };
+            (body, HeadParams { conv, sigmoid: false })
+        }
+    }
+}
+
+/// Weights that leave `channels` channels what they are, at each of `taps` taps.
+fn identity(channels: usize, taps: usize) -> Vec<f32> {
+    let same = |i: usize| i / taps / channels == i / taps % channels;
+    (0..channels * channels * taps).map(|i| f32::from(u8::from(same(i)))).collect()
+}
+
+/// The three layers from `i` on as one, if they are an upsampling, concat and 3×3 convolution.
+/// Nearest upsampling is the transposed convolution by the identity.
 fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<(Layer, Params)> {
     let [up, concat, conv, ..] = &network.layers[i..] else { return None };
     let Op::Conv3x3 { relu } = conv.op else { return None };
-    if up.op != Op::ConvTranspose || concat.op != Op::Concat || concat.inputs[1] != i + 1 {
+    if concat.op != Op::Concat || concat.inputs[1] != i + 1 {
         return None;
     }
-    let (mut params, of_conv) = (weights.params(&up.name), weights.params(&conv.name));
-    let op = Op::UpConv { ups: params.bias.len(), relu };
+    let ups = network.shapes[i + 1].channels;
+    let mut params = match up.op {
+        Op::ConvTranspose => weights.params(&up.name),
+        Op::Upsample => Params { weight: identity(ups, 4), bias: vec![0.0; ups] },
+        _ => return None,
+    };
+    let of_conv = weights.params(&conv.name);
+    let op = Op::UpConv { ups, relu };
     params.weight.extend(of_conv.weight);
     params.bias.extend(of_conv.bias);
     let inputs = vec![concat.inputs[0], up.inputs[0]];
@@ -84,7 +114,20 @@ mod tests {
         assert_eq!(count(|op| matches!(op, Op::UpConv { .. })), 4);
         assert_eq!(count(|op| op == Op::MaxPool), 4);
         assert_eq!(fused.network.layers.len(), 22);
-        assert_eq!(fused.head.bias.len(), 3);
+        assert!(fused.head.conv.bias.len() == 3 && fused.head.sigmoid);
+    }
+
+    #[test]
+    fn a_network_of_oidn_has_16_convolutions_and_4_pools_and_its_head_changes_nothing() {
+        let bytes = include_bytes!("../../tests/fixtures/oidn/rt_alb.tza");
+        let fused = Fused::new(&Weights::from_tza(bytes, "rt_alb").unwrap());
+        let is_up = |layer: &&Layer| matches!(layer.op, Op::UpConv { .. });
+        let ups: Vec<_> = fused.network.layers.iter().filter(is_up).collect();
+        let names: Vec<_> = ups.iter().map(|layer| layer.name.as_str()).collect();
+        assert_eq!(names, ["dec_conv4a", "dec_conv3a", "dec_conv2a", "dec_conv1a"]);
+        assert_eq!((fused.network.layers.len(), ups[3].inputs[0]), (16 + 4, 0));
+        assert_eq!(fused.head.conv.weight, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+        assert!(!fused.head.sigmoid);
     }
 
     #[test]

@@ -1,9 +1,10 @@
 //! What a weights file says of itself, in the `__metadata__` of its safetensors header.
 
 use std::collections::HashMap;
+use std::ops::RangeInclusive;
 
 use super::shown::{is_printable, shown};
-use super::{Inputs, Network};
+use super::{Encoding, Inputs, Network, OidnSize, TransferFunction};
 use crate::error::{Error, Result};
 
 /// The metadata of format version 1.
@@ -11,18 +12,83 @@ use crate::error::{Error, Result};
 pub struct Metadata {
     /// A short name, such as `balanced`: 1 to 64 characters that can be printed.
     pub name: String,
-    /// Channels of each encoder level and of the bottom.
+    /// Which layers there are.
+    pub topology: Topology,
+    /// Channels: of a [`Topology::Unet`] by encoder level and at the bottom, of a
+    /// [`Topology::Oidn`] what every convolution but the last makes.
     pub widths: Vec<usize>,
     /// What the network was trained with.
     pub inputs: Inputs,
+    /// What the first image is.
+    pub main: Main,
+    /// How the first image is encoded.
+    pub transfer_function: TransferFunction,
     /// Added to the variance of every batch norm.
     pub norm_eps: Option<f64>,
     /// Data, loss, steps, licence: free text.
     pub provenance: String,
 }
 
+/// What a network denoises.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Main {
+    /// Colour.
+    #[default]
+    Color,
+    /// Albedo, which then stands in the place of the colour.
+    Albedo,
+    /// Normal, which then stands in the place of the colour.
+    Normal,
+}
+
+impl Main {
+    /// As in a weights file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Color => "color",
+            Self::Albedo => "albedo",
+            Self::Normal => "normal",
+        }
+    }
+}
+
+/// The kinds of network that a file can hold.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Topology {
+    /// [`Network::unet`].
+    Unet,
+    /// [`Network::oidn`].
+    Oidn(OidnSize),
+}
+
+impl Topology {
+    /// As in a weights file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Unet => "unet",
+            Self::Oidn(OidnSize::Base) => "oidn",
+            Self::Oidn(OidnSize::Large) => "oidn-large",
+        }
+    }
+
+    fn parse(text: &str) -> Option<Self> {
+        let all = [Self::Unet, Self::Oidn(OidnSize::Base), Self::Oidn(OidnSize::Large)];
+        all.into_iter().find(|topology| topology.name() == text)
+    }
+
+    /// How many widths a file may have.
+    fn widths(self) -> RangeInclusive<usize> {
+        match self {
+            Self::Unet => 2..=MAX_LEVELS,
+            Self::Oidn(size) => size.convolutions() - 1..=size.convolutions() - 1,
+        }
+    }
+}
+
 const MAX_LEVELS: usize = 8;
-const MAX_WIDTH: usize = 1024;
+pub(super) const MAX_WIDTH: usize = 1024;
 const MAX_NAME: usize = 64;
 
 impl Metadata {
@@ -33,21 +99,35 @@ impl Metadata {
     pub fn parse(pairs: &HashMap<String, String>) -> Result<Self> {
         expect(pairs, "format", "wgdenoise")?;
         expect(pairs, "format_version", "1")?;
-        expect(pairs, "topology", "unet")?;
-        expect(pairs, "transfer_function", "pu")?;
+        let topology = topology(pairs)?;
         Ok(Self {
             name: name(get(pairs, "name")?)?,
-            widths: widths(get(pairs, "widths")?)?,
+            topology,
+            widths: widths(get(pairs, "widths")?, topology)?,
             inputs: Inputs::parse(get(pairs, "inputs")?)?,
+            main: pairs.get("main").map_or(Ok(Main::Color), |text| main(text))?,
+            transfer_function: transfer_function(get(pairs, "transfer_function")?)?,
             norm_eps: pairs.get("norm_eps").map(|text| norm_eps(text)).transpose()?,
             provenance: get(pairs, "provenance")?.to_string(),
         })
     }
 
+    /// How the network's input is made of images.
+    #[must_use]
+    pub fn encoding(&self) -> Encoding {
+        Encoding {
+            transfer_function: self.transfer_function,
+            zero_padding: self.topology != Topology::Unet,
+        }
+    }
+
     /// The network that the metadata describes.
     #[must_use]
     pub fn network(&self) -> Network {
-        Network::unet(self.inputs.channels(), &self.widths)
+        match self.topology {
+            Topology::Unet => Network::unet(self.inputs.channels(), &self.widths),
+            Topology::Oidn(size) => Network::oidn(self.inputs.channels(), size, &self.widths),
+        }
     }
 }
 
@@ -81,17 +161,50 @@ fn name(text: &str) -> Result<String> {
     )))
 }
 
-fn widths(text: &str) -> Result<Vec<usize>> {
+fn topology(pairs: &HashMap<String, String>) -> Result<Topology> {
+    let text = get(pairs, "topology")?;
+    Topology::parse(text).ok_or_else(|| {
+        Error::Weights(format!(
+            "metadata `topology` is `{}`, but this version reads only `unet`, `oidn` and \
+             `oidn-large`",
+            shown(text)
+        ))
+    })
+}
+
+fn main(text: &str) -> Result<Main> {
+    let all = [Main::Color, Main::Albedo, Main::Normal];
+    all.into_iter().find(|main| main.name() == text).ok_or_else(|| {
+        Error::Weights(format!(
+            "metadata `main` is `{}`, expected `color`, `albedo` or `normal`",
+            shown(text)
+        ))
+    })
+}
+
+fn transfer_function(text: &str) -> Result<TransferFunction> {
+    TransferFunction::ALL.into_iter().find(|curve| curve.name() == text).ok_or_else(|| {
+        Error::Weights(format!(
+            "metadata `transfer_function` is `{}`, but this version reads only `pu`, `log`, \
+             `srgb` and `signed`",
+            shown(text)
+        ))
+    })
+}
+
+fn widths(text: &str, topology: Topology) -> Result<Vec<usize>> {
     let parsed: Option<Vec<usize>> = text.split(',').map(|w| w.trim().parse().ok()).collect();
     let valid = |widths: &Vec<usize>| {
-        (2..=MAX_LEVELS).contains(&widths.len())
+        topology.widths().contains(&widths.len())
             && widths.iter().all(|w| (1..=MAX_WIDTH).contains(w))
     };
     parsed.filter(valid).ok_or_else(|| {
         Error::Weights(format!(
-            "metadata `widths` is `{}`, expected 2 to {MAX_LEVELS} numbers from 1 to \
-             {MAX_WIDTH} with commas between them",
-            shown(text)
+            "metadata `widths` is `{}`, expected {} to {} numbers from 1 to {MAX_WIDTH} with \
+             commas between them",
+            shown(text),
+            topology.widths().start(),
+            topology.widths().end()
         ))
     })
 }

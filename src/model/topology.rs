@@ -13,6 +13,8 @@ pub enum Op {
     MaxPool,
     /// Transposed convolution, 2×2 kernel, stride 2, plus bias; doubles both sides.
     ConvTranspose,
+    /// Every pixel four times, as 2×2; doubles both sides.
+    Upsample,
     /// The channels of the first input, then those of the second.
     Concat,
     /// `Conv3x3` over `Concat` of the first input and `ConvTranspose` of the second. Its weights
@@ -33,7 +35,7 @@ impl Op {
     /// Whether the weights file holds a weight and a bias for the layer.
     #[must_use]
     pub fn has_weights(self) -> bool {
-        !matches!(self, Self::MaxPool | Self::Concat | Self::Sigmoid)
+        !matches!(self, Self::MaxPool | Self::Upsample | Self::Concat | Self::Sigmoid)
     }
 }
 
@@ -138,18 +140,24 @@ impl Network {
         1 << self.shapes.iter().map(|s| s.level).max().unwrap_or(0)
     }
 
-    fn empty(in_channels: usize) -> Self {
+    pub(super) fn empty(in_channels: usize) -> Self {
         Self { layers: Vec::new(), shapes: vec![Shape { channels: in_channels, level: 0 }] }
     }
 
     /// Appends a layer that reads `inputs`, or the tensor before it if there are none named.
-    fn push(&mut self, name: String, op: Op, inputs: &[TensorId], channels: usize) -> TensorId {
+    pub(super) fn push(
+        &mut self,
+        name: String,
+        op: Op,
+        inputs: &[TensorId],
+        channels: usize,
+    ) -> TensorId {
         let before = self.output();
         let inputs = if inputs.is_empty() { vec![before] } else { inputs.to_vec() };
         let level = self.shapes[*inputs.last().expect("every layer reads something")].level;
         let level = match op {
             Op::MaxPool => level + 1,
-            Op::ConvTranspose | Op::UpConv { .. } => level - 1,
+            Op::ConvTranspose | Op::Upsample | Op::UpConv { .. } => level - 1,
             Op::Conv3x3 { .. } | Op::Concat | Op::Conv1x1 | Op::Sigmoid => level,
         };
         self.layers.push(Layer { name, op, inputs });

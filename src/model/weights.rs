@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use super::file::WeightsFile;
 use super::topology::{Network, Op};
-use super::{Inputs, Metadata};
+use super::{Inputs, Metadata, Topology, tza};
 use crate::error::{Error, Result};
 
 /// Weight and bias of one layer, batch norm folded in.
@@ -80,6 +80,15 @@ impl Weights {
         Ok(Self { metadata, network, params })
     }
 
+    /// Reads a file of Open Image Denoise (TZA), whose name, less its extension, says what it is
+    /// for: `rt_hdr_alb_nrm`, for example.
+    ///
+    /// # Errors
+    /// As [`tza::to_safetensors`], and as [`from_bytes`](Self::from_bytes).
+    pub fn from_tza(bytes: &[u8], name: &str) -> Result<Self> {
+        Self::from_bytes(&tza::to_safetensors(bytes, name)?)
+    }
+
     /// The weights that this program carries.
     ///
     /// # Errors
@@ -115,7 +124,8 @@ impl Weights {
     /// feeding zeros.
     ///
     /// # Errors
-    /// If `inputs` has an image that the network was not trained with.
+    /// If `inputs` has an image that the network was not trained with, or lacks one that a network
+    /// of this topology needs.
     ///
     /// # Panics
     /// Never: every layer that needs weights has them since the file was read.
@@ -124,6 +134,14 @@ impl Weights {
         if inputs.intersection(trained) != inputs {
             return Err(Error::Weights(format!(
                 "`{}` was trained with {trained}, but {inputs} was given; leave the others out",
+                self.metadata.name
+            )));
+        }
+        if inputs != trained && self.metadata.topology != Topology::Unet {
+            let file = tza::for_inputs(&self.metadata, inputs)
+                .map_or_else(String::new, |stem| format!(", such as {stem}.tza"));
+            return Err(Error::Weights(format!(
+                "`{}` needs {trained}, but {inputs} was given; take weights for that{file}",
                 self.metadata.name
             )));
         }
@@ -146,7 +164,7 @@ fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
     for (i, layer) in network.layers.iter().enumerate() {
         let first = &kept[layer.inputs[0]];
         kept.push(match layer.op {
-            Op::MaxPool | Op::Sigmoid => first.clone(),
+            Op::MaxPool | Op::Upsample | Op::Sigmoid => first.clone(),
             Op::Concat => {
                 let offset = network.shapes[layer.inputs[0]].channels;
                 let second = kept[layer.inputs[1]].iter().map(|c| c + offset);

@@ -32,7 +32,14 @@ fn spec(entry: &'static str, workgroup: [u32; 3], formats: [ImageFormat; 3]) -> 
         source: (reading(formats) + include_str!("../../shaders/activity.wgsl")).into(),
         entry,
         bindings: vec![TILE, color, albedo, normal, Binding::Buffer, clean, map].into(),
-        overrides: &["has_albedo", "has_normal", "radius", "skip", "unorm_normal"],
+        overrides: &[
+            "has_albedo",
+            "has_normal",
+            "radius",
+            "skip",
+            "transfer_function",
+            "unorm_normal",
+        ],
         workgroup,
     }
 }

@@ -31,7 +31,7 @@ pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
         source: (declarations(color, output) + conv3x3::tiled_sums() + main).into(),
         entry: "main",
         bindings: bindings(color, output, Binding::Buffer).into(),
-        overrides: &[],
+        overrides: head::OVERRIDES,
         workgroup: [8, 8, 1],
     }
 }
@@ -84,6 +84,7 @@ pub fn conv_head(
         weights: head::pack(context, head, &held(outputs)),
         conv: Some((bias(context, conv), weights)),
         macs: conv.weight.len() + head.weight.len(),
+        sigmoid: true,
     }
 }
 

@@ -1,5 +1,5 @@
-//! The end of the network in one kernel: 1×1 convolution, sigmoid and [`output_process`], and
-//! for clean blocks the input as it was.
+//! The end of the network in one kernel: 1×1 convolution, sigmoid or none, and
+//! [`output_process`], and for clean blocks the input as it was.
 //!
 //! [`output_process`]: mod@super::output_process
 
@@ -21,10 +21,13 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
         source: (color.result(output, 5) + SOURCE).into(),
         entry: "main",
         bindings: bindings(color, output).into(),
-        overrides: &[],
+        overrides: OVERRIDES,
         workgroup: [8, 8, 1],
     }
 }
+
+/// What every variant, and every one of [`conv_head`](mod@super::conv_head), lets be overridden.
+pub const OVERRIDES: &[&str] = &["sigmoid", "transfer_function"];
 
 /// What both variants bind, and [`conv_head`](mod@super::conv_head) before all else.
 #[must_use]
@@ -98,6 +101,8 @@ pub struct Head {
     pub(super) conv: Option<(wgpu::Buffer, Weights)>,
     /// Multiply-accumulates per pixel.
     pub(super) macs: usize,
+    /// Whether a sigmoid follows the 1×1 convolution, as it does unless this is set to `false`.
+    pub sigmoid: bool,
 }
 
 /// The weights `[output][input]` and the bias as all variants read them. `map` says how the input
@@ -124,7 +129,7 @@ impl Head {
             _ => HeadKernel::Plain,
         };
         let weights = pack(context, params, map);
-        Self { kernel, weights, conv: None, macs: params.weight.len() }
+        Self { kernel, weights, conv: None, macs: params.weight.len(), sigmoid: true }
     }
 
     /// Multiply-accumulates per pixel of a tile.
@@ -157,7 +162,8 @@ impl Head {
             resources.extend([bias.as_entire_binding(), weights.resource()]);
         }
         let spec = self.kernel.spec(images.color.format(), images.output.format());
-        let kernel = context.kernel(&spec, &[]);
+        let sigmoid = ("sigmoid", f64::from(u8::from(self.sigmoid)));
+        let kernel = context.kernel(&spec, &[sigmoid, images.transfer_function.constant()]);
         let [x, y] = self.kernel.tile();
         let workgroups = [input.width.div_ceil(x), input.height.div_ceil(y), 1];
         kernel.dispatch_workgroups(kernel.bind(&context.device, &resources), workgroups)

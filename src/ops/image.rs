@@ -129,12 +129,16 @@ impl ImageFormat {
         text.replace("BINDING", &binding.to_string())
     }
 
-    /// The functions `store_denoised` and `store_noisy` between the image `color` in this format,
+    /// The functions `encode` and `decode`, and the override that chooses among them.
+    pub(crate) const ENCODING: &str = include_str!("../../shaders/image/encoding.wgsl");
+
+    /// The functions `decode`, `store_denoised` and `store_noisy` between the image `color` in this format,
     /// bound at `binding`, and `output`, bound after it; [`BLEND`] comes third.
     #[must_use]
     pub(crate) fn result(self, output: Self, binding: usize) -> String {
         let text = include_str!("../../shaders/image/result.wgsl");
-        self.reading("color", binding, "tile")
+        Self::ENCODING.to_string()
+            + &self.reading("color", binding, "tile")
             + Self::AROUND
             + &Self::filling("color")
             + &output.storing(binding + 1)

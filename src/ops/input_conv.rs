@@ -12,7 +12,7 @@ use super::need::{self, Need};
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{GpuTensor, conv3x3};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
-use crate::model::{Network, Op, Params};
+use crate::model::{INPUT, Network, Op, Params};
 use crate::options::KernelSet;
 
 /// Channels that a workgroup makes. With more, several would encode the same pixels.
@@ -32,7 +32,15 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
         source: (declarations(formats) + text + &conv3x3::tiled_behind_input()).into(),
         entry: "main",
         bindings: bindings.into(),
-        overrides: &["has_albedo", "has_normal", "largest", "relu", "unorm_normal"],
+        overrides: &[
+            "has_albedo",
+            "has_normal",
+            "largest",
+            "relu",
+            "transfer_function",
+            "unorm_normal",
+            "zero_padding",
+        ],
         workgroup: [8, 8, 1],
     }
 }
@@ -41,7 +49,8 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
 #[must_use]
 pub fn begins(network: &Network, kernels: KernelSet) -> bool {
     let first = network.layers.first().is_some_and(|l| l.op == Op::Conv3x3 { relu: true });
-    kernels == KernelSet::Tiled && first && network.shapes[1].channels <= CHANNELS
+    let alone = network.layers.iter().filter(|l| l.inputs.contains(&INPUT)).count() == 1;
+    kernels == KernelSet::Tiled && first && alone && network.shapes[1].channels <= CHANNELS
 }
 
 /// The operator.
@@ -87,7 +96,7 @@ impl InputConv {
         need: &Need<'_>,
     ) -> Dispatch {
         let spec = spec(sources.images().map(|image| image.format()));
-        let mut constants = sources.constants().to_vec();
+        let mut constants = sources.input_constants();
         constants.extend([("largest", context.precision.largest()), ("relu", 1.0)]);
         let kernel = context.kernel(&spec, &constants);
         let uniform = need.buffer(&context.device, TILE);

@@ -4,7 +4,7 @@ use super::image::{ImageBinding, ImageFormat};
 use super::tile::Tile;
 use super::{ChannelMap, GpuTensor};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
-use crate::model::Inputs;
+use crate::model::{Encoding, Inputs};
 
 /// The kernel for colour, albedo and normal in these formats.
 #[must_use]
@@ -21,8 +21,9 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
 
 const SOURCE: &str = include_str!("../../shaders/input_process.wgsl");
 
-/// What say which images there are.
-pub(super) const OVERRIDES: [&str; 3] = ["has_albedo", "has_normal", "unorm_normal"];
+/// What say which images there are, and what they become.
+pub(super) const OVERRIDES: [&str; 5] =
+    ["has_albedo", "has_normal", "transfer_function", "unorm_normal", "zero_padding"];
 
 /// The shader without its entry point, for [`input_conv`](mod@super::input_conv).
 pub(super) fn declarations(formats: [ImageFormat; 3]) -> String {
@@ -40,13 +41,16 @@ pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
 pub(super) const TILE: Binding =
     Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true };
 
-/// How a kernel reads all three images at bindings 1 to 3, filled and repaired.
+/// How a kernel reads all three images at bindings 1 to 3, filled and repaired, and encodes.
 pub(super) fn reading(formats: [ImageFormat; 3]) -> String {
     let image = |(i, name): (usize, &str)| {
         formats[i].reading(name, i + 1, "tile") + &ImageFormat::filling(name)
     };
     let images: String = ["color", "albedo", "normal"].into_iter().enumerate().map(image).collect();
-    images + ImageFormat::AROUND + include_str!("../../shaders/image/repaired.wgsl")
+    images
+        + ImageFormat::AROUND
+        + include_str!("../../shaders/image/repaired.wgsl")
+        + ImageFormat::ENCODING
 }
 
 /// What tells kernels apart that read other formats.
@@ -76,6 +80,8 @@ pub struct Sources<'a> {
     pub unorm_normal: bool,
     /// One 32-bit float: what colour is multiplied by.
     pub input_scale: &'a wgpu::Buffer,
+    /// What they become.
+    pub encoding: Encoding,
 }
 
 impl<'a> Sources<'a> {
@@ -94,10 +100,22 @@ impl<'a> Sources<'a> {
 
     /// The overrides that say what there is.
     #[must_use]
-    pub fn constants(&self) -> [(&'static str, f64); 3] {
+    pub fn constants(&self) -> [(&'static str, f64); 4] {
         let Inputs { albedo, normal } = self.inputs();
-        [("has_albedo", albedo), ("has_normal", normal), ("unorm_normal", self.unorm_normal)]
-            .map(|(name, value)| (name, f64::from(u8::from(value))))
+        let flag = |name, value| (name, f64::from(u8::from(value)));
+        [
+            flag("has_albedo", albedo),
+            flag("has_normal", normal),
+            flag("unorm_normal", self.unorm_normal),
+            self.encoding.transfer_function.constant(),
+        ]
+    }
+
+    /// All overrides of the shader that makes the network's input.
+    #[must_use]
+    pub fn input_constants(&self) -> Vec<(&'static str, f64)> {
+        let zero_padding = f64::from(u8::from(self.encoding.zero_padding));
+        self.constants().into_iter().chain([("zero_padding", zero_padding)]).collect()
     }
 }
 
@@ -105,7 +123,7 @@ impl<'a> Sources<'a> {
 #[must_use]
 pub fn input_process(context: &Context, sources: &Sources<'_>, output: &GpuTensor) -> Dispatch {
     let formats = sources.images().map(|image| image.format());
-    let kernel = context.kernel(&spec(formats), &sources.constants());
+    let kernel = context.kernel(&spec(formats), &sources.input_constants());
     let group = kernel.bind(&context.device, &resources(sources, output));
     kernel.dispatch(group, [output.width, output.height, 1])
 }

@@ -25,6 +25,7 @@ pub mod simd;
 pub mod tile;
 mod transfer;
 pub mod up_conv;
+pub mod upsample;
 
 use self::image::{Element, ImageFormat};
 use self::matrix::Factor::{F16, F32};
@@ -154,6 +155,7 @@ pub fn build(
         Op::ConvTranspose => Box::new(conv_transpose::conv_transpose(context, params, maps[0])),
         Op::Conv1x1 => Box::new(conv1x1::conv1x1(context, params, maps[0])),
         Op::MaxPool => Box::new(max_pool::max_pool(context)),
+        Op::Upsample => Box::new(upsample::upsample(context)),
         Op::Sigmoid => Box::new(sigmoid::sigmoid(context)),
         Op::Concat => Box::new(concat::Concat),
     }
@@ -162,7 +164,7 @@ pub fn build(
 /// Every shader variant there is, for the test that holds declarations against sources.
 #[must_use]
 pub fn all_specs() -> Vec<KernelSpec> {
-    let mut specs = vec![max_pool::SPEC, sigmoid::SPEC];
+    let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, upsample::SPEC];
     specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
     specs.extend([false, true].map(conv3x3::tiled_spec));
     specs.push(up_conv::TILED);

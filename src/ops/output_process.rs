@@ -4,6 +4,7 @@ use super::GpuTensor;
 use super::image::{BLEND, ImageFormat};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::model::TransferFunction;
 use crate::ops::image::ImageBinding;
 
 /// The kernel for a noisy colour and a result in these formats.
@@ -16,7 +17,7 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
         source: (color.result(output, 3) + text).into(),
         entry: "main",
         bindings: [TILE, Binding::TensorIn, Binding::Buffer].into_iter().chain(images).collect(),
-        overrides: &[],
+        overrides: &["transfer_function"],
         workgroup: [8, 8, 1],
     }
 }
@@ -34,12 +35,15 @@ pub struct Images<'a> {
     pub output: ImageBinding<'a>,
     /// Uniform of one 32-bit float: the share of the noisy colour in the result, from 0 to 1.
     pub blend: &'a wgpu::Buffer,
+    /// How the network's output is encoded.
+    pub transfer_function: TransferFunction,
 }
 
 /// The call that stores `input` into an image; choose the tile with [`Dispatch::record_at`].
 #[must_use]
 pub fn output_process(context: &Context, input: &GpuTensor, images: &Images<'_>) -> Dispatch {
-    let kernel = context.kernel(&spec(images.color.format(), images.output.format()), &[]);
+    let spec = spec(images.color.format(), images.output.format());
+    let kernel = context.kernel(&spec, &[images.transfer_function.constant()]);
     let resources = [
         tile_binding(images.tiles),
         input.resource(),

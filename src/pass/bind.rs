@@ -89,6 +89,7 @@ impl Denoiser {
             normal: images.normal.as_ref().map(Held::binding),
             unorm_normal: d.unorm_normal(),
             input_scale: &scale,
+            encoding: model.encoding,
         };
         let bound = Bound {
             tile: plan.tile,
@@ -111,7 +112,11 @@ impl Denoiser {
         color: &Held,
         scale: &wgpu::Buffer,
     ) -> Option<Autoexposure> {
-        let InputScale::Auto = d.input_scale else { return None };
+        if !matches!(d.input_scale, InputScale::Auto)
+            || !self.weights().metadata().transfer_function.is_hdr()
+        {
+            return None;
+        }
         let band = Band::whole(d.width, d.height, color.layout);
         let uniform = uniform(&self.context.device, bytemuck::bytes_of(&band));
         Some(autoexposure(&self.context, &band, &uniform, color.binding(), scale))

@@ -10,7 +10,10 @@ use crate::model::Inputs;
 /// What colour is multiplied by for the network, which was trained at one exposure.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum InputScale<'a> {
-    /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance.
+    /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance; 1 for
+    /// weights that do not read light of any size ([`TransferFunction::is_hdr`]).
+    ///
+    /// [`TransferFunction::is_hdr`]: crate::model::TransferFunction::is_hdr
     #[default]
     Auto,
     /// The same in every frame, above 0.

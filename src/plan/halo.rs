@@ -58,7 +58,7 @@ fn needed(network: &Network, output: std::ops::Range<i64>) -> Vec<(i64, i64)> {
             Op::Conv3x3 { .. } => [around; 2],
             Op::UpConv { .. } => [around, below(around)],
             Op::MaxPool => [(begin * 2, end * 2); 2],
-            Op::ConvTranspose => [below((begin, end)); 2],
+            Op::ConvTranspose | Op::Upsample => [below((begin, end)); 2],
             Op::Concat | Op::Conv1x1 | Op::Sigmoid => [(begin, end); 2],
         };
         for (&input, (begin, end)) in layer.inputs.iter().zip(of_inputs) {

@@ -9,7 +9,7 @@ use super::memory::Footprint;
 use super::storage::{Placement, Storage};
 use super::tiles::{Constraints, Placed, TilePlan};
 use crate::denoiser::MAX_SIDE;
-use crate::model::{INPUT, Network, Op, TensorId};
+use crate::model::{INPUT, Network, OidnSize, Op, TensorId};
 
 fn area(size: [u32; 2]) -> u64 {
     u64::from(size[0]) * u64::from(size[1])
@@ -141,7 +141,12 @@ proptest! {
 
 fn networks() -> impl Strategy<Value = Network> {
     let widths = prop::collection::vec(1_usize..40, 1..=8);
-    (1_usize..10, widths).prop_map(|(inputs, widths)| Network::unet(inputs, &widths))
+    let unet = (1_usize..10, widths).prop_map(|(inputs, widths)| Network::unet(inputs, &widths));
+    let oidn = |size: OidnSize| {
+        let widths = prop::collection::vec(1_usize..40, size.convolutions() - 1);
+        (1_usize..10, widths).prop_map(move |(i, widths)| Network::oidn(i, size, &widths))
+    };
+    prop_oneof![unet, oidn(OidnSize::Base), oidn(OidnSize::Large)]
 }
 
 /// The pixels of each tensor that some pixels of the output depend on, along one axis, one by one.
@@ -152,7 +157,7 @@ fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
         let of = |x: i64| match layer.op {
             Op::Conv3x3 { .. } => vec![x - 1, x, x + 1],
             Op::MaxPool => vec![2 * x, 2 * x + 1],
-            Op::ConvTranspose => vec![x.div_euclid(2)],
+            Op::ConvTranspose | Op::Upsample => vec![x.div_euclid(2)],
             _ => vec![x],
         };
         let read: BTreeSet<_> = seen[i + 1].iter().copied().flat_map(of).collect();

@@ -4,7 +4,7 @@ use super::{Tensor, conv3x3, head};
 use crate::Image;
 use crate::model::Params;
 
-/// The last 3×3 convolution with ReLU and [`head`], one after the other.
+/// The last 3×3 convolution with ReLU and [`head`] with its sigmoid, one after the other.
 ///
 /// `input` is `[i, h, w]`; `conv` holds a weight `[c, i, 3, 3]` and a bias `[c]`, `params` hold a
 /// weight `[3, c]` and a bias `[3]`; the rest is as for [`head`].
@@ -20,5 +20,5 @@ pub fn conv_head(
     color: &Image,
 ) -> Image {
     let tensor = conv3x3(input, &conv.weight, &conv.bias, true);
-    head(&tensor, params, input_scale, clean, color)
+    head(&tensor, params, true, input_scale, clean, color)
 }

@@ -1,12 +1,12 @@
 //! See [`head`].
 
-use super::{Tensor, conv1x1, fill, output_process, sigmoid};
+use super::{Tensor, conv1x1, fill, output_process};
 use crate::Image;
 use crate::model::Params;
 
-/// The end of the network: 1×1 convolution, sigmoid and [`output_process`], one after the other;
-/// in clean blocks of 16×16 pixels the noisy colour as it was,
-/// [filled](fill) and without negative values.
+/// The end of the network: 1×1 convolution, sigmoid if `sigmoid`, and [`output_process`], one after
+/// the other; in clean blocks of 16×16 pixels the noisy colour as it was, [filled](fill) and without
+/// negative values.
 ///
 /// `input` is `[c, h, w]`, `params` hold a weight `[3, c]` and a bias `[3]`, `clean` has a flag
 /// per block, row by row, and `color` has the size of the result.
@@ -17,11 +17,13 @@ use crate::model::Params;
 pub fn head(
     input: &Tensor,
     params: &Params,
+    sigmoid: bool,
     input_scale: f32,
     clean: &[bool],
     color: &Image,
 ) -> Image {
-    let network = sigmoid(&conv1x1(input, &params.weight, &params.bias));
+    let sums = conv1x1(input, &params.weight, &params.bias);
+    let network = if sigmoid { super::sigmoid(&sums) } else { sums };
     let mut result = output_process(&network, input_scale, color.width(), color.height());
     let noisy = fill(color);
     let blocks = input.width.div_ceil(16);

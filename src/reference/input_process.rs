@@ -1,15 +1,16 @@
 //! From images to the tensor that the network reads.
 
-use super::transfer_function::{LARGEST, pu};
+use super::transfer_function::encode;
 use super::{Tensor, fill, repair};
 use crate::image::Image;
+use crate::model::{Encoding, TransferFunction};
 
 /// Brings the images into the network's numbers and extends them to whole multiples of
 /// `alignment` by repeating the last column to the right and the last row downwards.
 ///
 /// The result has three channels per image that is there, in the order colour, albedo,
 /// normal, all in `[0, 1]`. Colour is [repaired](repair), multiplied by `input_scale`, limited to
-/// the largest 16-bit float and encoded by [`pu`]. Albedo and normal are [filled](fill). Albedo is
+/// the largest 16-bit float and encoded by [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is
 /// clamped to `[0, 1]`. A normal is clamped to `[−1, 1]` and moved to `[0, 1]`.
 ///
 /// # Panics
@@ -22,15 +23,40 @@ pub fn input_process(
     input_scale: f32,
     alignment: u32,
 ) -> Tensor {
-    let encode_color = |v| encode_color(v, input_scale);
-    let mut inputs: Vec<(Image, &dyn Fn(f32) -> f64)> =
-        vec![(repair(color, input_scale), &encode_color)];
+    input_process_in(Encoding::default(), color, albedo, normal, input_scale, alignment)
+}
+
+/// The same for a network that was trained with another encoding.
+///
+/// # Panics
+/// As [`input_process`].
+#[must_use]
+pub fn input_process_in(
+    encoding: Encoding,
+    color: &Image,
+    albedo: Option<&Image>,
+    normal: Option<&Image>,
+    input_scale: f32,
+    alignment: u32,
+) -> Tensor {
+    let curve = encoding.transfer_function;
+    let encode_color = |v| encode_color(curve, v, input_scale);
+    let color = match curve {
+        TransferFunction::Signed => fill(color),
+        _ => repair(color, input_scale),
+    };
+    let (width, height) = color.size();
+    let mut inputs: Vec<(Image, &dyn Fn(f32) -> f64)> = vec![(color, &encode_color)];
     inputs.extend(albedo.map(|image| (fill(image), &encode_albedo as _)));
     inputs.extend(normal.map(|image| (fill(image), &encode_normal as _)));
-    let (width, height) = color.size();
-    assert!(inputs.iter().all(|(image, _)| image.size() == color.size()), "images differ in size");
+    let same_size = |(image, _): &(Image, _)| image.size() == (width, height);
+    assert!(inputs.iter().all(same_size), "images differ in size");
     let aligned = |side: u32| side.next_multiple_of(alignment) as usize;
     Tensor::from_fn(3 * inputs.len(), aligned(height), aligned(width), |c, y, x| {
+        let [right, below] = [x >= width as usize, y >= height as usize];
+        if encoding.zero_padding && (right || below) {
+            return 0.0;
+        }
         let (x, y) = (x.min(width as usize - 1), y.min(height as usize - 1));
         let (image, encode) = &inputs[c / 3];
         encode(image.row(y as u32)[x][c % 3]) as f32
@@ -38,8 +64,8 @@ pub fn input_process(
 }
 
 /// A component of a repaired colour in the network's numbers.
-pub(super) fn encode_color(v: f32, input_scale: f32) -> f64 {
-    pu((f64::from(v) * f64::from(input_scale)).min(LARGEST))
+pub(super) fn encode_color(curve: TransferFunction, v: f32, input_scale: f32) -> f64 {
+    encode(curve, f64::from(v) * f64::from(input_scale))
 }
 
 fn encode_albedo(v: f32) -> f64 {
@@ -52,6 +78,7 @@ fn encode_normal(v: f32) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use super::super::pu;
     use super::*;
 
     fn image(width: u32, height: u32, pixels: &[[f32; 3]]) -> Image {
@@ -75,6 +102,15 @@ mod tests {
         let found = input_process(&color, None, None, 1.0, 2);
         let row = [1.0, 2.0, 3.0, 3.0].map(|v| pu(v) as f32);
         assert_eq!(found, Tensor::from_fn(3, 2, 4, |_, _, x| row[x]));
+    }
+
+    #[test]
+    fn or_zeros_stand_there() {
+        let color = image(3, 1, &[[1.0; 3], [2.0; 3], [3.0; 3]]);
+        let zeros = Encoding { zero_padding: true, ..Encoding::default() };
+        let found = input_process_in(zeros, &color, None, None, 1.0, 2);
+        let row = [1.0, 2.0, 3.0, 0.0].map(|v| pu(v) as f32);
+        assert_eq!(found, Tensor::from_fn(3, 2, 4, |_, y, x| if y == 0 { row[x] } else { 0.0 }));
     }
 
     #[test]

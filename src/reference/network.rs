@@ -4,7 +4,9 @@ use std::num::NonZero;
 use std::ops::Range;
 use std::thread;
 
-use super::{Tensor, concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv};
+use super::{
+    Tensor, concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample,
+};
 use crate::model::{INPUT, Layer, Network, Op, Params};
 
 /// Runs every layer of the table in order and returns what the last one makes.
@@ -41,6 +43,7 @@ fn run_layer(layer: &Layer, params: impl Fn(&str) -> Params, inputs: &[&Tensor])
         Op::MaxPool => max_pool(inputs[0]),
         Op::UpConv { ups, relu } => up_conv(inputs[0], inputs[1], &params, ups, relu),
         Op::ConvTranspose => conv_transpose(inputs[0], weight, bias),
+        Op::Upsample => upsample(inputs[0]),
         Op::Concat => concat(inputs[0], inputs[1]),
         Op::Conv1x1 => conv1x1(inputs[0], weight, bias),
         Op::Sigmoid => sigmoid(inputs[0]),

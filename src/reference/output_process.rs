@@ -1,10 +1,11 @@
 //! From the tensor that the network makes to an image.
 
 use super::Tensor;
-use super::transfer_function::pu_inverse;
+use super::transfer_function::decode;
 use crate::image::Image;
+use crate::model::TransferFunction;
 
-/// Undoes what was done to colour on the way in: decodes by [`pu_inverse`], divides by
+/// Undoes what was done to colour on the way in: decodes by [`pu_inverse`](super::pu_inverse), divides by
 /// `input_scale` and keeps the top left `width · height` pixels.
 ///
 /// `tensor` is `[3, h, w]` in `[0, 1]`, at least as large as the image.
@@ -13,9 +14,23 @@ use crate::image::Image;
 /// If the tensor has not three channels or is smaller than the image, or a side is 0.
 #[must_use]
 pub fn output_process(tensor: &Tensor, input_scale: f32, width: u32, height: u32) -> Image {
+    output_process_in(TransferFunction::Pu, tensor, input_scale, width, height)
+}
+
+/// The same for a network of another encoding.
+///
+/// # Panics
+/// As [`output_process`].
+#[must_use]
+pub fn output_process_in(
+    curve: TransferFunction,
+    tensor: &Tensor,
+    input_scale: f32,
+    width: u32,
+    height: u32,
+) -> Image {
     assert_eq!(tensor.channels, 3, "channels of the network's output");
-    let radiance =
-        |v: f32| (pu_inverse(f64::from(v.clamp(0.0, 1.0))) / f64::from(input_scale)) as f32;
+    let radiance = |v: f32| (decode(curve, f64::from(v)) / f64::from(input_scale)) as f32;
     let mut pixels = Vec::new();
     for y in 0..height as usize {
         for x in 0..width as usize {
@@ -28,7 +43,7 @@ pub fn output_process(tensor: &Tensor, input_scale: f32, width: u32, height: u32
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::input_process;
+    use crate::reference::{input_process, pu_inverse};
 
     #[test]
     fn the_image_is_the_top_left_of_the_tensor() {

@@ -5,6 +5,8 @@
 //! the closed form that was fitted to it for denoising in Intel Open Image Denoise: a line in
 //! the dark, a power in the middle, a logarithm in the light.
 
+use crate::model::TransferFunction;
+
 /// The largest radiance, after the input scale, that the network can represent: the largest
 /// finite 16-bit float.
 pub const LARGEST: f64 = 65504.0;
@@ -42,6 +44,35 @@ pub fn pu_inverse(x: f64) -> f64 {
     }
 }
 
+/// A colour component times the exposure, in the network's numbers. Negative ones are for
+/// [`TransferFunction::Signed`] alone.
+#[must_use]
+pub fn encode(curve: TransferFunction, exposed: f64) -> f64 {
+    match curve {
+        TransferFunction::Pu => pu(exposed.min(LARGEST)),
+        TransferFunction::Log => (exposed.min(LARGEST) + 1.0).ln() / (LARGEST + 1.0).ln(),
+        TransferFunction::Srgb => srgb(exposed.clamp(0.0, 1.0)),
+        TransferFunction::Signed => exposed.clamp(-1.0, 1.0) * 0.5 + 0.5,
+    }
+}
+
+/// What [`encode`] made of an exposed component; values outside `[0, 1]` are clamped.
+#[must_use]
+pub fn decode(curve: TransferFunction, encoded: f64) -> f64 {
+    let x = encoded.clamp(0.0, 1.0);
+    match curve {
+        TransferFunction::Pu => pu_inverse(x),
+        TransferFunction::Log => (x * (LARGEST + 1.0).ln()).exp() - 1.0,
+        TransferFunction::Srgb if x <= 0.04045 => x / 12.92,
+        TransferFunction::Srgb => ((x + 0.055) / 1.055).powf(2.4),
+        TransferFunction::Signed => x * 2.0 - 1.0,
+    }
+}
+
+fn srgb(y: f64) -> f64 {
+    if y <= 0.003_130_8 { y * 12.92 } else { 1.055 * y.powf(1.0 / 2.4) - 0.055 }
+}
+
 /// The published curve, which reaches 3.135 at [`LARGEST`].
 fn curve(y: f64) -> f64 {
     if y <= Y0 {
@@ -65,6 +96,20 @@ mod tests {
         let at_one = 0.998_620_152 + 0.192_653_254 * (6.260_260_94e-3 - 1.959_54e-5);
         assert!((curve(1.0) - at_one).abs() < 1e-7, "found {}", curve(1.0));
         assert!((curve(LARGEST) - 3.135).abs() < 1e-3, "found {}", curve(LARGEST));
+    }
+
+    #[test]
+    fn every_curve_is_undone_and_spans_0_to_1() {
+        for curve in TransferFunction::ALL {
+            let least = if curve == TransferFunction::Signed { -1.0 } else { 0.0 };
+            let most = if curve.is_hdr() { LARGEST } else { 1.0 };
+            assert!(encode(curve, least).abs() < 1e-12 && (encode(curve, most) - 1.0).abs() < 1e-9);
+            for value in [0.0, 0.001, 0.01, 0.2, 0.9] {
+                let value = least + value * (most - least);
+                let error = (decode(curve, encode(curve, value)) - value).abs();
+                assert!(error < 2e-5 * most.max(value), "{curve:?}: {value} is off by {error}");
+            }
+        }
     }
 
     #[test]

@@ -10,6 +10,7 @@ mod faults;
 #[cfg(target_os = "linux")]
 mod hostile;
 mod ldr;
+mod oidn;
 #[cfg(target_os = "linux")]
 mod outputs;
 mod pipelines;

@@ -44,6 +44,7 @@ fn on_cpu(weights: &Weights, layer: &Layer, inputs: &[&Tensor]) -> Tensor {
         }
         Op::MaxPool => reference::max_pool(inputs[0]),
         Op::ConvTranspose => reference::conv_transpose(inputs[0], &params().weight, &params().bias),
+        Op::Upsample => reference::upsample(inputs[0]),
         Op::Concat => reference::concat(inputs[0], inputs[1]),
         Op::Conv1x1 => reference::conv1x1(inputs[0], &params().weight, &params().bias),
         Op::Sigmoid => reference::sigmoid(inputs[0]),
@@ -78,6 +79,7 @@ fn shape(op: Op, input: &Tensor, bias: &[f32]) -> [usize; 3] {
     match op {
         Op::MaxPool => [input.channels, height / 2, width / 2],
         Op::ConvTranspose => [bias.len(), height * 2, width * 2],
+        Op::Upsample => [input.channels, height * 2, width * 2],
         Op::Sigmoid => [input.channels, height, width],
         _ => [bias.len(), height, width],
     }

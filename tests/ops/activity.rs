@@ -1,5 +1,6 @@
 use std::collections::BTreeSet;
 
+use wgdenoise::model::Encoding;
 use wgdenoise::ops::activity::{Activity, FAR, LAYERS, activity};
 use wgdenoise::ops::input_process::Sources;
 use wgdenoise::ops::tile::{Layout, Tile};
@@ -257,6 +258,7 @@ fn run_frame(frame: &Frame<'_>, setup: &Setup) -> reference::Activity {
         normal: normal.as_ref().map(Into::into),
         unorm_normal: false,
         input_scale: &buffer(context, bytemuck::bytes_of(&SCALE)),
+        encoding: Encoding::default(),
     };
     let (activity, calls) = activity(context, &sources, setup.tile, setup.radius, setup.skip);
     submit(context, |pass| calls.iter().for_each(|call| call.record_at(pass, 256)));

@@ -153,3 +153,25 @@ fn with_a_max_pool_both_outputs_equal_the_references() {
         compare(&found[1], &reference::max_pool(&expected), sum_tolerance(inputs * 9, precision))
     });
 }
+
+/// Where a store alone may round towards 0, as lavapipe's does.
+#[test]
+fn values_are_stored_in_16_bits_as_the_nearest() {
+    // From 1 on, 16-bit floats stand 2⁻¹⁰ apart.
+    let step = 2.0_f32.powi(-10);
+    let cases = [(0.3, 0.0), (0.5, 0.0), (0.7, 1.0), (1.5, 2.0), (-0.2, 0.0), (-0.4, -0.5)];
+    run_cases(kernel_sets(Precision::F16), |&kernels| {
+        for (steps, expected) in cases {
+            let mut weight = vec![0.0; 9];
+            weight[4] = 1.0;
+            let params = Params { weight, bias: vec![steps * step] };
+            let (context, map) = (context(Precision::F16), channel_map(1));
+            let conv = conv3x3(context, kernels, &params, &map, false, false);
+            let found = run(context, &conv, &Tensor::new(1, 1, 1, vec![1.0]), &map, [1, 1, 1]);
+            if found.data != [1.0 + expected * step] {
+                return Err(format!("1 and {steps} steps: {:?}", found.data));
+            }
+        }
+        Ok(())
+    });
+}

@@ -1,5 +1,5 @@
 use wgdenoise::kernel::Context;
-use wgdenoise::model::Params;
+use wgdenoise::model::{Params, TransferFunction};
 use wgdenoise::ops::activity::Activity;
 use wgdenoise::ops::channel_map;
 use wgdenoise::ops::head::Head;
@@ -26,12 +26,14 @@ const CASES: [(usize, u32, u32); 5] =
 fn head_equals_its_plain_operators_and_keeps_clean_blocks() {
     let variants = variants_of(fused_sets);
     let cases = CASES.iter().flat_map(|case| variants.iter().map(|variant| (*case, *variant)));
-    run_cases(cases, |&(case, variant)| check(case, variant));
+    run_cases(cases, |&(case, variant)| check(case, variant, true));
+    run_cases(variants_of(fused_sets), |&variant| check((3, 33, 18), variant, false));
 }
 
 fn check(
     (channels, width, height): (usize, u32, u32),
     (kernels, precision): (KernelSet, Precision),
+    sigmoid: bool,
 ) -> Result<(), String> {
     let mut random = Random::new(channels as u64);
     let sides = [width, height].map(|side| side.next_multiple_of(16));
@@ -42,14 +44,14 @@ fn check(
     let color = Image::new(width, height, pixels).expect("the count is right");
     let blocks = sides[0] / 16 * (sides[1] / 16);
     let clean: Vec<bool> = (0..blocks).map(|i| i % 3 == 1).collect();
-    let found = run(precision, kernels, &input, &params, &clean, &color);
-    let expected = reference::head(&input, &params, 2.5, &clean, &color);
+    let found = run(precision, (kernels, sigmoid), &input, &params, &clean, &color);
+    let expected = reference::head(&input, &params, sigmoid, 2.5, &clean, &color);
     compare(&image_tensor(&found), &image_tensor(&expected), TOLERANCE)
 }
 
 fn run(
     precision: Precision,
-    kernels: KernelSet,
+    (kernels, sigmoid): (KernelSet, bool),
     input: &Tensor,
     params: &Params,
     clean: &[bool],
@@ -60,7 +62,8 @@ fn run(
     let tile =
         Tile { image_size: size, end: size, color: layout, output: layout, ..Tile::default() };
     let map = channel_map(input.channels);
-    let head = Head::new(context(precision), kernels, params, &map);
+    let mut head = Head::new(context(precision), kernels, params, &map);
+    head.sigmoid = sigmoid;
     let color: &[f32] = bytemuck::cast_slice(color.pixels());
     let output = store(context(precision), &head, input, &tile, clean, color, color.len());
     Image::new(width, height, bytemuck::pod_collect_to_vec(&output)).expect("the count is right")
@@ -89,6 +92,7 @@ pub(crate) fn store(
         color: (&color).into(),
         output: (&output).into(),
         blend: &buffer(context, &[0; 4]),
+        transfer_function: TransferFunction::Pu,
     };
     let input = upload(context, input, &channel_map(input.channels));
     let call = head.dispatch(context, &input, &activity, &images);

@@ -1,5 +1,6 @@
 //! Images of every format, as the first and the last kernel see them.
 
+use wgdenoise::model::{Encoding, TransferFunction};
 use wgdenoise::ops::image::{Element, ImageBinding, ImageFormat};
 use wgdenoise::ops::input_process::{self, Sources, input_process};
 use wgdenoise::ops::output_process::{Images, output_process};
@@ -75,6 +76,7 @@ fn every_format_is_read_as_its_definition_says() {
             normal: None,
             unorm_normal: false,
             input_scale: &buffer(context, bytemuck::bytes_of(&0.5_f32)),
+            encoding: Encoding::default(),
         };
         let output = GpuTensor::of(&GpuTensor::texture(context, [16, 16], 1), 0, 1);
         let call = input_process(context, &sources, &output);
@@ -113,6 +115,7 @@ fn every_format_is_written_with_the_blend_and_the_alpha_of_the_colour() {
             color: binding(&images[0], views[0].as_ref()),
             output: binding(&images[1], views[1].as_ref()),
             blend: &buffer(context, bytemuck::bytes_of(&share)),
+            transfer_function: TransferFunction::Pu,
         };
         let call = output_process(context, &upload(context, &tensor, &channel_map(3)), &images);
         submit(context, |pass| call.record_at(pass, 0));

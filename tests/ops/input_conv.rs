@@ -1,6 +1,6 @@
 //! The first convolution of the tiled kernels, which reads the images.
 
-use wgdenoise::model::Params;
+use wgdenoise::model::{Encoding, Params};
 use wgdenoise::ops::input_conv::InputConv;
 use wgdenoise::ops::input_process::{self, Sources, input_process};
 use wgdenoise::ops::need::{Need, everything};
@@ -103,6 +103,7 @@ impl Problem {
             normal: normal.as_ref().map(Into::into),
             unorm_normal: false,
             input_scale: &buffer(context, bytemuck::bytes_of(&SCALE)),
+            encoding: Encoding::default(),
         };
         make(context, &sources, [width, height].map(|side| side.next_multiple_of(16) as usize))
     }

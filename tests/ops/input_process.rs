@@ -1,4 +1,5 @@
 use wgdenoise::kernel::Context;
+use wgdenoise::model::{Encoding, TransferFunction};
 use wgdenoise::ops::GpuTensor;
 use wgdenoise::ops::input_process::{Sources, channel_map, input_process};
 use wgdenoise::ops::tile::{Layout, Tile};
@@ -31,9 +32,14 @@ fn input_process_equals_the_reference_for_every_input_set() {
     run_cases(cases, |&((width, height, albedo, normal), (precision, tolerance))| {
         let images = images(width, height);
         let aux = [albedo.then_some(&images[1]), normal.then_some(&images[2])];
-        let found = run(context(precision), &images[0], aux, 0.37);
-        let expected = reference::input_process(&images[0], aux[0], aux[1], 0.37, 16);
-        compare(&found, &expected, tolerance)
+        for (i, transfer_function) in TransferFunction::ALL.into_iter().enumerate() {
+            let encoding = Encoding { transfer_function, zero_padding: i % 2 == 1 };
+            let found = run(context(precision), &images[0], aux, 0.37, encoding);
+            let expected =
+                reference::input_process_in(encoding, &images[0], aux[0], aux[1], 0.37, 16);
+            compare(&found, &expected, tolerance)?;
+        }
+        Ok(())
     });
 }
 
@@ -61,6 +67,7 @@ fn run(
     color: &Image,
     aux: [Option<&Image>; 2],
     input_scale: f32,
+    encoding: Encoding,
 ) -> reference::Tensor {
     let (width, height) = color.size();
     let layout = Layout::packed(width);
@@ -81,6 +88,7 @@ fn run(
         normal: normal.as_ref().map(Into::into),
         unorm_normal: false,
         input_scale: &buffer(context, bytemuck::bytes_of(&input_scale)),
+        encoding,
     };
     let channels = sources.inputs().channels();
     let map = channel_map(channels);

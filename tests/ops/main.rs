@@ -19,3 +19,4 @@ mod output_process;
 mod self_test;
 mod sigmoid;
 mod up_conv;
+mod upsample;

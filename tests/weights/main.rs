@@ -48,7 +48,7 @@ fn what_is_no_whole_safetensors_file_is_refused() {
 
 #[test]
 fn metadata_of_another_format_is_refused() {
-    for key in ["format", "format_version", "topology", "transfer_function"] {
+    for key in ["format", "format_version", "transfer_function", "topology"] {
         let expected = format!("metadata `{key}` is `other`, but this version reads only");
         File::valid().set(key, "other").is_refused(&expected);
     }

@@ -5,6 +5,7 @@ from peers.base import Peer
 
 ALL: tuple[Peer, ...] = (
     Peer("wgdenoise", wgdenoise.entries),
+    Peer("wgdenoise-oidn", wgdenoise.oidn_entries),
     Peer("oidn-cpu", oidn.cpu),
     Peer("oidn-cuda", oidn.cuda),
     Peer("oidn-webgpu-native", oidn_webgpu.entries),

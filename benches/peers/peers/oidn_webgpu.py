@@ -18,7 +18,7 @@ WEIGHTS = {"rt_hdr_alb_nrm_small.tza": SMALL, "rt_hdr_alb_nrm.tza": BASE}
 
 def entries(options: Options) -> list[Entry]:
     program = existing(options.oidn_webgpu_native) if options.oidn_webgpu_native else _build(options)
-    _fetch_weights(options)
+    fetch_weights(options)
     return [Entry(f"{CRATE} {VERSION}", network, "its own", BUFFERS, macs,
                   functools.partial(_measure, program, options.weights_cache / file, options))
             for file, (network, macs) in WEIGHTS.items()]
@@ -32,7 +32,8 @@ def _build(options: Options) -> Path:
     return program
 
 
-def _fetch_weights(options: Options) -> None:
+def fetch_weights(options: Options) -> None:
+    """Puts the files into the folder of weights, unless they are there."""
     folder = options.weights_cache
     if all((folder / file).exists() for file in WEIGHTS):
         return

@@ -111,7 +111,8 @@ fn finish(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
     let inside = all(at < vec2<i32>(textureDimensions(output)));
     if inside && quad < textureNumLayers(output) {
         let floor = select(-largest, 0.0, relu);
-        textureStore(output, at, quad, clamp(sum + bias[quad], vec4(floor), vec4(largest)));
+        let value = clamp(sum + bias[quad], vec4(floor), vec4(largest));
+        textureStore(output, at, quad, stored(value));
     }
 }
 

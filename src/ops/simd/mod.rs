@@ -110,7 +110,7 @@ pub fn head_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let bindings = head::bindings(color, output).into();
     // All of the GPU's variant but its entry point.
     let declarations = head::declarations(color, output);
-    let spec = spec(Shape::Head, 1, bindings, &declarations, &[]);
+    let spec = spec(Shape::Head, 1, bindings, &declarations, head::OVERRIDES);
     KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
 }
 
@@ -119,7 +119,7 @@ pub fn head_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
 pub fn conv_head_spec(out_quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let bindings = conv_head::bindings(color, output, Binding::WeightTexture).into();
     let declarations = text::conv_head(color, output);
-    let spec = spec(Shape::ConvHead, out_quads, bindings, &declarations, &[]);
+    let spec = spec(Shape::ConvHead, out_quads, bindings, &declarations, head::OVERRIDES);
     KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
 }
 

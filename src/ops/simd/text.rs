@@ -187,7 +187,7 @@ fn store(shape: Shape, quads: usize) -> String {
     for k in 0..quads {
         text += &bias(k);
         for p in 0..shape.pixels() {
-            let value = format!("clamp(sum{k}_{p} + bias{k}_{p}, floor, vec4(largest))");
+            let value = format!("stored(clamp(sum{k}_{p} + bias{k}_{p}, floor, vec4(largest)))");
             let _ =
                 writeln!(text, "    textureStore(output, vec2(x + {p}, y), first + {k}, {value});");
         }

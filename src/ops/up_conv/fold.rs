@@ -61,20 +61,30 @@ fn low(parts: &Parts<'_>, lows: usize) -> Vec<f32> {
     // [upsampled][2×2][low], so that the innermost loop runs along memory.
     let at = |i: usize| parts.up[(i % lows * ups + i / lows / 4) * 4 + i / lows % 4];
     let by_up: Vec<f64> = (0..ups * 4 * lows).map(|i| f64::from(at(i))).collect();
+    let ranges: Vec<_> = by_up.chunks_exact(lows).map(used).collect();
     let mut folded = Vec::new();
     for output in 0..parts.conv_bias.len() {
         let mut sums = vec![0.0; 16 * lows];
         for (i, parity) in (0..ups * 9).flat_map(|i| (0..4).map(move |p| (i, [p / 2, p % 2]))) {
             let (up, ky, kx) = (i / 9, i / 3 % 3, i % 3);
             let ([b, row], [c, column]) = (seen(parity[0], ky), seen(parity[1], kx));
-            let source = &by_up[(up * 4 + b * 2 + c) * lows..][..lows];
-            let target = &mut sums[tap(parity, [row, column]) * lows..][..lows];
+            let row_of_up = up * 4 + b * 2 + c;
+            let range = ranges[row_of_up].clone();
+            let source = &by_up[row_of_up * lows..][range.clone()];
+            let target = &mut sums[tap(parity, [row, column]) * lows..][range];
             let weight = parts.conv(output, up, ky, kx);
             target.iter_mut().zip(source).for_each(|(sum, value)| *sum += weight * value);
         }
         folded.extend(sums.into_iter().map(|sum| sum as f32));
     }
     folded
+}
+
+/// From the first value that is not 0 to the last: for nearest upsampling, a single one.
+fn used(row: &[f64]) -> std::ops::Range<usize> {
+    let is_used = |value: &f64| *value != 0.0;
+    let first = row.iter().position(is_used).unwrap_or(row.len());
+    first..row.iter().rposition(is_used).map_or(first, |last| last + 1)
 }
 
 /// The 3×3 convolution's bias, and the transposed one's through the taps that lie inside.

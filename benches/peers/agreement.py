@@ -1,0 +1,164 @@
+"""Compare wgdenoise with Open Image Denoise 2.5.1 on the CPU, both with its weights: a table over all networks.
+
+    python benches/peers/agreement.py --weights FOLDER --wgdenoise target/release/wgdenoise
+
+Each TZA file of the folder is given to wgdenoise; Open Image Denoise runs the same network out of its library, in the
+mode that the file's name stands for. Pictures: the sample render and random values, both with odd sides. The program
+exits with 1 if a difference is larger than Open Image Denoise's own regression test allows: a mean of
+|a-b|/(|a|+|b|+0.01) of 0.003, and no value that is off by more than 0.02 and by more than 5 %.
+
+wgdenoise runs with `--no-skip`: by itself it leaves blocks without noise as they are. The pictures hold no broken or
+outlying pixels, which it would repair.
+"""
+
+import argparse
+import re
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pyoidn
+
+ROOT = Path(__file__).resolve().parents[2]
+QUALITIES = dict(small=pyoidn.OIDN_QUALITY_FAST, base=pyoidn.OIDN_QUALITY_BALANCED, large=pyoidn.OIDN_QUALITY_HIGH)
+LAYERS = dict(color="RGB", albedo="RGB", normal="XYZ")
+NAME = re.compile(r"(rt|rtlightmap)_(hdr|ldr|dir|alb|nrm)(_c?alb)?(_c?nrm)?(?:_(small|large))?")
+MEAN, ABSOLUTE, RELATIVE = 0.003, 0.02, 0.05
+
+
+def arguments():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--weights", type=Path, required=True, help="folder of TZA files")
+    p.add_argument("--wgdenoise", type=Path, default=ROOT / "target/release/wgdenoise")
+    p.add_argument("--render", type=Path, default=ROOT / "samples/still_life_8spp.exr", help="EXR file by Blender")
+    p.add_argument("--only", default="", help="part of the names of the files to compare")
+    p.add_argument("--kernels", nargs="+", default=["auto"], help="kernel sets, as for wgdenoise")
+    p.add_argument("--crop", type=int, nargs=2, default=(293, 217), metavar=("W", "H"), help="of the render")
+    return p.parse_args()
+
+
+class Network:
+    """What a file's name says."""
+
+    def __init__(self, path):
+        found = NAME.fullmatch(path.stem)
+        if not found:
+            raise SystemExit(f"{path.name}: no name of Open Image Denoise's weights")
+        self.path, (filter_, self.kind, albedo, normal, size) = path, found.groups()
+        self.filter = pyoidn.OIDN_FILTER_TYPE_RT if filter_ == "rt" else pyoidn.OIDN_FILTER_TYPE_RT_LIGHTMAP
+        self.size, self.clean = size or "base", albedo == "_calb"
+        self.main = {"alb": "albedo", "nrm": "normal"}.get(self.kind, "color")
+        self.layers = [self.main, *(["albedo"] if albedo else []), *(["normal"] if normal else [])]
+
+    def images(self, picture):
+        """The layers of a picture in the range that the network takes."""
+        images = {name: picture[name] for name in self.layers}
+        if self.kind == "dir":
+            images["color"] = picture["normal"]
+        if self.kind == "ldr":
+            images["color"] = np.clip(images["color"], 0, 1)
+        return images
+
+    def oidn(self, images):
+        device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
+        device.commit()
+        output = np.zeros_like(images[self.main])
+        with pyoidn.Filter(device, self.filter) as f:
+            for name, image in {**images, "output": output}.items():
+                f.set_image(name, image, pyoidn.OIDN_FORMAT_FLOAT3)
+            flags = dict(hdr=self.kind == "hdr", cleanAux=self.clean)
+            flags = flags if self.filter == pyoidn.OIDN_FILTER_TYPE_RT else dict(directional=self.kind == "dir")
+            for flag, value in flags.items():
+                f.set_bool(flag, value)
+            f.set_quality(QUALITIES[self.size])
+            f.commit()
+            f.execute()
+        if error := device.get_error():
+            raise SystemExit(f"Open Image Denoise: {error}")
+        return output
+
+    def wgdenoise(self, images, program, precision, kernels):
+        with tempfile.TemporaryDirectory() as folder:
+            noisy, clean = Path(folder) / "noisy.exr", Path(folder) / "clean.exr"
+            write(noisy, {"color" if name == self.main else name: image for name, image in images.items()})
+            command = [program, noisy, clean, "--weights", self.path, "--precision", precision, "--no-skip", "--quiet",
+                       "--kernels", kernels]
+            done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
+            if done.returncode:
+                raise SystemExit(f"{self.path.stem}: {done.stderr.strip()}")
+            return read(clean)["color"]
+
+
+def write(path, images):
+    channels = {}
+    for layer, image in images.items():
+        prefix = "" if layer == "color" else f"{layer}."
+        channels |= {prefix + axis: np.ascontiguousarray(image[..., i]) for i, axis in enumerate(LAYERS[layer])}
+    OpenEXR.File(dict(compression=OpenEXR.ZIP_COMPRESSION, type=OpenEXR.scanlineimage), channels).write(str(path))
+
+
+def read(path):
+    """The layers, of a Blender render those without noise removed."""
+    with OpenEXR.File(str(path), separate_channels=True) as f:
+        planes = {name: c.pixels for part in f.parts for name, c in part.channels.items()}
+    names = dict(color=("Combined", ""), albedo=("Denoising Albedo", "albedo"), normal=("Denoising Normal", "normal"))
+    found = {}
+    for layer, prefixes in names.items():
+        for prefix in prefixes:
+            channels = [next((n for n in planes if re.fullmatch(rf"(.*\.)?{prefix}\.?{axis}", n)), None)
+                        for axis in LAYERS[layer]]
+            if None not in channels:
+                found.setdefault(layer, np.stack([planes[n] for n in channels], -1).astype(np.float32))
+    return found
+
+
+def pictures(o):
+    """By name: the render's middle, and random values over a wide range."""
+    width, height = o.crop
+    render = read(o.render)
+    rows, columns = render["color"].shape[:2]
+    y, x = max(rows - height, 0) // 2, max(columns - width, 0) // 2
+    yield "render", {n: np.ascontiguousarray(i[y:y + height, x:x + width]) for n, i in render.items()}
+    random = np.random.default_rng(1)
+    size = 101, 131, 3
+    yield "random", dict(color=np.exp2(random.uniform(-6, 3, size)).astype(np.float32),
+                         albedo=random.uniform(0, 1, size).astype(np.float32),
+                         normal=random.uniform(-1, 1, size).astype(np.float32))
+
+
+def differences(found, expected):
+    """Mean relative difference, the largest absolute one, and how many values are off by too much."""
+    off = np.abs(found - expected)
+    mean = np.mean(off / (np.abs(found) + np.abs(expected) + 0.01))
+    wrong = np.sum((off > ABSOLUTE) & (off > RELATIVE * np.abs(expected)))
+    return float(mean), float(off.max()), int(wrong)
+
+
+def main():
+    o = arguments()
+    files = sorted(path for path in o.weights.glob("*.tza") if o.only in path.stem)
+    if not files:
+        raise SystemExit(f"{o.weights}: no TZA files of that name; see README.md for where they are")
+    print("| network | picture | kernels | precision | mean relative difference | largest difference | values off | |")
+    print("| --- | --- | --- | --- | ---: | ---: | ---: | --- |")
+    failed = False
+    for network in map(Network, files):
+        for name, picture in pictures(o):
+            images = network.images(picture)
+            expected = network.oidn(images)
+            for kernels in o.kernels:
+                for precision in ("f32", "f16"):
+                    found = network.wgdenoise(images, o.wgdenoise, precision, kernels)
+                    mean, largest, wrong = differences(found, expected)
+                    fine = np.isfinite(found).all() and mean <= MEAN and not wrong
+                    failed |= not fine
+                    print(f"| {network.path.stem} | {name} | {kernels} | {precision} | {mean:.1e} | {largest:.1e} | "
+                          f"{wrong} | {'' if fine else 'too far'} |", flush=True)
+    sys.exit(int(failed))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,67 @@
+// How colour, times the exposure, stands in the network's numbers, from 0 to 1.
+
+override transfer_function: u32;
+const PU = 0u;
+const LOG = 1u;
+const SRGB = 2u;
+const SIGNED = 3u;           // of values from −1 to 1
+
+const BRIGHTEST = 65504.0;   // what PU and LOG make 1
+
+// Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
+// quality metrics to full luminance range images", scaled so that 65504 becomes 1.
+const A = 1.41283765e3;
+const B = 1.64593172;
+const C = 0.431384981;
+const D = -2.94139609e-3;
+const E = 0.192653254;
+const F = 6.26026094e-3;
+const G = 0.998620152;
+const Y0 = 1.57945760e-6;
+const Y1 = 3.22087631e-2;
+const X0 = 2.23151711e-3;
+const X1 = 0.370974749;
+const PU_SCALE = 1.0 / 3.13511904;
+const LOG_SCALE = 1.0 / 11.0898961;
+
+fn pu(y: vec3<f32>) -> vec3<f32> {
+    let middle = B * pow(y, vec3(C)) + D;
+    let bright = E * log(y + F) + G;
+    return PU_SCALE * select(select(bright, middle, y <= vec3(Y1)), A * y, y <= vec3(Y0));
+}
+
+fn inverse_pu(encoded: vec3<f32>) -> vec3<f32> {
+    let x = encoded / PU_SCALE;
+    let middle = pow(max((x - D) / B, vec3(0.0)), vec3(1.0 / C));
+    let bright = exp((x - G) / E) - F;
+    return max(select(select(bright, middle, x <= vec3(X1)), x / A, x <= vec3(X0)), vec3(0.0));
+}
+
+fn srgb(y: vec3<f32>) -> vec3<f32> {
+    return select(1.055 * pow(y, vec3(1.0 / 2.4)) - 0.055, 12.92 * y, y <= vec3(0.0031308));
+}
+
+fn inverse_srgb(x: vec3<f32>) -> vec3<f32> {
+    return select(pow((x + 0.055) / 1.055, vec3(2.4)), x / 12.92, x <= vec3(0.04045));
+}
+
+fn encode(exposed: vec3<f32>) -> vec3<f32> {
+    switch transfer_function {
+        case LOG: { return LOG_SCALE * log(min(exposed, vec3(BRIGHTEST)) + 1.0); }
+        case SRGB: { return srgb(clamp(exposed, vec3(0.0), vec3(1.0))); }
+        case SIGNED: { return clamp(exposed, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5; }
+        default: { return pu(min(exposed, vec3(BRIGHTEST))); }
+    }
+}
+
+// Nothing above 1 went in, and exp must not overflow.
+fn decode(network: vec3<f32>) -> vec3<f32> {
+    let encoded = clamp(network, vec3(0.0), vec3(1.0));
+    switch transfer_function {
+        case LOG: { return exp(encoded / LOG_SCALE) - 1.0; }
+        case SRGB: { return inverse_srgb(encoded); }
+        case SIGNED: { return encoded * 2.0 - 1.0; }
+        default: { return inverse_pu(encoded); }
+    }
+}
+

@@ -1,0 +1,4 @@
+
+fn stored(value: vec4<f32>) -> vec4<f32> {
+    return value;
+}

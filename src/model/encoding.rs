@@ -1,0 +1,54 @@
+//! How images become a network's input, and its output an image.
+
+/// What a network was trained to read and to make.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Encoding {
+    /// The curve between colour and the network's numbers.
+    pub transfer_function: TransferFunction,
+    /// Whether the input is 0 right of and below the image, where its sides are no multiples of
+    /// the alignment. If not, the edge repeats.
+    pub zero_padding: bool,
+}
+
+/// A curve from colour, times the exposure, to `[0, 1]`. `weights-format.md` has the formulas.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum TransferFunction {
+    /// Perceptually uniform, for scene-referred light.
+    #[default]
+    Pu,
+    /// Logarithmic, for scene-referred light in lightmaps.
+    Log,
+    /// That of sRGB, for display-referred colour and albedo in `[0, 1]`.
+    Srgb,
+    /// `0.5 v + 0.5`, for normals and directions in `[−1, 1]`.
+    Signed,
+}
+
+impl TransferFunction {
+    /// All of them, in the order in which shaders count them.
+    pub const ALL: [Self; 4] = [Self::Pu, Self::Log, Self::Srgb, Self::Signed];
+
+    /// As in a weights file.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Pu => "pu",
+            Self::Log => "log",
+            Self::Srgb => "srgb",
+            Self::Signed => "signed",
+        }
+    }
+
+    /// Whether the values are of any size, so that the exposure is measured unless it is given; for
+    /// the others it is 1.
+    #[must_use]
+    pub fn is_hdr(self) -> bool {
+        matches!(self, Self::Pu | Self::Log)
+    }
+
+    /// The override of the shaders that encode or decode.
+    #[must_use]
+    pub fn constant(self) -> (&'static str, f64) {
+        ("transfer_function", f64::from(self as u8))
+    }
+}

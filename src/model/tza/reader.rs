@@ -1,0 +1,137 @@
+//! The container: named tensors in a table, and their values elsewhere in the file.
+//!
+//! Little-endian. The file begins with a 16-bit magic number, the major and the minor version in
+//! a byte each, and the 64-bit offset of the table. The table is a 32-bit count and, for each
+//! tensor, its name after a 16-bit length, the number of dimensions in a byte, a 32-bit size for
+//! each, a letter for each (the layout), a letter for the type of the values, and their 64-bit
+//! offset.
+
+use std::collections::HashSet;
+
+use safetensors::Dtype;
+
+use crate::error::{Error, Result};
+
+/// How every file begins.
+pub const MAGIC: [u8; 2] = [0xd7, 0x41];
+
+const MAJOR_VERSION: u8 = 2;
+const MAX_DIMENSIONS: usize = 4;
+
+/// A tensor, its values still bytes.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Tensor<'a> {
+    /// Such as `enc_conv0.weight`.
+    pub name: &'a str,
+    /// Sizes, slowest axis first.
+    pub shape: Vec<usize>,
+    /// F16 or F32.
+    pub dtype: Dtype,
+    /// Little-endian values, row by row.
+    pub data: &'a [u8],
+}
+
+/// All tensors, in the file's order. Their data are views of `bytes` that do not exceed the file
+/// in total.
+///
+/// # Errors
+/// If the file is cut off, of another format or version, or a tensor's name, type, layout, size
+/// or place is not what it can be.
+pub fn read(bytes: &[u8]) -> Result<Vec<Tensor<'_>>> {
+    let mut header = Cursor { bytes, at: 0 };
+    let ([a, b, major, minor], table) = (header.array()?, header.array()?);
+    if [a, b] != MAGIC {
+        return Err(wrong("the file does not begin as TZA files do"));
+    }
+    if major != MAJOR_VERSION {
+        return Err(wrong(&format!("version {major}.{minor}, but this reads {MAJOR_VERSION}.x")));
+    }
+    let at = usize::try_from(u64::from_le_bytes(table)).unwrap_or(usize::MAX);
+    let mut table = Cursor { bytes, at };
+    let count = u32::from_le_bytes(table.array()?);
+    let (mut tensors, mut names, mut total) = (Vec::new(), HashSet::new(), 0);
+    for _ in 0..count {
+        let tensor = table.tensor()?;
+        if !names.insert(tensor.name) {
+            return Err(wrong(&format!("tensor `{}` is there twice", tensor.name)));
+        }
+        total += tensor.data.len();
+        if total > bytes.len() {
+            return Err(wrong(&format!("the tensors up to `{}` overlap", tensor.name)));
+        }
+        tensors.push(tensor);
+    }
+    Ok(tensors)
+}
+
+/// A place in the file.
+struct Cursor<'a> {
+    bytes: &'a [u8],
+    at: usize,
+}
+
+impl<'a> Cursor<'a> {
+    fn take(&mut self, count: usize) -> Result<&'a [u8]> {
+        let taken = slice(self.bytes, self.at, count).ok_or_else(|| {
+            wrong(&format!("the file ends before the {count} bytes at {}", self.at))
+        })?;
+        self.at += count;
+        Ok(taken)
+    }
+
+    fn array<const N: usize>(&mut self) -> Result<[u8; N]> {
+        Ok(*self.take(N)?.first_chunk().expect("as many were taken"))
+    }
+
+    fn tensor(&mut self) -> Result<Tensor<'a>> {
+        let length = u16::from_le_bytes(self.array()?);
+        let name = self.take(length.into())?;
+        let is_name = |b: &u8| b.is_ascii_alphanumeric() || b"_.".contains(b);
+        let name = Some(name).filter(|name| !name.is_empty() && name.iter().all(is_name));
+        let name = name
+            .and_then(|name| std::str::from_utf8(name).ok())
+            .ok_or_else(|| wrong("a tensor's name has other than letters, digits, `_` and `.`"))?;
+        let shape = self.shape(name)?;
+        let [kind] = self.array()?;
+        let (dtype, size) = match kind {
+            b'f' => (Dtype::F32, 4),
+            b'h' => (Dtype::F16, 2),
+            _ => return Err(wrong(&format!("tensor `{name}` is of no known type, F16 or F32"))),
+        };
+        let offset = usize::try_from(u64::from_le_bytes(self.array()?)).unwrap_or(usize::MAX);
+        let count = shape.iter().try_fold(size, |product: usize, &n| product.checked_mul(n));
+        let data = count.and_then(|count| slice(self.bytes, offset, count)).ok_or_else(|| {
+            wrong(&format!("tensor `{name}` of {shape:?} at {offset} lies outside the file"))
+        })?;
+        Ok(Tensor { name, shape, dtype, data })
+    }
+
+    /// The sizes; the layout must be that of convolutions or of biases.
+    fn shape(&mut self, name: &str) -> Result<Vec<usize>> {
+        let [dimensions] = self.array()?;
+        let dimensions = usize::from(dimensions);
+        if dimensions > MAX_DIMENSIONS {
+            return Err(wrong(&format!(
+                "tensor `{name}` has {dimensions} dimensions, expected 1 or 4"
+            )));
+        }
+        let sizes = self.take(4 * dimensions)?;
+        let size = |bytes: &[u8; 4]| u32::from_le_bytes(*bytes) as usize;
+        let layout = self.take(dimensions)?;
+        if ![&b"oihw"[..], b"x"].contains(&layout) {
+            let layout = layout.escape_ascii();
+            return Err(wrong(&format!(
+                "tensor `{name}` has layout `{layout}`, expected `oihw` or `x`"
+            )));
+        }
+        Ok(sizes.as_chunks().0.iter().map(size).collect())
+    }
+}
+
+fn slice(bytes: &[u8], at: usize, count: usize) -> Option<&[u8]> {
+    bytes.get(at..at.checked_add(count)?)
+}
+
+fn wrong(what: &str) -> Error {
+    Error::Weights(format!("not a whole TZA file: {what}"))
+}

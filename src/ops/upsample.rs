@@ -1,0 +1,13 @@
+//! Every pixel four times, as 2×2: doubles both sides.
+
+use super::elementwise::{Elementwise, spec};
+use crate::kernel::{Context, KernelSpec};
+
+/// The kernel.
+pub const SPEC: KernelSpec = spec("upsample", include_str!("../../shaders/upsample.wgsl"));
+
+/// The operator.
+#[must_use]
+pub fn upsample(context: &Context) -> Elementwise {
+    Elementwise::new(context, &SPEC)
+}

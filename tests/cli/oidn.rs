@@ -1,0 +1,100 @@
+//! Weights of Open Image Denoise's shape, from files and folders. They are small ones with random
+//! values, by `training/make_oidn_fixtures.py`.
+
+use std::fs;
+use std::path::Path;
+
+use crate::support::{Folder, Run};
+
+const WITH_ALL: &str = "blender4_single_part.exr";
+
+/// Puts a fixture into the folder `weights` by this name.
+fn put(folder: &Folder, fixture: &str, name: &str) {
+    let from = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/fixtures/oidn").join(fixture);
+    fs::create_dir_all(folder.path("weights")).unwrap();
+    fs::copy(from, folder.path("weights").join(name)).unwrap();
+}
+
+/// A folder of weights and two pictures.
+fn folder() -> Folder {
+    let folder = Folder::new();
+    folder.copy(WITH_ALL);
+    folder.copy("plain_rgb.exr");
+    put(&folder, "rt_hdr_alb_nrm.tza", "rt_hdr_alb_nrm.tza");
+    folder
+}
+
+#[track_caller]
+fn says(run: &Run, words: &[&str]) {
+    run.assert_done();
+    for word in words {
+        assert!(run.stderr.contains(word), "no `{word}` in {run:?}");
+    }
+}
+
+#[test]
+fn a_converted_file_does_what_the_original_does() {
+    let folder = folder();
+    let [tza, converted] = ["weights/rt_hdr_alb_nrm.tza", "c.safetensors"];
+    says(&folder.run(&["convert", tza, converted]), &["`rt_hdr_alb_nrm`", "transfer function pu"]);
+    folder
+        .run(&["convert", tza, converted])
+        .assert_failed(1, &["c.safetensors: exists", "--force"]);
+    folder.run(&["convert", tza, converted, "--force"]).assert_done();
+    let outputs = [(tza, "a.exr"), (converted, "b.exr")].map(|(weights, out)| {
+        folder.run(&[WITH_ALL, out, "-q", "--weights", weights]).assert_done();
+        fs::read(folder.path(out)).unwrap()
+    });
+    assert!(outputs[0] == outputs[1], "the two pictures differ");
+}
+
+#[test]
+fn a_file_that_cannot_be_converted_is_named_and_nothing_written() {
+    let folder = folder();
+    fs::copy(folder.path("weights/rt_hdr_alb_nrm.tza"), folder.path("my.tza")).unwrap();
+    folder.run(&["convert", "my.tza", "c.safetensors"]).assert_failed(1, &["my.tza: ", "`my`"]);
+    let convert = |input| folder.run(&["convert", input, "c.safetensors"]);
+    convert("plain_rgb.exr").assert_failed(1, &["plain_rgb.exr: weights: "]);
+    convert("nowhere.tza").assert_failed(1, &["nowhere.tza: cannot be read"]);
+    assert!(!folder.path("c.safetensors").exists());
+}
+
+#[test]
+fn the_file_for_what_the_picture_has_is_picked_from_a_folder() {
+    let folder = folder();
+    let run = |picture, out| folder.run(&[picture, out, "--weights", "weights"]);
+    says(&run(WITH_ALL, "a.exr"), &["weights: weights/rt_hdr_alb_nrm.tza"]);
+    let denoise = ["plain_rgb.exr", "b.exr", "-q", "--weights"];
+    let failed = |weights| folder.run(&[&denoise[..], &[weights]].concat());
+    failed("weights").assert_failed(1, &["weights: has no rt_hdr.tza", "README"]);
+    failed("weights/rt_hdr_alb_nrm.tza")
+        .assert_failed(1, &["needs color, albedo, normal, but color was given", "rt_hdr.tza"]);
+    put(&folder, "rt_alb.tza", "rt_hdr_small.tza");
+    let fast =
+        folder.run(&[&denoise[..2], &["--weights", "weights", "--quality", "fast"]].concat());
+    says(&fast, &["weights: weights/rt_hdr_small.tza"]);
+    folder
+        .run(&[&denoise[..], &["weights/rt_hdr_small.tza", "--quality", "fast"]].concat())
+        .assert_failed(2, &["--quality", "names a file"]);
+}
+
+#[test]
+fn albedo_and_normal_are_denoised_first_if_asked() {
+    let folder = folder();
+    let prefiltered =
+        |out| folder.run(&[WITH_ALL, out, "-q", "--weights", "weights", "--prefilter"]);
+    prefiltered("a.exr").assert_failed(1, &["weights: has no rt_alb.tza"]);
+    for name in ["rt_alb.tza", "rt_nrm.tza"] {
+        put(&folder, "rt_alb.tza", name);
+    }
+    prefiltered("a.exr").assert_failed(1, &["weights: has no rt_hdr_calb_cnrm.tza"]);
+    put(&folder, "rt_hdr_alb_nrm.tza", "rt_hdr_calb_cnrm.tza");
+    let run = folder.run(&[WITH_ALL, "a.exr", "--weights", "weights", "--prefilter"]);
+    says(&run, &["denoised first, by rt_alb and rt_nrm", "weights/rt_hdr_calb_cnrm.tza"]);
+    let clean = "weights/rt_hdr_calb_cnrm.tza";
+    folder.run(&[WITH_ALL, "b.exr", "-q", "--weights", clean]).assert_done();
+    let [with, without] = ["a.exr", "b.exr"].map(|name| fs::read(folder.path(name)).unwrap());
+    assert!(with != without, "the prefilter changed nothing");
+    let args = ["plain_rgb.exr", "c.exr", "-q", "--weights", "weights", "--prefilter"];
+    folder.run(&args).assert_failed(1, &["--prefilter needs albedo and normal", "has color"]);
+}

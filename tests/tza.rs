@@ -1,0 +1,161 @@
+//! Weights of Open Image Denoise: read, and refused with the reason. The files are small ones with
+//! random weights by `training/make_oidn_fixtures.py`.
+
+mod common;
+
+use common::Tolerance;
+use common::fixture::Fixture;
+use proptest::prelude::*;
+use wgdenoise::model::tza::{self, KINDS};
+use wgdenoise::reference::{self, Tensor};
+use wgdenoise::{Inputs, Weights};
+
+const NAMES: [&str; 3] = ["rt_hdr_alb_nrm", "rt_hdr_alb_nrm_large", "rt_alb"];
+
+/// Some twenty layers that round their results to 32 bits. Measured: 1e-7.
+const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
+
+fn file(name: &str) -> Vec<u8> {
+    let root = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_else(|_| ".".into());
+    std::fs::read(format!("{root}/tests/fixtures/oidn/{name}.tza")).expect("the fixture exists")
+}
+
+#[track_caller]
+fn refused(bytes: &[u8], name: &str, expected: &str) {
+    let message = Weights::from_tza(bytes, name).expect_err("it should be refused").to_string();
+    assert!(message.contains(expected), "`{message}` does not say `{expected}`");
+}
+
+#[test]
+fn the_networks_make_what_pytorch_makes() {
+    let f = Fixture::open("oidn/io");
+    for name in NAMES {
+        let weights = Weights::from_tza(&file(name), name).unwrap();
+        let params = |layer: &str| weights.params(layer);
+        let all = f.tensor("input");
+        let channels = weights.metadata().inputs.channels();
+        let input = Tensor::from_fn(channels, all.height, all.width, |c, y, x| all.at(c, y, x));
+        let found = reference::run(weights.network(), params, &input);
+        f.expect(&format!("expected.{name}"), &found, WHOLE_NETWORK);
+    }
+}
+
+#[test]
+fn the_converted_file_holds_the_same() {
+    let bytes = tza::to_safetensors(&file(NAMES[0]), NAMES[0]).unwrap();
+    let weights = Weights::from_bytes(&bytes).unwrap();
+    let metadata = weights.metadata();
+    assert_eq!((metadata.name.as_str(), metadata.inputs), (NAMES[0], Inputs::ALL));
+    assert_eq!(metadata.widths.len(), 15);
+    let direct = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
+    for layer in &weights.network().layers {
+        assert_eq!(weights.params(&layer.name), direct.params(&layer.name), "{}", layer.name);
+    }
+}
+
+#[test]
+fn a_name_that_says_something_else_than_the_file_is_refused() {
+    refused(&file(NAMES[0]), "weights", "`weights` is no name of Open Image Denoise's weights");
+    for kind in KINDS.iter().filter(|kind| kind.inputs != Inputs::ALL) {
+        refused(&file(NAMES[0]), kind.stem, "reads 9 channels, but by its name");
+    }
+}
+
+#[test]
+fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
+    let weights = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
+    let message = weights.for_inputs(Inputs::default()).unwrap_err().to_string();
+    let expected = "needs color, albedo, normal, but color was given; take weights for that, such as rt_hdr.tza";
+    assert!(message.contains(expected), "{message}");
+    weights.for_inputs(Inputs::ALL).unwrap();
+}
+
+#[test]
+fn what_is_no_whole_file_is_refused() {
+    let whole = file(NAMES[0]);
+    for length in [0, 1, 11, 12, 40, whole.len() / 2, whole.len() - 1] {
+        refused(&whole[..length], NAMES[0], "not a whole TZA file");
+    }
+    let with = |at: usize, bytes: &[u8]| {
+        let mut file = whole.clone();
+        file[at..at + bytes.len()].copy_from_slice(bytes);
+        file
+    };
+    refused(&with(0, b"PK"), NAMES[0], "does not begin as TZA files do");
+    refused(&with(2, &[3]), NAMES[0], "version 3.0, but this reads 2.x");
+    refused(&with(4, &[0xff; 8]), NAMES[0], "not a whole TZA file");
+}
+
+/// The file with other bytes at `offset` from where the last `text` in it begins, which stands in
+/// the table.
+fn changed(text: &str, offset: usize, bytes: &[u8]) -> Vec<u8> {
+    let mut file = file(NAMES[0]);
+    let starts = (0..file.len()).rev().find(|&at| file[at..].starts_with(text.as_bytes()));
+    let at = starts.expect("the text is in the table") + offset;
+    file[at..at + bytes.len()].copy_from_slice(bytes);
+    file
+}
+
+#[test]
+fn tables_that_cannot_be_are_refused() {
+    // Behind the name: dimensions, four sizes, layout, type, offset.
+    let name = "enc_conv2.weight";
+    let cases: [(&[u8], usize, &str); 7] = [
+        (&[9], 0, "has 9 dimensions, expected 1 or 4"),
+        (&[0xff; 4], 1, "lies outside the file"),
+        (&[100, 0, 0, 0], 1, "overlap"),
+        (&[0; 4], 1, "`enc_conv2` makes 0 channels"),
+        (b"ohwi", 17, "`enc_conv2.weight` has layout `ohwi`, expected `oihw` or `x`"),
+        (b"d", 21, "`enc_conv2.weight` is of no known type"),
+        (&[0xff; 8], 22, "lies outside the file"),
+    ];
+    for (bytes, offset, expected) in cases {
+        refused(&changed(name, name.len() + offset, bytes), NAMES[0], expected);
+    }
+}
+
+#[test]
+fn tensors_that_do_not_make_the_network_are_refused() {
+    let renamed = |to: &str| changed("enc_conv3.bias", 0, to.as_bytes());
+    refused(&renamed("enc_conv2"), NAMES[0], "tensor `enc_conv2.bias` is there twice");
+    refused(&renamed("enc conv3"), NAMES[0], "a tensor's name has other than letters");
+    refused(&renamed("enc_conv9"), NAMES[0], "tensor `enc_conv3.bias` is missing");
+    // The first value of all, as a 16-bit float.
+    let mut infinite = file(NAMES[0]);
+    infinite[64..66].copy_from_slice(&[0x00, 0x7c]);
+    refused(&infinite, NAMES[0], "`enc_conv0.weight` has inf at element 0");
+}
+
+/// Open Image Denoise's own files are not ours to ship: `WGDENOISE_TZA` says where they are, if
+/// they are.
+#[test]
+fn the_real_files_are_read_where_there_are_any() {
+    let Ok(folder) = std::env::var("WGDENOISE_TZA") else { return };
+    let mut count = 0;
+    for entry in std::fs::read_dir(&folder).expect("WGDENOISE_TZA is a folder") {
+        let path = entry.expect("it can be listed").path();
+        if path.extension().is_some_and(|extension| extension == "tza") {
+            let name = path.file_stem().expect("it has a name").to_string_lossy();
+            let weights = Weights::from_tza(&std::fs::read(&path).expect("it is a file"), &name);
+            let weights = weights.unwrap_or_else(|error| panic!("{name}: {error}"));
+            let widths = &weights.metadata().widths;
+            let expected = if name.ends_with("_large") { (18, 64) } else { (15, 32) };
+            assert_eq!((widths.len(), widths[0]), expected, "{name}");
+            count += 1;
+        }
+    }
+    assert!(count > 0, "{folder}: no TZA files");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(256))]
+    /// Whatever stands in the file, there is a result.
+    #[test]
+    fn damaged_files_do_not_panic(at in 0.0..1.0_f64, bytes: [u8; 5], cut in 0.0..4.0_f64) {
+        let mut file = file(NAMES[0]);
+        let place = (at * (file.len() - 5) as f64) as usize;
+        file[place..place + 5].copy_from_slice(&bytes);
+        file.truncate((cut * file.len() as f64) as usize);
+        let _ = Weights::from_tza(&file, NAMES[0]);
+    }
+}
