@@ -164,14 +164,14 @@ fn headers_of_very_many_things_are_refused() {
     };
     let parts = |n| exr(MULTI_PART, &[(0..n).flat_map(numbered).collect(), vec![0]].concat());
     let odd = |i: u32| attribute(&format!("{i:x}"), "t", &[]);
-    let texts = attribute("multiView", "stringvector", &vec![0; 24 << 20]);
+    let texts = attribute("multiView", "stringvector", &vec![0; 8 << 20]);
     let too_long = &["a header that would take over 128 MiB of memory"][..];
     for case in [
         Case::new("5000 parts", parts(5000), &["is cut off: its table of 5000 blocks"]),
-        Case::new("200000 parts", parts(200_000), too_long),
+        Case::new("20000 parts", parts(20_000), too_long),
         Case::new(
             "attributes",
-            one_pixel(&rgb(), &(0..3_000_000).flat_map(odd).collect::<Vec<_>>()),
+            one_pixel(&rgb(), &(0..300_000).flat_map(odd).collect::<Vec<_>>()),
             too_long,
         ),
         Case::new("texts", one_pixel(&rgb(), &texts), too_long),
