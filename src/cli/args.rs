@@ -8,7 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use super::budget::BudgetArgs;
 use super::failure::Failure;
 use super::frames::{self, Frames};
-use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, seconds, side};
+use super::values::{KernelsArg, PrecisionArg, QualityArg, pixels, positive, seconds, side};
 use crate::files::{LayerChoice, Limits};
 
 const AFTER_HELP: &str = "\
@@ -106,15 +106,8 @@ pub(super) struct LayerArgs {
     /// Use neither albedo nor normal
     #[arg(long)]
     no_aux: bool,
-    #[command(flatten)]
-    limits: LimitArgs,
-}
-
-/// How large images may be.
-#[derive(Clone, Copy, Debug, Default, Args)]
-pub(super) struct LimitArgs {
     /// Most pixels of an image that are accepted [default: 268435456, which is 16384×16384]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    #[arg(long, value_name = "N", value_parser = pixels())]
     max_pixels: Option<u64>,
 }
 
@@ -184,8 +177,9 @@ pub(super) struct CompareArgs {
     /// The layer to compare in both [default: found by its name]
     #[arg(long, value_name = "LAYER")]
     pub(super) color: Option<String>,
-    #[command(flatten)]
-    pub(super) limits: LimitArgs,
+    /// Most pixels of an image that are accepted [default: 268435456, which is 16384×16384]
+    #[arg(long, value_name = "N", value_parser = pixels())]
+    pub(super) max_pixels: Option<u64>,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
@@ -255,15 +249,14 @@ impl From<&LayerArgs> for LayerChoice {
             normal: args.normal.clone(),
             no_aux: args.no_aux,
             finished: false,
-            limits: args.limits.into(),
+            limits: limits(args.max_pixels),
         }
     }
 }
 
-impl From<LimitArgs> for Limits {
-    fn from(args: LimitArgs) -> Self {
-        args.max_pixels.map_or_else(Self::default, |pixels| Self { pixels })
-    }
+/// The limits of `--max-pixels`.
+pub(super) fn limits(max_pixels: Option<u64>) -> Limits {
+    max_pixels.map_or_else(Limits::default, |pixels| Limits { pixels })
 }
 
 #[cfg(test)]
