@@ -61,6 +61,7 @@ pub(super) enum Command {
 
 /// `wgdenoise IN... OUT`.
 #[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(super) struct DenoiseArgs {
     /// IN... OUT: the noisy pictures (EXR, PNG or JPEG), and where the results go
     #[arg(value_name = "FILE", required = true)]
