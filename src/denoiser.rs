@@ -114,6 +114,9 @@ impl Denoiser {
     /// What the caller may want to know, one sentence each and each handed out once: that the matrix
     /// kernels of the options gave wrong results in their test, so that others run; that the
     /// adapter ran out of memory, so that tiles are smaller from then on.
+    ///
+    /// # Panics
+    /// If a thread panicked while it asked for them.
     pub fn notices(&self) -> Vec<String> {
         std::mem::take(&mut self.notices.lock().expect("nobody panics with it"))
     }

@@ -12,8 +12,8 @@ use crate::requirements::lost;
 /// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
 pub(crate) fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
     match device_type {
-        wgpu::DeviceType::Cpu => Duration::from_secs(600),
-        _ => Duration::from_secs(60),
+        wgpu::DeviceType::Cpu => Duration::from_mins(10),
+        _ => Duration::from_mins(1),
     }
 }
 

@@ -9,7 +9,7 @@ use super::budget::BudgetArgs;
 use super::failure::Failure;
 use super::frames::{self, Frames};
 use super::prefilter::PrefilterArgs;
-use super::values::{KernelsArg, PrecisionArg, QualityArg, positive, seconds, side};
+use super::values::{KernelsArg, PrecisionArg, QualityArg, pixels, positive, seconds, side};
 use crate::files::{LayerChoice, Limits};
 
 const AFTER_HELP: &str = "\
@@ -64,6 +64,7 @@ pub(super) enum Command {
 
 /// `wgdenoise IN... OUT`.
 #[derive(Debug, Args)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(super) struct DenoiseArgs {
     /// IN... OUT: the noisy pictures (EXR, PNG or JPEG), and where the results go
     #[arg(value_name = "FILE", required = true)]
@@ -111,15 +112,8 @@ pub(super) struct LayerArgs {
     /// Use neither albedo nor normal
     #[arg(long)]
     no_aux: bool,
-    #[command(flatten)]
-    limits: LimitArgs,
-}
-
-/// How large images may be.
-#[derive(Clone, Copy, Debug, Default, Args)]
-pub(super) struct LimitArgs {
     /// Most pixels of an image that are accepted [default: 268435456, which is 16384×16384]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=1 << 40))]
+    #[arg(long, value_name = "N", value_parser = pixels())]
     max_pixels: Option<u64>,
 }
 
@@ -189,8 +183,9 @@ pub(super) struct CompareArgs {
     /// The layer to compare in both [default: found by its name]
     #[arg(long, value_name = "LAYER")]
     pub(super) color: Option<String>,
-    #[command(flatten)]
-    pub(super) limits: LimitArgs,
+    /// Most pixels of an image that are accepted [default: 268435456, which is 16384×16384]
+    #[arg(long, value_name = "N", value_parser = pixels())]
+    pub(super) max_pixels: Option<u64>,
     /// Print JSON
     #[arg(long)]
     pub(super) json: bool,
@@ -274,15 +269,14 @@ impl From<&LayerArgs> for LayerChoice {
             normal: args.normal.clone(),
             no_aux: args.no_aux,
             finished: false,
-            limits: args.limits.into(),
+            limits: limits(args.max_pixels),
         }
     }
 }
 
-impl From<LimitArgs> for Limits {
-    fn from(args: LimitArgs) -> Self {
-        args.max_pixels.map_or_else(Self::default, |pixels| Self { pixels })
-    }
+/// The limits of `--max-pixels`.
+pub(super) fn limits(max_pixels: Option<u64>) -> Limits {
+    max_pixels.map_or_else(Limits::default, |pixels| Limits { pixels })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use serde_json::json;
 
-use super::args::CompareArgs;
+use super::args::{CompareArgs, limits};
 use super::failure::Failure;
 use super::print;
 use crate::files::{LayerChoice, Picture};
@@ -16,7 +16,7 @@ pub(super) fn run(args: &CompareArgs) -> Result<(), Failure> {
         color: args.color.clone(),
         no_aux: true,
         finished: true,
-        limits: args.limits.into(),
+        limits: limits(args.max_pixels),
         ..LayerChoice::default()
     };
     let image = Picture::open(&args.image, &wanted)?;

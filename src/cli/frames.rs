@@ -128,8 +128,7 @@ fn split(name: &str) -> Option<(&str, usize, &str)> {
         let suffix = name[at..].trim_start_matches('#');
         (&name[..at], name.len() - at - suffix.len(), suffix)
     });
-    let percents = name.match_indices('%').map(|(at, _)| at);
-    let printf = percents.filter_map(|at| split_printf(name, at)).next();
+    let printf = name.match_indices('%').find_map(|(at, _)| split_printf(name, at));
     [hash, printf].into_iter().flatten().min_by_key(|(prefix, ..)| prefix.len())
 }
 

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use clap::ValueEnum;
-use clap::builder::RangedI64ValueParser;
+use clap::builder::{RangedI64ValueParser, RangedU64ValueParser};
 
 use crate::{KernelSet, MatrixShape, Precision, Quality};
 
@@ -77,6 +77,11 @@ impl KernelsArg {
 /// A side of an image.
 pub(super) fn side() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=65536)
+}
+
+/// A number of pixels.
+pub(super) fn pixels() -> RangedU64ValueParser<u64> {
+    clap::value_parser!(u64).range(1..=1 << 40)
 }
 
 /// A finite number above 0.

@@ -1,6 +1,6 @@
 //! A file that has no name, or a temporary one, until it is whole.
 
-use std::fs::{self, File};
+use std::fs::File;
 use std::io;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ impl Draft {
         if let Some(file) = nameless::file(folder) {
             return Ok(Self::Nameless(file));
         }
-        builder().tempfile_in(folder).map(Self::Named).map_err(known)
+        builder().tempfile_in(folder).map(Self::Named).map_err(|error| known(&error))
     }
 
     pub(super) fn file(&self) -> &File {
@@ -43,7 +43,7 @@ impl Draft {
                 let link = |name: &Path| nameless::link(&file, name);
                 builder()
                     .make_in(super::output::folder(path), link)
-                    .map_err(known)?
+                    .map_err(|error| known(&error))?
                     .into_temp_path()
             }
             Self::Named(named) => named.into_temp_path(),
@@ -58,14 +58,15 @@ fn builder() -> Builder<'static, 'static> {
     builder.prefix(".wgdenoise-").suffix(".part");
     #[cfg(unix)]
     {
+        use std::fs::Permissions;
         use std::os::unix::fs::PermissionsExt;
-        builder.permissions(fs::Permissions::from_mode(0o666));
+        builder.permissions(Permissions::from_mode(0o666));
     }
     builder
 }
 
 /// The error's text ends with the path of a file that nobody knows.
-fn known(error: io::Error) -> io::Error {
+fn known(error: &io::Error) -> io::Error {
     let text = error.to_string();
     io::Error::new(error.kind(), text.split(" at path ").next().unwrap_or_default())
 }

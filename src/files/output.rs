@@ -158,7 +158,7 @@ mod tests {
 
     fn write_half_and_wait(path: &Path) {
         let half = |out: &mut Out<'_>| {
-            out.write_all(&[1; 4 << 20]).and_then(|()| out.flush()).map_err(Problem::Write)?;
+            out.write_all(&vec![1; 4 << 20]).and_then(|()| out.flush()).map_err(Problem::Write)?;
             println!("half is written");
             // Until the other process kills this one or has gone away itself.
             std::io::stdin().read_line(&mut String::new()).map_err(Problem::Read)

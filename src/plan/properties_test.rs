@@ -202,7 +202,8 @@ proptest! {
 
     #[test]
     fn no_tensor_is_written_over_while_it_is_read(network in networks(), input_quads in 1_u32..10) {
-        let Storage { slots, placements } = Storage::plan(&network, input_quads);
+        let least = network.shapes[INPUT].channels.div_ceil(4) as u32;
+        let Storage { slots, placements } = Storage::plan(&network, input_quads.max(least));
         let last_read = |t: TensorId| network.layers.iter().rposition(|l| l.inputs.contains(&t));
         for (tensor, place) in placements.iter().enumerate() {
             let slot = slots[place.slot];

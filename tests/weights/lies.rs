@@ -37,10 +37,11 @@ fn meta(key: &str, value: &str) -> Vec<u8> {
 fn of_the_header() {
     let valid = File::valid().bytes();
     let length = |length: u64| [&length.to_le_bytes(), &valid[8..]].concat();
-    let many: String = (0..300_000).map(|i| format!(r#""{i}":{{}},"#)).collect();
+    let many = (0..300_000).map(|i| format!(r#""{i}":{{}},"#));
+    let many = many.collect::<Vec<_>>().concat();
     let some = (0..9000)
         .map(|i| format!(r#""extra{i}":{{"dtype":"F32","shape":[0],"data_offsets":[0,0]}},"#));
-    let some = some.collect::<String>();
+    let some = some.collect::<Vec<_>>().concat();
     check(vec![
         ("no bytes", vec![], NO_FILE),
         ("half a length", vec![9; 4], NO_FILE),

@@ -2,7 +2,7 @@
 
 use ::exr::image::RipMaps;
 use ::exr::math::RoundingMode;
-use ::exr::meta::attribute::{EnvironmentMap, FloatRect, KeyCode, Preview, TimeCode};
+use ::exr::meta::attribute::{EnvironmentMap, FloatRect, Preview, TimeCode};
 
 use super::*;
 
@@ -174,18 +174,11 @@ fn attributes_of_all_types_and_long_names_are_kept() {
     let long = |letter: &str| Text::from(letter.repeat(255).as_str());
     let text = |text: &str| Text::from(text);
     let time = TimeCode { hours: 9, minutes: 8, binary_groups: [5; 8], ..TimeCode::default() };
-    let code = KeyCode {
-        film_manufacturer_code: 1,
-        film_type: 2,
-        film_roll_prefix: 3,
-        count: 4,
-        perforation_offset: 5,
-        perforations_per_frame: 6,
-        perforations_per_count: 20,
-    };
+    // Seven numbers, of which the crate would write six.
+    let code = (1..8_u8).flat_map(|number| [number, 0, 0, 0]).collect();
     let values = [
         V::EnvironmentMap(EnvironmentMap::Cube),
-        V::KeyCode(code),
+        V::Custom { kind: text("keycode"), bytes: code },
         V::Matrix3x3([0.5; 9]),
         V::Matrix4x4([-0.5; 16]),
         V::Rational((24000, 1001)),

@@ -2,7 +2,7 @@
 //! it compiled and loaded; the program under test knows nothing of it.
 //!
 //! The variable `FAULT` says what goes wrong: `memory N`, there are N bytes of memory in all;
-//! `lost N`, from the Nth wait on the device is lost; `hang N`, from the Nth wait on nothing ends;
+//! `lost N`, from the Nth wait on the device is lost; `hang N`, from the Nth submission on nothing ends;
 //! `wrong N`, the Nth dispatch is not done.
 //!
 //! The structures are those of `vulkan_core.h` and `vk_layer.h`, as far as they are read.
@@ -22,7 +22,6 @@ type Function = Option<unsafe extern "C" fn()>;
 type GetProc = unsafe extern "C" fn(Handle, *const c_char) -> Function;
 type Create = unsafe extern "C" fn(Handle, *const Chained, Handle, *mut Handle) -> i32;
 
-const TIMEOUT: i32 = 2;
 const OUT_OF_DEVICE_MEMORY: i32 = -2;
 const DEVICE_LOST: i32 = -4;
 const LOADER_INSTANCE_CREATE_INFO: u32 = 47;
@@ -70,9 +69,8 @@ static OF_DEVICE: OnceLock<GetProc> = OnceLock::new();
 /// The bytes of each allocation.
 static ALLOCATED: Mutex<Option<HashMap<u64, u64>>> = Mutex::new(None);
 
-/// How often what the fault counts was called, and the last value seen of the semaphore.
+/// How often what the fault counts was called.
 static CALLS: AtomicU64 = AtomicU64::new(0);
-static FINISHED: AtomicU64 = AtomicU64::new(0);
 
 /// The number of the fault, if it is of this kind.
 fn fault(kind: &str) -> Option<u64> {
@@ -81,8 +79,8 @@ fn fault(kind: &str) -> Option<u64> {
     fault.strip_prefix(kind)?.trim().parse().ok()
 }
 
-/// Whether waits have come to the fault.
-fn waits_in(kind: &str) -> bool {
+/// Whether calls have come to the fault.
+fn came_to(kind: &str) -> bool {
     fault(kind).is_some_and(|first| CALLS.load(Relaxed) >= first)
 }
 
@@ -178,43 +176,43 @@ unsafe extern "C" fn free(device: Handle, memory: u64, with: Handle) {
 
 /// A device is lost once it has stopped to work, so the loss is told when the wait is over.
 unsafe extern "C" fn wait(device: Handle, info: Handle, nanoseconds: u64) -> i32 {
-    if fault("wrong").is_none() {
+    if fault("lost").is_some() {
         CALLS.fetch_add(1, Relaxed);
-    }
-    if waits_in("hang") {
-        sleep(Duration::from_nanos(nanoseconds));
-        return TIMEOUT;
     }
     let wait: unsafe extern "C" fn(Handle, Handle, u64) -> i32 =
         unsafe { transmute(below(c"vkWaitSemaphores")) };
     let result = unsafe { wait(device, info, nanoseconds) };
-    if waits_in("lost") { DEVICE_LOST } else { result }
+    if came_to("lost") { DEVICE_LOST } else { result }
 }
 
 unsafe extern "C" fn finished(device: Handle, semaphore: u64, value: *mut u64) -> i32 {
-    if waits_in("lost") {
+    if came_to("lost") {
         return DEVICE_LOST;
-    }
-    if waits_in("hang") {
-        unsafe { *value = FINISHED.load(Relaxed) };
-        return 0;
     }
     let finished: unsafe extern "C" fn(Handle, u64, *mut u64) -> i32 =
         unsafe { transmute(below(c"vkGetSemaphoreCounterValue")) };
-    let result = unsafe { finished(device, semaphore, value) };
-    FINISHED.store(unsafe { *value }, Relaxed);
-    result
+    unsafe { finished(device, semaphore, value) }
+}
+
+/// What hangs is not even begun.
+unsafe extern "C" fn submit(queue: Handle, count: u32, submits: Handle, fence: u64) -> i32 {
+    if fault("hang").is_some_and(|first| CALLS.fetch_add(1, Relaxed) + 1 >= first) {
+        return 0;
+    }
+    let submit: unsafe extern "C" fn(Handle, u32, Handle, u64) -> i32 =
+        unsafe { transmute(below(c"vkQueueSubmit")) };
+    unsafe { submit(queue, count, submits, fence) }
 }
 
 unsafe extern "C" fn wait_idle(queue: Handle) -> i32 {
-    if waits_in("hang") {
+    if came_to("hang") {
         // Without end, but the test has to know.
         sleep(Duration::from_secs(60));
         std::process::abort();
     }
     let wait: unsafe extern "C" fn(Handle) -> i32 = unsafe { transmute(below(c"vkQueueWaitIdle")) };
     let result = unsafe { wait(queue) };
-    if waits_in("lost") { DEVICE_LOST } else { result }
+    if came_to("lost") { DEVICE_LOST } else { result }
 }
 
 unsafe extern "C" fn dispatch(commands: Handle, x: u32, y: u32, z: u32) {
@@ -239,6 +237,7 @@ fn own(name: &CStr) -> Function {
         b"vkGetSemaphoreCounterValue" | b"vkGetSemaphoreCounterValueKHR" => {
             finished as *const c_void
         }
+        b"vkQueueSubmit" => submit as *const c_void,
         b"vkQueueWaitIdle" => wait_idle as *const c_void,
         b"vkCmdDispatch" => dispatch as *const c_void,
         _ => return None,

@@ -91,7 +91,7 @@ fn a_device_that_is_lost_is_one_sentence_and_leaves_no_file() {
 #[test]
 fn a_device_that_hangs_is_one_sentence_and_the_program_ends() {
     let folder = noise(64, 64);
-    for fault in ["hang 1", "hang 2"] {
+    for fault in ["hang 1", "hang 5"] {
         let run = denoise(&folder, fault, &["-q", "--timeout", "2"]);
         run.assert_failed(4, &["no answer from", "within 2s", "it hangs"]);
         assert_eq!(folder.names(), ["noisy.exr"], "{fault}");
