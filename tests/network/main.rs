@@ -6,6 +6,7 @@ mod common;
 
 mod device;
 mod faults;
+mod overflow;
 mod pass;
 mod profile;
 mod shipped;
