@@ -155,7 +155,7 @@ mod tests {
     use ::exr::meta::attribute::{ChannelDescription, Text};
     use ::exr::prelude::{SampleType, Vec2};
 
-    fn header(compression: Compression, tile: usize) -> Header {
+    pub(super) fn header(compression: Compression, tile: usize) -> Header {
         let channel = |name| ChannelDescription::named(name, SampleType::F16);
         let names = ["B", "G", "R"].map(channel).into_iter().collect();
         let tiles = ::exr::meta::attribute::TileDescription {
@@ -203,3 +203,7 @@ mod tests {
         assert!(check_dwa(&header, &block(9)[..80], bounds).is_err());
     }
 }
+
+#[cfg(test)]
+#[path = "guard_properties.rs"]
+mod properties;

@@ -104,9 +104,13 @@ proptest! {
     #[test]
     fn the_largest_images_are_planned(
         width in 60_000..=MAX_SIDE, height in 60_000..=MAX_SIDE, max_pixels in 1_u64 << 18..1 << 34,
+        whole in any::<bool>(),
     ) {
-        let limits = Constraints { alignment: 16, halo: 96, max_side: 16384, max_pixels };
-        check_plan([width, height], &TilePlan::new([width, height], &limits).unwrap(), &limits);
+        // As one tile, the very largest has 2³² pixels.
+        let size = if whole { [MAX_SIDE; 2] } else { [width, height] };
+        let (max_side, max_pixels) = if whole { (u32::MAX, u64::MAX) } else { (16384, max_pixels) };
+        let limits = Constraints { alignment: 16, halo: 96, max_side, max_pixels };
+        check_plan(size, &TilePlan::new(size, &limits).unwrap(), &limits);
     }
 
     #[test]

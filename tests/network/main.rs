@@ -7,6 +7,7 @@ mod common;
 mod device;
 mod faults;
 mod oidn;
+mod overflow;
 mod pass;
 mod profile;
 mod shipped;
