@@ -118,7 +118,7 @@ fn tables_that_cannot_be_are_refused() {
 fn tensors_that_do_not_make_the_network_are_refused() {
     let renamed = |to: &str| changed("enc_conv3.bias", 0, to.as_bytes());
     refused(&renamed("enc_conv2"), NAMES[0], "tensor `enc_conv2.bias` is there twice");
-    refused(&renamed("enc conv3"), NAMES[0], "a tensor's name has other than letters");
+    refused(&renamed("enc conv3"), NAMES[0], "a tensor's name is not of 1 to 64 letters");
     refused(&renamed("enc_conv9"), NAMES[0], "tensor `enc_conv3.bias` is missing");
     // The first value of all, as a 16-bit float.
     let mut infinite = file(NAMES[0]);

@@ -1,26 +1,43 @@
-//! Bytes as a weights file: refused in a short sentence, or a network within the stated limits.
+//! Bytes as a weights file of either format: refused in a short sentence, or a network within the
+//! stated limits.
 
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use wgdenoise::{Inputs, Weights};
+use wgdenoise::model::{Topology, tza};
+use wgdenoise::{Error, Inputs, Weights};
 
 /// Longest text of an error, in bytes: a file's names and values are shown cut.
 const LONGEST_ERROR: usize = 1000;
 
-fuzz_target!(|bytes: &[u8]| match Weights::from_bytes(bytes) {
-    Ok(weights) => check(&weights),
-    Err(error) => {
-        let text = error.to_string();
-        assert!(text.len() <= LONGEST_ERROR, "an error of {} bytes", text.len());
-        assert!(!text.chars().any(char::is_control), "{text:?}");
+fuzz_target!(|bytes: &[u8]| {
+    if bytes.starts_with(&tza::MAGIC) {
+        // By name, for 3, 6 and 9 channels.
+        ["rt_alb", "rt_hdr_alb", "rt_hdr_alb_nrm"].map(|name| judge(Weights::from_tza(bytes, name)));
+    } else {
+        judge(Weights::from_bytes(bytes));
     }
 });
+
+fn judge(read: Result<Weights, Error>) {
+    match read {
+        Ok(weights) => check(&weights),
+        Err(error) => {
+            let text = error.to_string();
+            assert!(text.len() <= LONGEST_ERROR, "an error of {} bytes", text.len());
+            assert!(!text.chars().any(char::is_control), "{text:?}");
+        }
+    }
+}
 
 /// What `weights-format.md` promises of a file that is accepted.
 fn check(weights: &Weights) {
     let metadata = weights.metadata();
-    assert!((2..=8).contains(&metadata.widths.len()), "{metadata:?}");
+    let counts = match metadata.topology {
+        Topology::Unet => 2..=8,
+        Topology::Oidn(size) => size.convolutions() - 1..=size.convolutions() - 1,
+    };
+    assert!(counts.contains(&metadata.widths.len()), "{metadata:?}");
     assert!(metadata.widths.iter().all(|width| (1..=1024).contains(width)), "{metadata:?}");
     assert!(metadata.norm_eps.is_none_or(|eps| eps > 0.0 && eps < 1.0), "{metadata:?}");
     assert!(!metadata.name.chars().any(char::is_control), "{metadata:?}");
@@ -31,7 +48,10 @@ fn check(weights: &Weights) {
     }
     for inputs in [[false, false], [true, false], [false, true], [true, true]] {
         let inputs = Inputs { albedo: inputs[0], normal: inputs[1] };
-        let fits = inputs.intersection(metadata.inputs) == inputs;
+        let fits = match metadata.topology {
+            Topology::Unet => inputs.intersection(metadata.inputs) == inputs,
+            Topology::Oidn(_) => inputs == metadata.inputs,
+        };
         assert_eq!(weights.for_inputs(inputs).is_ok(), fits, "{inputs}");
     }
 }

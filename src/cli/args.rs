@@ -19,6 +19,7 @@ normal are found by the names that renderers give them; `wgdenoise info IN` says
 Several pictures go into a folder that is there: renders/*.exr clean/. In the frames of an
 animation, # or %04d stands for the number: beauty.####.exr clean.####.exr --frames 1-48. All
 is checked before the first is denoised; a picture that fails does not keep the others back.
+Of a folder of weights, each picture gets those for what it has.
 
 To denoise a file that is called like a command, write ./info or -- info.
 

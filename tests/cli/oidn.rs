@@ -73,8 +73,9 @@ fn the_file_for_what_the_picture_has_is_picked_from_a_folder() {
     let fast =
         folder.run(&[&denoise[..2], &["--weights", "weights", "--quality", "fast"]].concat());
     says(&fast, &["weights: weights/rt_hdr_small.tza"]);
+    let file = ["--weights", "weights/rt_hdr_small.tza", "--quality", "fast"];
     folder
-        .run(&[&denoise[..], &["weights/rt_hdr_small.tza", "--quality", "fast"]].concat())
+        .run(&[&["plain_rgb.exr", "c.exr"], &file[..]].concat())
         .assert_failed(2, &["--quality", "names a file"]);
 }
 
@@ -83,12 +84,12 @@ fn albedo_and_normal_are_denoised_first_if_asked() {
     let folder = folder();
     let prefiltered =
         |out| folder.run(&[WITH_ALL, out, "-q", "--weights", "weights", "--prefilter"]);
+    prefiltered("a.exr").assert_failed(1, &["weights: has no rt_hdr_calb_cnrm.tza"]);
+    put(&folder, "rt_hdr_alb_nrm.tza", "rt_hdr_calb_cnrm.tza");
     prefiltered("a.exr").assert_failed(1, &["weights: has no rt_alb.tza"]);
     for name in ["rt_alb.tza", "rt_nrm.tza"] {
         put(&folder, "rt_alb.tza", name);
     }
-    prefiltered("a.exr").assert_failed(1, &["weights: has no rt_hdr_calb_cnrm.tza"]);
-    put(&folder, "rt_hdr_alb_nrm.tza", "rt_hdr_calb_cnrm.tza");
     let run = folder.run(&[WITH_ALL, "a.exr", "--weights", "weights", "--prefilter"]);
     says(&run, &["denoised first, by rt_alb and rt_nrm", "weights/rt_hdr_calb_cnrm.tza"]);
     let clean = "weights/rt_hdr_calb_cnrm.tza";
@@ -97,4 +98,29 @@ fn albedo_and_normal_are_denoised_first_if_asked() {
     assert!(with != without, "the prefilter changed nothing");
     let args = ["plain_rgb.exr", "c.exr", "-q", "--weights", "weights", "--prefilter"];
     folder.run(&args).assert_failed(1, &["--prefilter needs albedo and normal", "has color"]);
+}
+
+#[test]
+fn each_of_several_pictures_gets_the_weights_for_what_it_has() {
+    let folder = folder();
+    put(&folder, "rt_alb.tza", "rt_hdr.tza");
+    for (name, from) in [("a.exr", WITH_ALL), ("b.exr", WITH_ALL), ("c.exr", "plain_rgb.exr")] {
+        fs::copy(folder.path(from), folder.path(name)).unwrap();
+    }
+    fs::create_dir(folder.path("clean")).unwrap();
+    let run = folder.run(&["[abc].exr", "clean", "-v", "--verify", "--weights", "weights"]);
+    says(&run, &["a.exr: weights: weights/rt_hdr_alb_nrm.tza", "c.exr: weights: weights/rt_hdr."]);
+    assert_eq!(run.stderr.matches("prepared in").count(), 2, "{run:?}");
+    folder.run(&["c.exr", "alone.exr", "-q", "--weights", "weights/rt_hdr.tza"]).assert_done();
+    let [alone, among] = ["alone.exr", "clean/c.exr"].map(|name| fs::read(folder.path(name)));
+    assert!(alone.unwrap() == among.unwrap(), "the order of pictures changes a result");
+}
+
+#[test]
+fn a_picture_that_no_weights_fit_does_not_keep_the_others_back() {
+    let folder = folder();
+    fs::create_dir(folder.path("clean")).unwrap();
+    let run = folder.run(&["plain_rgb.exr", WITH_ALL, "clean", "-q", "--weights", "weights"]);
+    run.assert_failed(1, &["weights: has no rt_hdr.tza", "1 of 2 pictures failed"]);
+    assert!(folder.path("clean").join(WITH_ALL).exists());
 }

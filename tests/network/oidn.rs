@@ -1,6 +1,6 @@
 //! Networks of the shape of Open Image Denoise's: the input is a skip, too.
 
-use wgdenoise::{Denoiser, Image, Inputs, Options, Weights, reference};
+use wgdenoise::{Denoiser, Frame, Image, Inputs, Options, Weights, reference};
 
 use crate::common::gpu::{gpu, variants};
 use crate::common::{Tolerance, compare, image_tensor, run_cases};
@@ -44,6 +44,30 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
             let options = Options { kernels, precision, ..Options::default() };
             let tiled = Options { tile: Some(240), ..options.clone() };
             same_bits(&run(weights, &tiled, &images), &run(weights, &options, &images))
+        });
+    }
+}
+
+#[test]
+fn results_in_every_encoding_are_verified_and_wrong_ones_refused() {
+    let bytes = include_bytes!("../fixtures/oidn/rt_alb.tza");
+    let images = images(70, 50);
+    let noise = images[2].clone();
+    for name in ["rt_hdr", "rtlightmap_hdr", "rt_ldr", "rt_nrm"] {
+        let weights = Weights::from_tza(bytes, name).expect("the fixture is whole");
+        run_cases(variants(), |&(kernels, precision)| {
+            let color = if name == "rt_nrm" { &noise } else { &images[1] };
+            let frame = Frame { color, albedo: None, normal: None, input_scale: None };
+            let options = Options { kernels, precision, ..Options::default() };
+            let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &weights, &options);
+            let denoiser = denoiser.expect("the device works");
+            let mut result = denoiser.denoise(&frame, &mut |_, _| {}).map_err(|e| e.to_string())?;
+            let verified = denoiser.verify(&frame, &result).map_err(|e| e.to_string())?;
+            let verified = verified.ok_or("there is noise")?;
+            println!("{name}, {kernels}, {precision:?}: {verified}");
+            result.pixels_mut().iter_mut().flatten().for_each(|v| *v = *v * 0.9 - 0.05);
+            let refused = denoiser.verify(&frame, &result).is_err();
+            refused.then_some(()).ok_or_else(|| format!("{name}: a wrong result is accepted"))
         });
     }
 }

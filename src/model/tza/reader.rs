@@ -17,6 +17,7 @@ pub const MAGIC: [u8; 2] = [0xd7, 0x41];
 
 const MAJOR_VERSION: u8 = 2;
 const MAX_DIMENSIONS: usize = 4;
+const MAX_NAME: usize = 64;
 
 /// A tensor, its values still bytes.
 #[derive(Clone, Debug, PartialEq)]
@@ -87,10 +88,12 @@ impl<'a> Cursor<'a> {
         let length = u16::from_le_bytes(self.array()?);
         let name = self.take(length.into())?;
         let is_name = |b: &u8| b.is_ascii_alphanumeric() || b"_.".contains(b);
-        let name = Some(name).filter(|name| !name.is_empty() && name.iter().all(is_name));
-        let name = name
-            .and_then(|name| std::str::from_utf8(name).ok())
-            .ok_or_else(|| wrong("a tensor's name has other than letters, digits, `_` and `.`"))?;
+        let fits = (1..=MAX_NAME).contains(&name.len()) && name.iter().all(is_name);
+        let name = std::str::from_utf8(name).ok().filter(|_| fits).ok_or_else(|| {
+            wrong(&format!(
+                "a tensor's name is not of 1 to {MAX_NAME} letters, digits, `_` and `.`"
+            ))
+        })?;
         let shape = self.shape(name)?;
         let [kind] = self.array()?;
         let (dtype, size) = match kind {
