@@ -13,7 +13,9 @@ const LONGEST_ERROR: usize = 1000;
 fuzz_target!(|bytes: &[u8]| {
     if bytes.starts_with(&tza::MAGIC) {
         // By name, for 3, 6 and 9 channels.
-        ["rt_alb", "rt_hdr_alb", "rt_hdr_alb_nrm"].map(|name| judge(Weights::from_tza(bytes, name)));
+        for name in ["rt_alb", "rt_hdr_alb", "rt_hdr_alb_nrm"] {
+            judge(Weights::from_tza(bytes, name));
+        }
     } else {
         judge(Weights::from_bytes(bytes));
     }
