@@ -181,15 +181,17 @@ impl Denoiser {
             max_side: self.options.tile.unwrap_or(u32::MAX).min(limits.max_texture_dimension_2d),
             max_pixels: footprint
                 .most_pixels(self.options.memory_bytes)
-                .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES)
-                .min(self.most_pixels.load(Ordering::Relaxed)),
+                .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES),
         };
         // Behind a CPU driver no display waits, and no watchdog: there, tiles would cost for nothing.
         let constraints = match device.adapter_info().device_type {
             wgpu::DeviceType::Cpu => constraints,
             _ => constraints.with_short_dispatches(largest_layer_macs_per_pixel(&model.network)),
         };
-        TilePlan::new(size, &constraints)
+        // What failed for an image of another shape may be too little for any tile of this one.
+        let max_pixels = constraints.max_pixels.min(self.most_pixels.load(Ordering::Relaxed));
+        TilePlan::new(size, &Constraints { max_pixels, ..constraints })
+            .or_else(|| TilePlan::new(size, &constraints))
             .ok_or_else(|| self.too_small(size, &constraints, &footprint))
     }
 
@@ -201,9 +203,11 @@ impl Denoiser {
     pub(crate) fn halved(&self, plan: &TilePlan, size: [u32; 2], of: Inputs) -> Result<TilePlan> {
         let [width, height] = plan.tile;
         let pixels = u64::from(width) * u64::from(height);
+        let is_smaller =
+            |plan: &TilePlan| plan.tile.map(u64::from).iter().product::<u64>() < pixels;
         let within = |most| {
             self.most_pixels.store(most, Ordering::Relaxed);
-            self.tile_plan(size[0], size[1], of).ok()
+            self.tile_plan(size[0], size[1], of).ok().filter(is_smaller)
         };
         let Some(smaller) = [pixels / 2, pixels - 1].into_iter().find_map(within) else {
             self.most_pixels.store(pixels, Ordering::Relaxed);

@@ -9,8 +9,9 @@
 //!
 //! Colour is linear and scene-referred, in any exposure. Albedo (in `[0, 1]`) and normal (in
 //! `[−1, 1]`) make the result better and may be absent. Pixels that are not finite are filled from
-//! their neighbours, and lone fireflies darkened, before the network sees them; what comes out is finite
-//! and not negative ([`reference::repair`]).
+//! their neighbours, and lone fireflies darkened, before the network sees them
+//! ([`reference::repair`]); what comes out is finite and not negative, unless noisy colour that is
+//! negative is blended in ([`Pass::set_blend`]).
 //!
 //! # An image on the CPU
 //!

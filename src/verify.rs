@@ -42,7 +42,7 @@ const NOISY: f64 = 1.0 / 512.0;
 
 impl Denoiser {
     /// Holds a result of [`denoise`](Self::denoise) against the naive functions of
-    /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels of the frame: these work in 64 bits
+    /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels, of up to 4096 spread over the frame: these work in 64 bits
     /// on the CPU, on the block and all around it that it depends on. `None` if the frame has no noise.
     ///
     /// # Errors
@@ -147,30 +147,33 @@ fn noisiest(color: &Image, exposure: Exposure) -> Option<Rect> {
     let (width, height) = color.size();
     let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
     let count = columns as usize * rows as usize;
-    let block = |i: usize| {
-        let begin = [i as u32 % columns * BLOCK, i as u32 / columns * BLOCK];
+    let step = (count as f64 / MOST_BLOCKS as f64).sqrt().ceil() as usize;
+    let block = |x: u32, y: u32| {
+        let begin = [x * BLOCK, y * BLOCK];
         let end = [(begin[0] + BLOCK).min(width), (begin[1] + BLOCK).min(height)];
         Rect { begin, end }
     };
     let noise = |rect: Rect| Some((noise(&cut(color, &rect), exposure)?, rect));
-    let blocks = (0..count).step_by(count.div_ceil(MOST_BLOCKS)).map(block);
+    let along = |side: u32| (0..side).step_by(step);
+    let blocks = along(rows).flat_map(|y| along(columns).map(move |x| block(x, y)));
     let noisiest = blocks.filter_map(noise).max_by(|a, b| a.0.total_cmp(&b.0));
     noisiest.filter(|(noise, _)| *noise > NOISY).map(|(_, rect)| rect)
 }
 
-/// By how much a block bends on average: its second differences along rows, encoded.
+/// By how much a block bends on average: its second differences along rows and columns, encoded.
 fn noise(block: &Image, exposure: Exposure) -> Option<f64> {
     if !block.pixels().iter().flatten().all(|&v| exposure.is_seen(v)) {
         return None;
     }
-    let bends = (0..block.height()).flat_map(|y| {
-        block.row(y).windows(3).flat_map(|w| {
-            [0, 1, 2].map(|c| {
-                let [a, b, c] = [w[0][c], w[1][c], w[2][c]].map(|v| exposure.encode(v));
-                (a - 2.0 * b + c).abs()
-            })
-        })
-    });
+    let rows: Vec<&[[f32; 3]]> = (0..block.height()).map(|y| block.row(y)).collect();
+    let column = |x: u32| rows.iter().map(|row| row[x as usize]).collect::<Vec<_>>();
+    let columns: Vec<_> = (0..block.width()).map(column).collect();
+    let lines = rows.iter().copied().chain(columns.iter().map(Vec::as_slice));
+    let bend = |w: &[[f32; 3]], c: usize| {
+        let [before, here, after] = [0, 1, 2].map(|i| exposure.encode(w[i][c]));
+        (before - 2.0 * here + after).abs()
+    };
+    let bends = lines.flat_map(|line| line.windows(3)).flat_map(|w| [0, 1, 2].map(|c| bend(w, c)));
     let bends: Vec<_> = bends.collect();
     Some(bends.iter().sum::<f64>() / bends.len().max(1) as f64)
 }

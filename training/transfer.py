@@ -14,7 +14,8 @@ Y0, Y1 = 1.57945760e-6, 3.22087631e-2
 X0, X1 = 2.23151711e-3, 3.70974749e-1
 
 LUMINANCE = (0.212671, 0.715160, 0.072169)
-BIN, KEY, RANGE, OUTLIER, BRIGHTEST = 16, 0.18, 2.0**33, 16, 1e30
+BIN, KEY, RANGE, HELD, BRIGHTEST, DARKEST = 16, 0.18, 2.0**33, 16, 1e30, torch.finfo(torch.float32).tiny
+OUTLIER = 16  # how many times as bright as its neighbours a pixel may be
 
 
 def _pu(y):
@@ -63,8 +64,8 @@ def _around(x, distance):
 
 def repair(color, scale):
     """Filled, nothing negative, and no pixel more than 16 times as bright as its brightest neighbour or middle grey."""
-    rgb = fill(color).clamp(min=0)
-    around = pad(luminance(torch.where(_finite(color), color.clamp(min=0), 0)), (1, 1, 1, 1))
+    rgb = fill(color).clamp(0, BRIGHTEST)
+    around = pad(luminance(torch.where(_finite(color), color.clamp(0, BRIGHTEST), 0)), (1, 1, 1, 1))
     h, w = rgb.shape[1:]
     neighbours = [around[y : y + h, x : x + w] for y in range(3) for x in range(3) if (y, x) != (1, 1)]
     most = OUTLIER * torch.stack(neighbours).amax(0).clamp(min=KEY / scale)
@@ -81,8 +82,10 @@ def autoexposure(color):
     light = luminance(torch.where(finite, color, 0).clamp(0, BRIGHTEST))
     rows, cols = _edges(light.shape[0]), _edges(light.shape[1])
     bins = [_bin(light[y0:y1, x0:x1], finite[y0:y1, x0:x1]) for y0, y1 in rows for x0, x1 in cols]
-    means = [m for m, lone in bins if m > 0 and not lone] or [m for m, lone in bins if lone]
-    lit = torch.tensor([m for m in means if m > max(means) / RANGE], dtype=torch.float64)
+    bins = [(mean, lone) for mean, lone in bins if mean >= DARKEST]
+    means = [mean for mean, lone in bins if not lone] or [mean for mean, lone in bins]
+    brightest = max(means, default=0)
+    lit = torch.tensor([mean for mean in means if mean > brightest / RANGE], dtype=torch.float64)
     return float(KEY / torch.exp2(torch.log2(lit).mean())) if len(lit) else 1.0
 
 
@@ -91,7 +94,7 @@ def _bin(light, finite):
     values = light[finite].double().sort(descending=True).values
     lone = len(values) > 1 and bool(values[0] > 0) and bool(values[1] == 0)
     if len(values) > 1 and not lone:
-        values[0] = values[0].clamp(max=OUTLIER * values[1])
+        values[0] = values[0].clamp(max=HELD * values[1])
     return float(values.sum()) / max(len(values), 1), lone
 
 

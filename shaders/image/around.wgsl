@@ -15,6 +15,13 @@ fn is_finite(bits: vec3<u32>) -> bool {
     return all((bits & vec3(0x7f800000u)) != vec3(0x7f800000u));
 }
 
+// Sums and quotients of what is clamped to this stay within f32.
+const MOST = 1e30;
+
+fn lit(rgb: vec3<f32>) -> vec3<f32> {
+    return clamp(rgb, vec3(0.0), vec3(MOST));
+}
+
 fn luminance(rgb: vec3<f32>) -> f32 {
     return dot(rgb, vec3(0.212671, 0.715160, 0.072169));
 }

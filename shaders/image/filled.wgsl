@@ -15,12 +15,11 @@ fn around_in_IMAGE(at: vec2<u32>, steps: u32) -> Around {
         if all(there < tile.image_size) && any(there != at) {
             let bits = load_IMAGE(there);
             if is_finite(bits) {
-                // Sums of 24 stay within f32.
-                let value = clamp(bitcast<vec3<f32>>(bits), vec3(-1e30), vec3(1e30));
+                let value = clamp(bitcast<vec3<f32>>(bits), vec3(-MOST), vec3(MOST));
                 let is_near = all(there + 1u >= at) && all(there <= at + 1u);
                 around.wide += vec4(value, 1.0);
                 around.near += select(vec4<f32>(), vec4(value, 1.0), is_near);
-                let light = luminance(max(bitcast<vec3<f32>>(bits), vec3(0.0)));
+                let light = luminance(lit(bitcast<vec3<f32>>(bits)));
                 around.brightest = max(around.brightest, select(0.0, light, is_near));
             }
         }

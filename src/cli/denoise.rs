@@ -239,7 +239,7 @@ impl DenoiseArgs {
             )
         });
         let progress = Progress::new(plan.tiles.len(), "tiles", self.quiet);
-        let result = denoiser.denoise(frame, &mut |done, _| progress.set(done));
+        let result = denoiser.denoise(frame, &mut |done, of| progress.set(done, of));
         drop(progress);
         self.notices(&denoiser.notices());
         let result = result?;

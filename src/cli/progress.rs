@@ -12,7 +12,7 @@ const TEMPLATE: &str = "{spinner} {elapsed} [{wide_bar}] {pos}/{len} {msg}";
 
 /// Draws from a thread of its own: the first step alone may take longer than a second.
 pub(super) struct Progress {
-    steps: Option<Sender<u64>>,
+    steps: Option<Sender<[u64; 2]>>,
     drawing: Option<JoinHandle<()>>,
 }
 
@@ -27,10 +27,10 @@ impl Progress {
         Self { steps: Some(sender), drawing: Some(drawing) }
     }
 
-    /// Says how many steps are done.
-    pub(super) fn set(&self, done: usize) {
+    /// Says how many steps are done, of how many.
+    pub(super) fn set(&self, done: usize, len: usize) {
         // A bar that has gone away is no reason to stop.
-        let _ = self.steps.as_ref().map(|steps| steps.send(done as u64));
+        let _ = self.steps.as_ref().map(|steps| steps.send([done, len].map(|n| n as u64)));
     }
 }
 
@@ -42,12 +42,12 @@ impl Drop for Progress {
 }
 
 /// Waits a second, then shows what arrives until the sender is gone.
-fn draw(steps: &Receiver<u64>, len: u64, unit: &'static str) {
+fn draw(steps: &Receiver<[u64; 2]>, mut len: u64, unit: &'static str) {
     let mut done = 0;
     let begin = std::time::Instant::now();
     while let Some(left) = PATIENCE.checked_sub(begin.elapsed()) {
         match steps.recv_timeout(left) {
-            Ok(now) => done = now,
+            Ok(now) => [done, len] = now,
             Err(RecvTimeoutError::Timeout) => break,
             Err(RecvTimeoutError::Disconnected) => return,
         }
@@ -57,8 +57,9 @@ fn draw(steps: &Receiver<u64>, len: u64, unit: &'static str) {
     bar.set_message(unit);
     bar.set_position(done);
     bar.enable_steady_tick(Duration::from_millis(100));
-    for now in steps {
-        bar.set_position(now);
+    for [done, len] in steps {
+        bar.set_length(len);
+        bar.set_position(done);
     }
     bar.finish_and_clear();
 }

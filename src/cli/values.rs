@@ -94,5 +94,8 @@ pub(super) fn positive(text: &str) -> Result<f32, String> {
 
 /// A time above 0.
 pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    Duration::try_from_secs_f32(positive(text)?).map_err(|error| error.to_string())
+    match Duration::try_from_secs_f32(positive(text)?) {
+        Ok(Duration::ZERO) => Err("expected at least a nanosecond".into()),
+        time => time.map_err(|error| error.to_string()),
+    }
 }

@@ -49,7 +49,8 @@ pub struct PassDescriptor<'a> {
     pub width: u32,
     /// Rows of every image, from 1 to 65536.
     pub height: u32,
-    /// Linear, scene-referred colour in any exposure. NaN and infinity count as black.
+    /// Linear, scene-referred colour in any exposure. Pixels that are NaN or infinite are filled from
+    /// those around them.
     pub color: PassImage<'a>,
     /// Albedo in `[0, 1]`, if there is one: the surface's reflectance, 0 where there is none.
     pub albedo: Option<PassImage<'a>>,

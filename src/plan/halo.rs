@@ -11,13 +11,14 @@ const REPAIR: i64 = 2;
 /// Pixels that a tile must reach beyond what it stores, on every side, so that what it stores
 /// equals the whole image's result bit for bit. A multiple of the network's alignment.
 ///
-/// Follows the interval of pixels that an aligned block of output needs, layer by layer
+/// Whether a dark block is clean depends on the blocks around it (`activity`), and every pixel on those
+/// that it is repaired from. For the network, follows the interval of pixels that an aligned block of output needs, layer by layer
 /// towards the input.
 #[must_use]
 pub fn halo(network: &Network) -> u32 {
     let align = network.alignment();
     let (begin, end) = needed(network, 0..i64::from(align))[INPUT];
-    let reach = (-begin).max(end - i64::from(align)).max(0) + REPAIR;
+    let reach = (-begin).max(end - i64::from(align)).max(i64::from(BLOCK)) + REPAIR;
     (reach as u32).next_multiple_of(align)
 }
 
@@ -83,8 +84,8 @@ mod tests {
     #[test]
     fn a_single_level_by_hand() {
         // Two convs at full size (2), the aligned half size: begin −2 → −1, two convs: −3,
-        // pooled from −6, two convs: −8; repair: −10, already a multiple of 2.
-        assert_eq!(halo(&Network::unet(3, &[4, 4])), 10);
+        // pooled from −6, two convs: −8, which is less than a block; with the repair, 18.
+        assert_eq!(halo(&Network::unet(3, &[4, 4])), 18);
     }
 
     #[test]

@@ -11,6 +11,8 @@ const KEY: f64 = 0.18;
 const RANGE: f64 = (1_u64 << 33) as f64;
 /// Brighter values count as this, so that sums of a bin and 65504 ÷ scale stay within f32.
 const BRIGHTEST: f32 = 1e30;
+/// Darker bins are black: many GPUs take smaller values for 0.
+const DARKEST: f64 = f32::MIN_POSITIVE as f64;
 /// How many times as bright as the next brightest of its bin a pixel may be.
 const OUTLIER: f64 = 16.0;
 
@@ -19,8 +21,8 @@ const OUTLIER: f64 = 16.0;
 ///
 /// Each side is cut into the fewest bins of at most 16 pixels, as equal as they can be. A
 /// bin's luminance is the mean of its finite pixels, negative values counting as 0 and the
-/// brightest pixel as at most 16 times the second brightest. A bin is lit if it is at most 2³³ times
-/// as dark as the brightest bin. Bins with a lone lit pixel among others without any light may be
+/// brightest pixel as at most 16 times the second brightest. A bin is lit if it is above the
+/// smallest normal 32-bit float and at most 2³³ times as dark as the brightest bin. Bins with a lone lit pixel among others without any light may be
 /// black but for a firefly, and count only if there is no other light in the image.
 ///
 /// After Intel Open Image Denoise's autoexposure, which follows Reinhard et al., "Photographic Tone
@@ -32,10 +34,10 @@ pub fn autoexposure(color: &Image) -> f32 {
     let places =
         bins(height).flat_map(|rows| bins(width).map(move |columns| (rows.clone(), columns)));
     let all: Vec<Bin> = places.map(|(rows, columns)| bin(color, rows, columns)).collect();
-    let any = all.iter().any(|bin| bin.mean > 0.0 && !bin.lone);
+    let any = all.iter().any(|bin| bin.mean >= DARKEST && !bin.lone);
     let means: Vec<f64> = all.iter().filter(|bin| bin.lone != any).map(|bin| bin.mean).collect();
     let brightest = means.iter().copied().fold(0.0, f64::max);
-    let lit = means.into_iter().filter(|&mean| mean > brightest / RANGE);
+    let lit = means.into_iter().filter(|&mean| mean >= DARKEST && mean > brightest / RANGE);
     let logs: Vec<f64> = lit.map(f64::log2).collect();
     if logs.is_empty() {
         return 1.0;
@@ -121,7 +123,7 @@ mod tests {
         // Negative values count as 0.
         image.pixels_mut()[26..33].fill([-5.0; 3]);
         assert_near(autoexposure(&image), 0.18);
-        for black in [0.0, -1.0, f32::NAN] {
+        for black in [0.0, -1.0, f32::NAN, 1e-42] {
             let image = Image::filled(5, 5, [black; 3]).expect("a valid image");
             assert_eq!(autoexposure(&image), 1.0);
         }

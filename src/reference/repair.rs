@@ -6,6 +6,8 @@ use crate::image::Image;
 const GREY: f64 = 0.18;
 /// How many times as bright as its surroundings a pixel may be.
 const OUTLIER: f64 = 16.0;
+/// Larger values count as this, of either sign, so that no sum and no quotient leaves 32 bits.
+const MOST: f32 = 1e30;
 
 /// The image without bad pixels: each that is not finite in all channels is the mean of the finite
 /// ones among the eight around it, if there are any, else among the 24 around it, else black.
@@ -19,21 +21,21 @@ pub fn fill(image: &Image) -> Image {
         let rings = [1, 2].map(|distance| around(image, [x, y], distance));
         let finite = rings.into_iter().find(|ring| !ring.is_empty()).unwrap_or_default();
         let count = finite.len().max(1) as f64;
-        let sum = |c: usize| finite.iter().map(|p| f64::from(p[c]).clamp(-1e30, 1e30)).sum::<f64>();
+        let sum = |c: usize| finite.iter().map(|p| f64::from(p[c].clamp(-MOST, MOST))).sum::<f64>();
         [0, 1, 2].map(|c| (sum(c) / count) as f32)
     };
     map(image, filled)
 }
 
-/// A noisy colour as the network is to see it: filled, nothing negative, and no pixel brighter than
+/// A noisy colour as the network is to see it: filled, nothing negative or above 1e30, and no pixel brighter than
 /// 16 times the brightest finite one of the eight around it or 16 times middle grey, `0.18 /
 /// input_scale`, whichever is more; what is above is darkened to it, in its hue.
 #[must_use]
 pub fn repair(color: &Image, input_scale: f32) -> Image {
-    let lit = map(&fill(color), |pixel, _| pixel.map(|v| v.max(0.0)));
+    let lit = map(&fill(color), |pixel, _| pixel.map(|v| v.clamp(0.0, MOST)));
     map(&lit, |pixel, place| {
         let neighbours = around(color, place, 1);
-        let lights = neighbours.iter().map(|p| luminance(p.map(|v| v.max(0.0))));
+        let lights = neighbours.iter().map(|p| luminance(p.map(|v| v.clamp(0.0, MOST))));
         let most = OUTLIER * lights.fold(GREY / f64::from(input_scale), f64::max);
         let share = (most / luminance(pixel)).min(1.0);
         if luminance(pixel) > most { pixel.map(|v| (f64::from(v) * share) as f32) } else { pixel }

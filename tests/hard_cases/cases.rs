@@ -141,7 +141,7 @@ fn patterns() -> Vec<Case> {
     let one = image(SIZE, |at| [f32::from(at == [64, 48]); 3]);
     let one = Case::new("one pixel of 1 on black", one, Measure::Halo([64, 48]), 1e-3);
     let step = |at: u32| image(SIZE, move |[x, _]| [if x < at { 0.1 } else { 10.0 }; 3]);
-    let border = Case::new("a step on a tile's border", step(64), Measure::Unchanged, 0.01);
+    let border = Case::new("a step on a block's border", step(64), Measure::Unchanged, 0.01);
     let inside = Case::new("a step inside a block", step(70), Measure::Mean, 0.02);
     vec![fine, coarse, one, border, inside]
 }

@@ -54,11 +54,14 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
         [None, Some(224)].map(|tile| engine(gpu(), &weights(Quality::Fast), Precision::F16, tile));
     let bits =
         |image: &Image| -> Vec<_> { image.pixels().iter().map(|p| p.map(f32::to_bits)).collect() };
+    let mut cut = 0;
     run_cases(cases(), |case| {
         let color = four_fold(&case.color);
+        cut += usize::from(color.width().max(color.height()) > 224);
         let same = bits(&whole(&color)) == bits(&tiled(&color));
         if same { Ok(()) } else { Err("tiles change the result".into()) }
     });
+    assert!(cut > 40, "only {cut} pictures are cut");
 }
 
 impl std::fmt::Debug for Case {

@@ -53,7 +53,8 @@ fn images(width: u32, height: u32) -> [Image; 3] {
     };
     let mut images = [image(|v| (v * 18.0).exp2()), image(|v| v * 1.5), image(|v| v * 1.2)];
     for (i, image) in images.iter_mut().enumerate() {
-        let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -3.0, 1e30, 1e-42, -f32::NAN];
+        let bad =
+            [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -3.0, 1e30, 1e-42, -f32::NAN, f32::MAX];
         for (k, value) in bad.into_iter().enumerate() {
             let count = image.pixels().len();
             image.pixels_mut()[(k * 5 + i) % count][k % 3] = value;

@@ -52,7 +52,7 @@ def render_reference(renderer, scene, view, samples):
     total, luminances = 0, []
     for index in range(CHUNKS):
         chunk = renderer.render(view, -(-samples // CHUNKS), noise_seed(scene, view, REFERENCE, index))
-        chunk = np.nan_to_num(chunk, nan=0, posinf=0, neginf=0)  # a broken pixel counts as black, as in the denoiser
+        chunk = np.nan_to_num(chunk, nan=0, posinf=0, neginf=0)  # a bad pixel counts as black
         total = total + chunk
         luminances.append(np.tensordot(LUMINANCE, chunk[:3], 1))
     mean = np.mean(luminances, 0)

@@ -54,9 +54,10 @@ pub(super) fn rows(
     let inputs = input_sets(frame.inputs());
     let denoisers = denoisers(gpu, options);
     let each = || denoisers.iter().flat_map(|d| inputs.iter().map(move |&inputs| (d, inputs)));
-    let progress = Progress::new(each().count() * (1 + runs as usize), "frames", false);
+    let frames = each().count() * (1 + runs as usize);
+    let progress = Progress::new(frames, "frames", false);
     let mut done = 0..;
-    let mut tick = || progress.set(done.next().map_or(0, |d: usize| d + 1));
+    let mut tick = || progress.set(done.next().map_or(0, |d: usize| d + 1), frames);
     let mut rows: Vec<Row> = Vec::new();
     for (one, inputs) in each() {
         rows.push(one.warm_up(&restricted(frame, inputs), reference));
