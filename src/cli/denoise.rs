@@ -40,7 +40,7 @@ impl<'a> Work<'a> {
         Self { args, engine: None, pictures, failed: 0, watch, said: RefCell::default() }
     }
 
-    /// Of several pictures, one that fails is told of and the others go on.
+    /// Of several pictures, one that fails is told of and the others go on, unless the device failed.
     ///
     /// # Errors
     /// If the only picture fails, or there can be no denoiser.
@@ -53,7 +53,7 @@ impl<'a> Work<'a> {
             Err(failure) => Err(failure),
         };
         match outcome {
-            Err(failure) if self.pictures > 1 => {
+            Err(failure) if self.pictures > 1 && !matches!(failure, Failure::Device(_)) => {
                 say(&format!("error: {failure}"));
                 self.failed += 1;
                 Ok(())
@@ -65,12 +65,13 @@ impl<'a> Work<'a> {
     fn read(&mut self, job: &Job) -> Result<Picture, Failure> {
         let picture = Picture::open(&job.input, &job.layers)?;
         self.notices(job, picture.notices());
-        self.notices(job, &unusable_pixels(picture.color()));
+        let unusable = unusable_pixels(picture.color());
+        self.args.notices(&unusable.iter().map(|n| self.about(job, n)).collect::<Vec<_>>());
         self.watch.lap("read");
         Ok(picture)
     }
 
-    /// The denoiser, made for the first picture and anew after a picture that it failed at.
+    /// The denoiser, made for the first picture.
     fn engine(&mut self, job: &Job, picture: &Picture) -> Result<(Gpu, Denoiser), Failure> {
         if let Some(engine) = self.engine.take() {
             return Ok(engine);
@@ -90,8 +91,9 @@ impl<'a> Work<'a> {
     ) -> Result<(), Failure> {
         let frame = self.args.frame(picture);
         self.notices(job, &unread_inputs(&engine.1, &frame));
-        let result = self.args.denoise(&engine.1, &frame)?;
+        let result = self.args.denoise(&engine.1, &frame);
         self.engine = Some(engine);
+        let result = result?;
         self.watch.lap("denoised");
         let notices = picture.save(&job.output, &result, self.args.force)?;
         self.notices(job, &notices);
@@ -207,7 +209,7 @@ fn unusable_pixels(color: &Image) -> Vec<String> {
     let bad = count(|pixel| pixel.iter().any(|v| !v.is_finite()));
     let negative = count(|pixel| pixel.iter().any(|&v| v.is_finite() && v < 0.0));
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
-    let filled = format!("{} NaN or infinite and filled from the neighbours", pixels(bad));
+    let filled = format!("{} NaN or infinite and filled from good ones beside them", pixels(bad));
     let black = format!("{} negative; negative values count as 0", pixels(negative));
     [(bad, filled), (negative, black)].into_iter().filter(|(n, _)| *n > 0).map(|(_, s)| s).collect()
 }
