@@ -53,7 +53,7 @@ impl<'a> Work<'a> {
         Self { args, engine: None, pictures, failed: 0, watch, said: RefCell::default() }
     }
 
-    /// Of several pictures, one that fails is told of and the others go on.
+    /// Of several pictures, one that fails is told of and the others go on, unless the device failed.
     ///
     /// # Errors
     /// If the only picture fails, or there can be no denoiser.
@@ -66,7 +66,7 @@ impl<'a> Work<'a> {
             Err(failure) => Err(failure),
         };
         match outcome {
-            Err(failure) if self.pictures > 1 => {
+            Err(failure) if self.pictures > 1 && !matches!(failure, Failure::Device(_)) => {
                 say(&format!("error: {failure}"));
                 self.failed += 1;
                 Ok(())
@@ -84,8 +84,7 @@ impl<'a> Work<'a> {
         Ok((picture, weights))
     }
 
-    /// The denoiser, made for the first picture, and anew for one that needs other weights or comes
-    /// after a failure.
+    /// The denoiser, made for the first picture, and anew for one that needs other weights.
     fn engine(
         &mut self,
         job: &Job,
@@ -111,10 +110,12 @@ impl<'a> Work<'a> {
         engine: Engine,
     ) -> Result<(), Failure> {
         let frame = self.args.frame(picture);
-        self.notices(job, &unusable_pixels(frame.color, &engine.denoiser));
+        let unusable = unusable_pixels(frame.color, &engine.denoiser);
+        self.args.notices(&unusable.iter().map(|n| self.about(job, n)).collect::<Vec<_>>());
         self.notices(job, &unread_inputs(&engine.denoiser, &frame));
-        let result = engine.denoise(self.args, &frame)?;
+        let result = engine.denoise(self.args, &frame);
         self.engine = Some(engine);
+        let result = result?;
         self.watch.lap("denoised");
         let notices = picture.save(&job.output, &result, self.args.force)?;
         self.notices(job, &notices);
@@ -279,7 +280,7 @@ fn unusable_pixels(color: &Image, denoiser: &Denoiser) -> Vec<String> {
     let negative = count(|pixel| pixel.iter().any(|&v| v.is_finite() && v < 0.0));
     let negative = if signed { 0 } else { negative };
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
-    let filled = format!("{} NaN or infinite and filled from the neighbours", pixels(bad));
+    let filled = format!("{} NaN or infinite and filled from good ones beside them", pixels(bad));
     let black = format!("{} negative; negative values count as 0", pixels(negative));
     [(bad, filled), (negative, black)].into_iter().filter(|(n, _)| *n > 0).map(|(_, s)| s).collect()
 }
