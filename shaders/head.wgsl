@@ -1,7 +1,7 @@
 // The end of the network in one kernel: 1×1 convolution, sigmoid or none, inverse transfer function,
-// exposure taken back, crop, blend with the noisy colour, store. Clean blocks get their input
-// instead. One pixel of the tile per invocation. Equals conv1x1.wgsl, sigmoid.wgsl and
-// output_process.wgsl one after the other.
+// exposure taken back, crop, blend with the noisy colour, store. Clean blocks get their input, its
+// bad pixels filled, instead. One pixel of the tile per invocation. Equals conv1x1.wgsl,
+// sigmoid.wgsl and output_process.wgsl one after the other.
 
 alias TensorIn = texture_storage_2d_array<rgba32float, read>;
 

@@ -1,4 +1,4 @@
-//! The only unsafe code.
+//! The only unsafe code but for a Vulkan layer that the tests compile (`tests/cli/faults/layer.rs`).
 #![allow(unsafe_code, reason = "each call says below why no safe way exists and why it is sound")]
 
 #[cfg(feature = "cli")]

@@ -1,5 +1,5 @@
 //! The end of the network in one kernel: 1×1 convolution, sigmoid or none, and
-//! [`output_process`], and for clean blocks the input as it was.
+//! [`output_process`], and for clean blocks the input, with its bad pixels filled.
 //!
 //! [`output_process`]: mod@super::output_process
 

@@ -5,8 +5,7 @@ use crate::Image;
 use crate::model::Params;
 
 /// The end of the network: 1×1 convolution, sigmoid if `sigmoid`, and [`output_process`], one after
-/// the other; in clean blocks of 16×16 pixels the noisy colour as it was, [filled](fill) and without
-/// negative values.
+/// the other; clean blocks are [kept](keep_clean).
 ///
 /// `input` is `[c, h, w]`, `params` hold a weight `[3, c]` and a bias `[3]`, `clean` has a flag
 /// per block, row by row, and `color` has the size of the result.
@@ -24,12 +23,22 @@ pub fn head(
 ) -> Image {
     let sums = conv1x1(input, &params.weight, &params.bias);
     let network = if sigmoid { super::sigmoid(&sums) } else { sums };
-    let mut result = output_process(&network, input_scale, color.width(), color.height());
+    let result = output_process(&network, input_scale, color.width(), color.height());
+    keep_clean(result, color, clean, input.width.div_ceil(16))
+}
+
+/// The result with the noisy colour in its clean blocks of 16×16 pixels, as it was but for bad pixels,
+/// which are [filled](fill), and negative values, which become 0. `clean` has a flag per block, in
+/// rows of `columns`.
+///
+/// # Panics
+/// If there are fewer flags than blocks, or the sizes differ.
+#[must_use]
+pub fn keep_clean(mut result: Image, color: &Image, clean: &[bool], columns: usize) -> Image {
     let noisy = fill(color);
-    let blocks = input.width.div_ceil(16);
+    let width = color.width() as usize;
     for (i, pixel) in result.pixels_mut().iter_mut().enumerate() {
-        let (x, y) = (i % color.width() as usize, i / color.width() as usize);
-        if clean[y / 16 * blocks + x / 16] {
+        if clean[i / width / 16 * columns + i % width / 16] {
             *pixel = noisy.pixels()[i].map(|v| v.max(0.0));
         }
     }

@@ -32,7 +32,7 @@ pub use conv_head::conv_head;
 pub use conv_transpose::conv_transpose;
 pub use conv1x1::conv1x1;
 pub use conv3x3::conv3x3;
-pub use head::head;
+pub use head::{head, keep_clean};
 pub use input_conv::input_conv;
 pub use input_process::{input_process, input_process_in};
 pub use max_pool::max_pool;

@@ -27,16 +27,9 @@ pub(crate) fn on_cpu(weights: &Weights, color: &Image) -> Image {
     let scale = reference::autoexposure(color);
     let input = reference::input_process(color, None, None, scale, 16);
     let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
-    let mut result = reference::output_process(&output, scale, width, height);
-    let kept = reference::fill(color);
+    let result = reference::output_process(&output, scale, width, height);
     let clean = clean_blocks(color, scale, [input.width as u32, input.height as u32]);
-    for (i, pixel) in result.pixels_mut().iter_mut().enumerate() {
-        let [x, y] = [i % width as usize, i / width as usize];
-        if clean[y / 16 * (input.width / 16) + x / 16] {
-            *pixel = kept.pixels()[i].map(|v| v.max(0.0));
-        }
-    }
-    result
+    reference::keep_clean(result, color, &clean, input.width / 16)
 }
 
 fn clean_blocks(color: &Image, scale: f32, tile: [u32; 2]) -> Vec<bool> {
