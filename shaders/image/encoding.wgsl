@@ -6,7 +6,7 @@ const LOG = 1u;
 const SRGB = 2u;
 const SIGNED = 3u;           // of values from −1 to 1
 
-const BRIGHTEST = 65504.0;   // what PU and LOG make 1
+override brightest: f32 = 65504.0; // what is brighter counts as this; PU and LOG make 65504 one
 
 // Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
 // quality metrics to full luminance range images", scaled so that 65504 becomes 1.
@@ -47,16 +47,17 @@ fn inverse_srgb(x: vec3<f32>) -> vec3<f32> {
 
 fn encode(exposed: vec3<f32>) -> vec3<f32> {
     switch transfer_function {
-        case LOG: { return LOG_SCALE * log(min(exposed, vec3(BRIGHTEST)) + 1.0); }
+        case LOG: { return LOG_SCALE * log(min(exposed, vec3(brightest)) + 1.0); }
         case SRGB: { return srgb(clamp(exposed, vec3(0.0), vec3(1.0))); }
         case SIGNED: { return clamp(exposed, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5; }
-        default: { return pu(min(exposed, vec3(BRIGHTEST))); }
+        default: { return pu(min(exposed, vec3(brightest))); }
     }
 }
 
-// Nothing above 1 went in, and exp must not overflow.
+// Light can be brighter than what is encoded as 1, but exp must not overflow.
 fn decode(network: vec3<f32>) -> vec3<f32> {
-    let encoded = clamp(network, vec3(0.0), vec3(1.0));
+    let is_light = transfer_function == PU || transfer_function == LOG;
+    let encoded = clamp(network, vec3(0.0), vec3(select(1.0, 2.0, is_light)));
     switch transfer_function {
         case LOG: { return exp(encoded / LOG_SCALE) - 1.0; }
         case SRGB: { return inverse_srgb(encoded); }

@@ -8,6 +8,17 @@ pub struct Encoding {
     /// Whether the input is 0 right of and below the image, where its sides are no multiples of
     /// the alignment. If not, the edge repeats.
     pub zero_padding: bool,
+    /// Whether light is encoded however bright it is. If not, it counts as 65504 at most, times the
+    /// exposure.
+    pub unbounded: bool,
+}
+
+impl Encoding {
+    /// What is brighter, times the exposure, counts as this.
+    #[must_use]
+    pub fn brightest(self) -> f32 {
+        if self.unbounded { 1e30 } else { 65504.0 }
+    }
 }
 
 /// A curve from colour, times the exposure, to `[0, 1]`. `weights-format.md` has the formulas.

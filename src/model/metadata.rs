@@ -115,10 +115,9 @@ impl Metadata {
     /// How the network's input is made of images.
     #[must_use]
     pub fn encoding(&self) -> Encoding {
-        Encoding {
-            transfer_function: self.transfer_function,
-            zero_padding: self.topology != Topology::Unet,
-        }
+        let oidn = self.topology != Topology::Unet;
+        let transfer_function = self.transfer_function;
+        Encoding { transfer_function, zero_padding: oidn, unbounded: oidn }
     }
 
     /// The network that the metadata describes.

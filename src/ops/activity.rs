@@ -33,6 +33,7 @@ fn spec(entry: &'static str, workgroup: [u32; 3], formats: [ImageFormat; 3]) -> 
         entry,
         bindings: vec![TILE, color, albedo, normal, Binding::Buffer, clean, map].into(),
         overrides: &[
+            "brightest",
             "has_albedo",
             "has_normal",
             "radius",

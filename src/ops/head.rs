@@ -27,7 +27,7 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
 }
 
 /// What every variant, and every one of [`conv_head`](mod@super::conv_head), lets be overridden.
-pub const OVERRIDES: &[&str] = &["sigmoid", "transfer_function"];
+pub const OVERRIDES: &[&str] = &["brightest", "sigmoid", "transfer_function"];
 
 /// What both variants bind, and [`conv_head`](mod@super::conv_head) before all else.
 #[must_use]

@@ -33,6 +33,7 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
         entry: "main",
         bindings: bindings.into(),
         overrides: &[
+            "brightest",
             "has_albedo",
             "has_normal",
             "largest",

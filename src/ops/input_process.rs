@@ -22,8 +22,8 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
 const SOURCE: &str = include_str!("../../shaders/input_process.wgsl");
 
 /// What say which images there are, and what they become.
-pub(super) const OVERRIDES: [&str; 5] =
-    ["has_albedo", "has_normal", "transfer_function", "unorm_normal", "zero_padding"];
+pub(super) const OVERRIDES: [&str; 6] =
+    ["brightest", "has_albedo", "has_normal", "transfer_function", "unorm_normal", "zero_padding"];
 
 /// The shader without its entry point, for [`input_conv`](mod@super::input_conv).
 pub(super) fn declarations(formats: [ImageFormat; 3]) -> String {
@@ -100,7 +100,7 @@ impl<'a> Sources<'a> {
 
     /// The overrides that say what there is.
     #[must_use]
-    pub fn constants(&self) -> [(&'static str, f64); 4] {
+    pub fn constants(&self) -> [(&'static str, f64); 5] {
         let Inputs { albedo, normal } = self.inputs();
         let flag = |name, value| (name, f64::from(u8::from(value)));
         [
@@ -108,6 +108,7 @@ impl<'a> Sources<'a> {
             flag("has_normal", normal),
             flag("unorm_normal", self.unorm_normal),
             self.encoding.transfer_function.constant(),
+            ("brightest", f64::from(self.encoding.brightest())),
         ]
     }
 

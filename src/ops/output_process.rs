@@ -17,7 +17,7 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
         source: (color.result(output, 3) + text).into(),
         entry: "main",
         bindings: [TILE, Binding::TensorIn, Binding::Buffer].into_iter().chain(images).collect(),
-        overrides: &["transfer_function"],
+        overrides: &["brightest", "transfer_function"],
         workgroup: [8, 8, 1],
     }
 }

@@ -4,7 +4,7 @@ use super::input_process::encode_color;
 use super::repair;
 use crate::frame::Frame;
 use crate::image::Image;
-use crate::model::TransferFunction;
+use crate::model::Encoding;
 use crate::plan::tiles::Placed;
 
 /// Pixels per side of a block.
@@ -144,7 +144,7 @@ fn same(rows: &[Vec<[f32; 3]>]) -> bool {
 
 fn bends(rows: &[Vec<[f32; 3]>], input_scale: f32) -> bool {
     let v = |x: usize, y: usize, c: usize| {
-        encode_color(TransferFunction::Pu, rows[y][x][c], input_scale)
+        encode_color(Encoding::default(), rows[y][x][c], input_scale)
     };
     let (width, height) = (rows[0].len(), rows.len());
     let along_rows = |y: usize, c: usize| {

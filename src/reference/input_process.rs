@@ -39,9 +39,8 @@ pub fn input_process_in(
     input_scale: f32,
     alignment: u32,
 ) -> Tensor {
-    let curve = encoding.transfer_function;
-    let encode_color = |v| encode_color(curve, v, input_scale);
-    let color = match curve {
+    let encode_color = |v| encode_color(encoding, v, input_scale);
+    let color = match encoding.transfer_function {
         TransferFunction::Signed => fill(color),
         _ => repair(color, input_scale),
     };
@@ -64,8 +63,9 @@ pub fn input_process_in(
 }
 
 /// A component of a repaired colour in the network's numbers.
-pub(super) fn encode_color(curve: TransferFunction, v: f32, input_scale: f32) -> f64 {
-    encode(curve, f64::from(v) * f64::from(input_scale))
+pub(super) fn encode_color(encoding: Encoding, v: f32, input_scale: f32) -> f64 {
+    let exposed = f64::from(v) * f64::from(input_scale);
+    encode(encoding.transfer_function, exposed.min(f64::from(encoding.brightest())))
 }
 
 fn encode_albedo(v: f32) -> f64 {

@@ -49,17 +49,18 @@ pub fn pu_inverse(x: f64) -> f64 {
 #[must_use]
 pub fn encode(curve: TransferFunction, exposed: f64) -> f64 {
     match curve {
-        TransferFunction::Pu => pu(exposed.min(LARGEST)),
-        TransferFunction::Log => (exposed.min(LARGEST) + 1.0).ln() / (LARGEST + 1.0).ln(),
+        TransferFunction::Pu => pu(exposed),
+        TransferFunction::Log => (exposed + 1.0).ln() / (LARGEST + 1.0).ln(),
         TransferFunction::Srgb => srgb(exposed.clamp(0.0, 1.0)),
         TransferFunction::Signed => exposed.clamp(-1.0, 1.0) * 0.5 + 0.5,
     }
 }
 
-/// What [`encode`] made of an exposed component; values outside `[0, 1]` are clamped.
+/// What [`encode`] made of an exposed component. Values are clamped to `[0, 2]` if they stand for
+/// light of any size, else to `[0, 1]`.
 #[must_use]
 pub fn decode(curve: TransferFunction, encoded: f64) -> f64 {
-    let x = encoded.clamp(0.0, 1.0);
+    let x = encoded.clamp(0.0, if curve.is_hdr() { 2.0 } else { 1.0 });
     match curve {
         TransferFunction::Pu => pu_inverse(x),
         TransferFunction::Log => (x * (LARGEST + 1.0).ln()).exp() - 1.0,
