@@ -3,9 +3,11 @@
     python benches/peers/agreement.py --weights FOLDER --wgdenoise target/release/wgdenoise
 
 Each TZA file of the folder is given to wgdenoise; Open Image Denoise runs the same network out of its library, in the
-mode that the file's name stands for. Pictures: the sample render and random values, both with odd sides. The program
-exits with 1 if a difference is larger than Open Image Denoise's own regression test allows: a mean of
-|a-b|/(|a|+|b|+0.01) of 0.003, and no value that is off by more than 0.02 and by more than 5 %.
+mode that the file's name stands for. Pictures, all with odd sides: the sample render, random values, and for networks
+that take light of any brightness a lamp in the dark. Where the folder has what `--prefilter` needs, a last network is
+that of clean albedo and normal after those for albedo and normal. The program exits with 1 if a difference is larger
+than Open Image Denoise's own regression test allows: a mean of |a-b|/(|a|+|b|+0.01) of 0.003, and no value that is off
+by more than 0.02 and by more than 5 %.
 
 wgdenoise runs with `--no-skip`: by itself it leaves blocks without noise as they are. The pictures hold no broken or
 outlying pixels, which it would repair.
@@ -26,6 +28,8 @@ ROOT = Path(__file__).resolve().parents[2]
 QUALITIES = dict(small=pyoidn.OIDN_QUALITY_FAST, base=pyoidn.OIDN_QUALITY_BALANCED, large=pyoidn.OIDN_QUALITY_HIGH)
 LAYERS = dict(color="RGB", albedo="RGB", normal="XYZ")
 NAME = re.compile(r"(rt|rtlightmap)_(hdr|ldr|dir|alb|nrm)(_c?alb)?(_c?nrm)?(?:_(small|large))?")
+LAMP = "lamp"
+PREFILTERS = "rt_alb", "rt_nrm"
 MEAN, ABSOLUTE, RELATIVE = 0.003, 0.02, 0.05
 
 
@@ -47,7 +51,8 @@ class Network:
         found = NAME.fullmatch(path.stem)
         if not found:
             raise SystemExit(f"{path.name}: no name of Open Image Denoise's weights")
-        self.path, (filter_, self.kind, albedo, normal, size) = path, found.groups()
+        self.path, self.name = path, path.stem
+        (filter_, self.kind, albedo, normal, size) = found.groups()
         self.filter = pyoidn.OIDN_FILTER_TYPE_RT if filter_ == "rt" else pyoidn.OIDN_FILTER_TYPE_RT_LIGHTMAP
         self.size, self.clean = size or "base", albedo == "_calb"
         self.main = {"alb": "albedo", "nrm": "normal"}.get(self.kind, "color")
@@ -63,6 +68,7 @@ class Network:
         return images
 
     def oidn(self, images):
+        """What Open Image Denoise makes of them."""
         device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
         device.commit()
         output = np.zeros_like(images[self.main])
@@ -80,16 +86,43 @@ class Network:
             raise SystemExit(f"Open Image Denoise: {error}")
         return output
 
-    def wgdenoise(self, images, program, precision, kernels):
+    def wgdenoise(self, images, program, *options):
+        """What wgdenoise makes of them."""
         with tempfile.TemporaryDirectory() as folder:
             noisy, clean = Path(folder) / "noisy.exr", Path(folder) / "clean.exr"
             write(noisy, {"color" if name == self.main else name: image for name, image in images.items()})
-            command = [program, noisy, clean, "--weights", self.path, "--precision", precision, "--no-skip", "--quiet",
-                       "--kernels", kernels]
+            command = [program, noisy, clean, "--weights", *self.weights(), "--no-skip", "--quiet", *options]
             done = subprocess.run([str(c) for c in command], capture_output=True, text=True)
             if done.returncode:
-                raise SystemExit(f"{self.path.stem}: {done.stderr.strip()}")
+                raise SystemExit(f"{self.name}: {done.stderr.strip()}")
             return read(clean)["color"]
+
+    def weights(self):
+        return [self.path]
+
+
+class Prefiltered(Network):
+    """The network for clean albedo and normal, after those that clean them."""
+
+    def __init__(self, folder):
+        super().__init__(folder / "rt_hdr_calb_cnrm.tza")
+        self.first = [Network(folder / f"{name}.tza") for name in PREFILTERS]
+        self.name = "prefiltered"
+
+    def oidn(self, images):
+        clean = {n.main: n.oidn({n.main: images[n.main]}) for n in self.first}
+        return super().oidn({**images, **clean})
+
+    def weights(self):
+        return [self.path.parent, "--prefilter"]
+
+
+def networks(folder, only):
+    """Those of the files whose names have `only` in them, and the three together."""
+    found = [Network(path) for path in sorted(folder.glob("*.tza"))]
+    if {"rt_hdr_calb_cnrm", *PREFILTERS} <= {network.name for network in found}:
+        found.append(Prefiltered(folder))
+    return [network for network in found if only in network.name]
 
 
 def write(path, images):
@@ -116,7 +149,7 @@ def read(path):
 
 
 def pictures(o):
-    """By name: the render's middle, and random values over a wide range."""
+    """By name: the render's middle, random values over a wide range, and a lamp of 10000 in a room of 0.001."""
     width, height = o.crop
     render = read(o.render)
     rows, columns = render["color"].shape[:2]
@@ -127,6 +160,10 @@ def pictures(o):
     yield "random", dict(color=np.exp2(random.uniform(-6, 3, size)).astype(np.float32),
                          albedo=random.uniform(0, 1, size).astype(np.float32),
                          normal=random.uniform(-1, 1, size).astype(np.float32))
+    dark = np.exp2(random.uniform(-11, -9, size))
+    dark[20:50, 30:70] = 10000  # times the exposure, more than 65504
+    yield LAMP, dict(color=dark.astype(np.float32), albedo=np.full(size, 0.5, np.float32),
+                     normal=np.full(size, 0.5, np.float32))
 
 
 def differences(found, expected):
@@ -139,23 +176,25 @@ def differences(found, expected):
 
 def main():
     o = arguments()
-    files = sorted(path for path in o.weights.glob("*.tza") if o.only in path.stem)
-    if not files:
+    chosen = networks(o.weights, o.only)
+    if not chosen:
         raise SystemExit(f"{o.weights}: no TZA files of that name; see README.md for where they are")
     print("| network | picture | kernels | precision | mean relative difference | largest difference | values off | |")
     print("| --- | --- | --- | --- | ---: | ---: | ---: | --- |")
     failed = False
-    for network in map(Network, files):
+    for network in chosen:
         for name, picture in pictures(o):
+            if name == LAMP and network.kind != "hdr":
+                continue
             images = network.images(picture)
             expected = network.oidn(images)
             for kernels in o.kernels:
                 for precision in ("f32", "f16"):
-                    found = network.wgdenoise(images, o.wgdenoise, precision, kernels)
+                    found = network.wgdenoise(images, o.wgdenoise, "--precision", precision, "--kernels", kernels)
                     mean, largest, wrong = differences(found, expected)
                     fine = np.isfinite(found).all() and mean <= MEAN and not wrong
                     failed |= not fine
-                    print(f"| {network.path.stem} | {name} | {kernels} | {precision} | {mean:.1e} | {largest:.1e} | "
+                    print(f"| {network.name} | {name} | {kernels} | {precision} | {mean:.1e} | {largest:.1e} | "
                           f"{wrong} | {'' if fine else 'too far'} |", flush=True)
     sys.exit(int(failed))
 

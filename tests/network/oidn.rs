@@ -14,6 +14,12 @@ fn networks() -> [Weights; 2] {
         .map(|(bytes, name)| Weights::from_tza(bytes, name).expect("the fixture is whole"))
 }
 
+/// One for colour alone, under the name that says what the colour is.
+pub(crate) fn color_network(name: &str) -> Weights {
+    let bytes = include_bytes!("../fixtures/oidn/rt_alb.tza");
+    Weights::from_tza(bytes, name).expect("the fixture is whole")
+}
+
 fn run(weights: &Weights, options: &Options, images: &[Image; 3]) -> Image {
     let denoiser = Denoiser::new(&gpu().device, &gpu().queue, weights, options);
     let frame = frame(images, Inputs::ALL);
@@ -50,11 +56,10 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
 
 #[test]
 fn results_in_every_encoding_are_verified_and_wrong_ones_refused() {
-    let bytes = include_bytes!("../fixtures/oidn/rt_alb.tza");
     let images = images(70, 50);
     let noise = images[2].clone();
     for name in ["rt_hdr", "rtlightmap_hdr", "rt_ldr", "rt_nrm"] {
-        let weights = Weights::from_tza(bytes, name).expect("the fixture is whole");
+        let weights = color_network(name);
         run_cases(variants(), |&(kernels, precision)| {
             let color = if name == "rt_nrm" { &noise } else { &images[1] };
             let frame = Frame { color, albedo: None, normal: None, input_scale: None };
