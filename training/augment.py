@@ -17,6 +17,15 @@ def splat(image, sigma):
     return F.conv1d(columns, k).view_as(image.transpose(1, 2)).transpose(1, 2)
 
 
+def texture(size, cell, kind, low):
+    """[1,S,S] of mean 1: checks (kind 0), columns (1) or rows (2) of `cell` pixels, the darker ones `low` times the others."""
+    cells = torch.arange(size) // cell
+    x, y = cells.expand(size, size), cells[:, None].expand(size, size)
+    odd = (x + y, x, y)[kind] % 2
+    pattern = torch.where(odd == 1, low, 1.0)
+    return (pattern / pattern.mean())[None]
+
+
 class Crops:
     """Endless random batches (input [B,9,S,S], target [B,3,S,S]) in the network domain."""
 
@@ -52,6 +61,8 @@ class Crops:
             noisy = torch.cat([noisy[:3], window(view["ref"])[3:]])
         if self._uniform() < 0.15:
             noisy, target = self._splat(noisy, target)
+        if self._uniform() < 0.06:
+            noisy, target = self._textured(noisy, target)
         color, albedo, normal = noisy.split(3)
         if self._uniform() < 0.5:
             hue = torch.randperm(3, generator=self.random)
@@ -82,6 +93,16 @@ class Crops:
         """Blurred by one Gaussian of random width, as by a pixel filter that splats: it correlates the noise."""
         sigma = 0.3 + 0.5 * self._uniform()
         return [splat(image, sigma) for image in images]
+
+    def _textured(self, noisy, target):
+        """Clean, with a regular texture of single pixels or a few on it, or on its mean colour: renders have none, and a
+        network that never sees any takes it for noise. Half of the textures are in the albedo, too."""
+        low = 0.0 if self._uniform() < 0.3 else float(2 ** (-8 * self._uniform()))
+        pattern = texture(self.size, 1 + self._index(3), self._index(3), low)
+        if self._index(2):
+            target = target.mean((1, 2), keepdim=True).expand_as(target)
+        albedo = (noisy[3:6] * pattern).clamp(max=1) if self._index(2) else noisy[3:6]
+        return torch.cat([target * pattern, albedo, noisy[6:]]), target * pattern
 
     def _window(self, image):
         """A function that cuts one random square out of images of this size and turns and mirrors it."""

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import torch
 
-from augment import splat
+from augment import splat, texture
 from losses import LOSSES
 from model import UNet
 from optimizer import orthogonal
@@ -64,6 +64,15 @@ def test_losses_are_zero_for_the_target_and_grow_with_the_error(name, random):
 def test_muon_steps_have_singular_values_near_one(shape, random):
     values = torch.linalg.svdvals(orthogonal(torch.randn(shape, generator=random)).float())
     assert 0.4 < values.min() <= values.max() < 1.4
+
+
+def test_textures_alternate_and_keep_the_mean():
+    for kind, [along_x, along_y] in enumerate([(True, True), (True, False), (False, True)]):
+        pattern = texture(12, 2, kind, 0.25)[0]
+        assert pattern.mean().item() == pytest.approx(1) and pattern.unique().numel() == 2
+        assert pattern.max().item() == pytest.approx(4 * pattern.min().item())
+        assert pattern[0, 0] == pattern[1, 1] and (pattern[0, 0] != pattern[0, 2]) == along_x
+        assert (pattern[0, 0] != pattern[2, 0]) == along_y
 
 
 def test_splatting_keeps_the_mean_and_correlates_neighbours(random):
