@@ -102,9 +102,9 @@ struct Tolerance {
 /// the network, and as much by the exposure. Ten times that, and more for a single value.
 const F32: Tolerance = Tolerance { largest: 1e-4, rms: 3e-5 };
 
-/// Each of up to twenty layers rounds what it stores by 2⁻¹¹ of it, and some drivers all in one
-/// direction: some 4e-4. Four times that; a single value may have the worst of every layer.
-const F16: Tolerance = Tolerance { largest: 6e-3, rms: 1.6e-3 };
+/// Each of up to twenty layers rounds what it stores by up to 2⁻¹¹ of it, up or down, which comes to
+/// some 1e-4. Four times that; a single value may have the worst of every layer.
+const F16: Tolerance = Tolerance { largest: 2e-3, rms: 4e-4 };
 
 impl Tolerance {
     /// Not "too far" but "not close", since every comparison with NaN is false.

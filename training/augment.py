@@ -61,7 +61,7 @@ class Crops:
             noisy = torch.cat([noisy[:3], window(view["ref"])[3:]])
         if self._uniform() < 0.15:
             noisy, target = self._splat(noisy, target)
-        if self._uniform() < 0.06:
+        if self._uniform() < 0.12:
             noisy, target = self._textured(noisy, target)
         color, albedo, normal = noisy.split(3)
         if self._uniform() < 0.5:
@@ -98,7 +98,8 @@ class Crops:
         """Clean, with a regular texture of single pixels or a few on it, or on its mean colour: renders have none, and a
         network that never sees any takes it for noise. Half of the textures are in the albedo, too."""
         low = 0.0 if self._uniform() < 0.3 else float(2 ** (-8 * self._uniform()))
-        pattern = texture(self.size, 1 + self._index(3), self._index(3), low)
+        cell = 1 + self._index(2) * self._index(3)  # mostly single pixels
+        pattern = texture(self.size, cell, self._index(3), low)
         if self._index(2):
             target = target.mean((1, 2), keepdim=True).expand_as(target)
         albedo = (noisy[3:6] * pattern).clamp(max=1) if self._index(2) else noisy[3:6]
