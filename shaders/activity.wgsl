@@ -4,7 +4,7 @@
 // `classify` finds the blocks that are even: either all pixels, as they are repaired for the
 // network, are the same, or the block bends nowhere by more than T: along rows and columns
 // |v(i − 1) − 2 v(i) + v(i + 1)| <= T in each channel, where v is the colour as the network sees
-// it. Empty background and gradients without noise are even; noise of a standard deviation of
+// it, light always by PU. Empty background and gradients without noise are even; noise of a standard deviation of
 // T/4 is not. Where the image ends inside a block, three pixels a side are looked at nevertheless,
 // if the image has them; a side of less than three cannot bend, so such a block must be constant;
 // and an image of fewer than three pixels in all has nothing to be compared with.
@@ -49,7 +49,7 @@ override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0
 const BLOCK = 16u;           // pixels per side
 const FAR = 255u;
 const T = 1.0 / 1024.0;
-const DARK = 2e-6;           // encoded, about T
+const DARK = 2e-6;           // by PU, about T
 
 // What `classify` finds.
 const NOISY = 0u;

@@ -50,7 +50,7 @@ fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
     let x = clamp(sums + bias, vec4(-30.0), vec4(30.0));
     let encoded = select(x, 1.0 / (1.0 + exp(-x)), sigmoid);
     let exposed = decode(encoded.rgb);
-    store_denoised(at, exposed / input_scale);
+    store_denoised(at, exposed, input_scale);
 }
 
 @compute @workgroup_size(8, 8)

@@ -26,5 +26,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let exposed = decode(textureLoad(input, id.xy, 0).rgb);
-    store_denoised(at, exposed / input_scale);
+    store_denoised(at, exposed, input_scale);
 }

@@ -55,20 +55,21 @@ impl Model {
     /// depend on their formats, and are compiled when they are bound.
     pub(crate) fn new(context: &Context, options: &Options, weights: &Weights) -> Result<Self> {
         let kernels = options.kernels;
-        let model = if kernels == KernelSet::Plain {
+        let encoding = weights.metadata().encoding();
+        if kernels == KernelSet::Plain {
             let network = weights.network().clone();
-            Self::build(context, kernels, network, |layer| weights.params(layer), None)?
-        } else {
-            let Fused { network, params, head } = Fused::new(weights);
-            let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
-            Self::build(context, kernels, network, params, Some(&head))?
-        };
-        Ok(Self { encoding: weights.metadata().encoding(), ..model })
+            let params = |layer: &str| weights.params(layer);
+            return Self::build(context, kernels, encoding, network, params, None);
+        }
+        let Fused { network, params, head } = Fused::new(weights);
+        let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
+        Self::build(context, kernels, encoding, network, params, Some(&head))
     }
 
     fn build(
         context: &Context,
         kernels: KernelSet,
+        encoding: Encoding,
         network: Network,
         params: impl Fn(&str) -> Params,
         head: Option<&HeadParams>,
@@ -90,15 +91,14 @@ impl Model {
         check_layers(&storage, &context.device.limits())?;
         let operators = operators(context, kernels, &stored, &params, &maps);
         let map = &maps[stored.output()];
-        let head = head.map(|head| {
-            let mut built = match network.layers.get(operators.len()) {
-                Some(conv) => conv_head(context, kernels, [&params(&conv.name), &head.conv], map),
-                None => Head::new(context, kernels, &head.conv, map),
+        let head = head.map(|HeadParams { conv: last, sigmoid }| {
+            let mut head = match network.layers.get(operators.len()) {
+                Some(conv) => conv_head(context, kernels, [&params(&conv.name), last], map),
+                None => Head::new(context, kernels, last, map),
             };
-            built.sigmoid = head.sigmoid;
-            built
+            head.sigmoid = *sigmoid;
+            head
         });
-        let encoding = Encoding::default();
         Ok(Self { network, storage, alignment, halo, reach, encoding, stem, operators, head })
     }
 

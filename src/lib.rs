@@ -7,11 +7,12 @@
 //! on the GPU: its [`encode`](Pass::encode) records into the caller's command encoder, creates
 //! nothing and cannot fail.
 //!
-//! Colour is linear and scene-referred, in any exposure. Albedo (in `[0, 1]`) and normal (in
+//! Colour is linear and scene-referred, in any exposure, unless weights say otherwise
+//! ([`model::TransferFunction`]). Albedo (in `[0, 1]`) and normal (in
 //! `[−1, 1]`) make the result better and may be absent. Pixels that are not finite are filled from
 //! their neighbours, and lone fireflies darkened, before the network sees them
-//! ([`reference::repair`]); what comes out is finite and not negative, unless noisy colour that is
-//! negative is blended in ([`Pass::set_blend`]).
+//! ([`reference::repair`]); what comes out is finite and, but for directions, not negative, unless
+//! noisy colour that is negative is blended in ([`Pass::set_blend`]).
 //!
 //! # An image on the CPU
 //!

@@ -137,8 +137,7 @@ fn last_call(
     let bytes = last.bytes(context.precision);
     let Bound { sources, output, blend, .. } = *bound;
     let Sources { tiles, input_scale, color, encoding, .. } = sources;
-    let transfer_function = encoding.transfer_function;
-    let images = Images { tiles, input_scale, color, output, blend, transfer_function };
+    let images = Images { tiles, input_scale, color, output, blend, encoding };
     let Some(head) = &model.head else {
         let call = output_process(context, last, &images);
         return Call { bytes, ..Call::per_tile("output_process", call) };

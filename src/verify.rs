@@ -4,7 +4,7 @@ use crate::denoiser::Denoiser;
 use crate::error::{Error, Result};
 use crate::frame::Frame;
 use crate::image::Image;
-use crate::model::TransferFunction;
+use crate::model::{Encoding, TransferFunction};
 use crate::options::{KernelSet, Precision};
 use crate::plan::halo::{BLOCK, halo};
 use crate::plan::tiles::Rect;
@@ -42,8 +42,8 @@ const NOISY: f64 = 1.0 / 512.0;
 
 impl Denoiser {
     /// Holds a result of [`denoise`](Self::denoise) against the naive functions of
-    /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels, of up to 4096 spread over the frame: these work in 64 bits
-    /// on the CPU, on the block and all around it that it depends on. `None` if the frame has no noise.
+    /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels, of up to 4096 spread over the
+    /// frame: these work in 64 bits on the CPU, on the block and all around it that it depends on. `None` if the frame has no noise.
     ///
     /// # Errors
     /// If the images do not fit together or are not all that the weights need, or the result differs by
@@ -58,7 +58,7 @@ impl Denoiser {
         }
         let measure = || reference::autoexposure(frame.color);
         let exposure = Exposure {
-            curve: self.weights().metadata().transfer_function,
+            encoding: self.weights().metadata().encoding(),
             scale: self.known_scale(&frame).unwrap_or_else(measure),
         };
         let Some(rect) = noisiest(frame.color, exposure) else { return Ok(None) };
@@ -126,18 +126,24 @@ impl Tolerance {
 /// Between colour and the network's numbers.
 #[derive(Clone, Copy)]
 struct Exposure {
-    curve: TransferFunction,
+    encoding: Encoding,
     scale: f32,
 }
 
 impl Exposure {
     fn encode(self, value: f32) -> f64 {
-        reference::encode(self.curve, f64::from(value) * f64::from(self.scale))
+        reference::encode(self.encoding, f64::from(value) * f64::from(self.scale))
+    }
+
+    /// What the brightest light is encoded as.
+    fn most(self) -> f64 {
+        reference::encode(self.encoding, f64::INFINITY)
     }
 
     /// Whether the network sees the value as it is.
     fn is_seen(self, value: f32) -> bool {
-        value.is_finite() && (value >= 0.0 || self.curve == TransferFunction::Signed)
+        value.is_finite()
+            && (value >= 0.0 || self.encoding.transfer_function == TransferFunction::Signed)
     }
 }
 
@@ -208,8 +214,8 @@ fn compare(
         let (row, column) = place(x, y);
         let found = result.row(y)[x as usize];
         [0, 1, 2].map(|c| {
-            let expected = expected.at(c, row, column).clamp(0.0, 1.0);
-            (exposure.encode(found[c]) - f64::from(expected)).abs()
+            let expected = f64::from(expected.at(c, row, column)).clamp(0.0, exposure.most());
+            (exposure.encode(found[c]) - expected).abs()
         })
     });
     let differences: Vec<_> = differences.collect();

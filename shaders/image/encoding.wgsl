@@ -1,4 +1,5 @@
-// How colour, times the exposure, stands in the network's numbers, from 0 to 1.
+// How colour, times the exposure, stands in the network's numbers, from 0 to 1; light above 65504,
+// where `brightest` is, beyond 1.
 
 override transfer_function: u32;
 const PU = 0u;
@@ -6,7 +7,7 @@ const LOG = 1u;
 const SRGB = 2u;
 const SIGNED = 3u;           // of values from −1 to 1
 
-override brightest: f32 = 65504.0; // what is brighter counts as this; PU and LOG make 65504 one
+override brightest: f32;     // what is brighter counts as this; PU and LOG make 65504 one
 
 // Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
 // quality metrics to full luminance range images", scaled so that 65504 becomes 1.
@@ -22,7 +23,7 @@ const Y1 = 3.22087631e-2;
 const X0 = 2.23151711e-3;
 const X1 = 0.370974749;
 const PU_SCALE = 1.0 / 3.13511904;
-const LOG_SCALE = 1.0 / 11.0898961;
+const LOG_SCALE = 1.0 / 11.0898818;
 
 fn pu(y: vec3<f32>) -> vec3<f32> {
     let middle = B * pow(y, vec3(C)) + D;
@@ -54,10 +55,9 @@ fn encode(exposed: vec3<f32>) -> vec3<f32> {
     }
 }
 
-// Light can be brighter than what is encoded as 1, but exp must not overflow.
+// Nothing is brighter than what can go in.
 fn decode(network: vec3<f32>) -> vec3<f32> {
-    let is_light = transfer_function == PU || transfer_function == LOG;
-    let encoded = clamp(network, vec3(0.0), vec3(select(1.0, 2.0, is_light)));
+    let encoded = clamp(network, vec3(0.0), encode(vec3(brightest)));
     switch transfer_function {
         case LOG: { return exp(encoded / LOG_SCALE) - 1.0; }
         case SRGB: { return inverse_srgb(encoded); }
@@ -65,4 +65,3 @@ fn decode(network: vec3<f32>) -> vec3<f32> {
         default: { return inverse_pu(encoded); }
     }
 }
-

@@ -10,11 +10,13 @@ fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
     return rgb * (1.0 - share) + noisy * share;
 }
 
-fn store_denoised(at: vec2<u32>, rgb: vec3<f32>) {
-    var result = rgb;
+const HIGHEST = 3.4028234e38; // the largest 32-bit float: a small exposure must make no infinity
+
+fn store_denoised(at: vec2<u32>, exposed: vec3<f32>, input_scale: f32) {
+    var result = min(exposed / input_scale, vec3(HIGHEST));
     // The same for all: the noisy colour is not read for nothing.
     if blend > 0.0 {
-        result = blended(rgb, load_color(at));
+        result = blended(result, load_color(at));
     }
     store(at, result, alpha_of_color(at));
 }

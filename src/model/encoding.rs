@@ -17,11 +17,34 @@ impl Encoding {
     /// What is brighter, times the exposure, counts as this.
     #[must_use]
     pub fn brightest(self) -> f32 {
-        if self.unbounded { 1e30 } else { 65504.0 }
+        if self.unbounded { MOST } else { LARGEST }
+    }
+
+    /// The overrides of the shaders that encode or decode.
+    #[must_use]
+    pub fn constants(self) -> [(&'static str, f64); 2] {
+        let curve = f64::from(self.transfer_function as u8);
+        [("transfer_function", curve), ("brightest", f64::from(self.brightest()))]
+    }
+
+    /// The encoding in which equal steps look about equally large: the same, but
+    /// [`TransferFunction::Pu`] for light, of whose dark parts a logarithm of `y + 1` makes little.
+    #[must_use]
+    pub fn perceptual(self) -> Self {
+        match self.transfer_function {
+            TransferFunction::Log => Self { transfer_function: TransferFunction::Pu, ..self },
+            _ => self,
+        }
     }
 }
 
-/// A curve from colour, times the exposure, to `[0, 1]`. `weights-format.md` has the formulas.
+/// What the bounded curves for light make 1.
+const LARGEST: f32 = 65504.0;
+
+/// The most that counts of any light, as in the repair and in the exposure.
+const MOST: f32 = 1e30;
+
+/// A curve from colour, times the exposure, to `[0, 1]`, or for light above 65504 beyond. `weights-format.md` has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TransferFunction {
     /// Perceptually uniform, for scene-referred light.
@@ -55,11 +78,5 @@ impl TransferFunction {
     #[must_use]
     pub fn is_hdr(self) -> bool {
         matches!(self, Self::Pu | Self::Log)
-    }
-
-    /// The override of the shaders that encode or decode.
-    #[must_use]
-    pub fn constant(self) -> (&'static str, f64) {
-        ("transfer_function", f64::from(self as u8))
     }
 }

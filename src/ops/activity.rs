@@ -86,6 +86,7 @@ pub fn activity(
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
+    let sources = Sources { encoding: sources.encoding.perceptual(), ..*sources };
     let mut constants = sources.constants().to_vec();
     constants.extend([("radius", f64::from(radius)), ("skip", f64::from(u8::from(skip)))]);
     let images = sources.images();

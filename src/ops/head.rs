@@ -162,8 +162,9 @@ impl Head {
             resources.extend([bias.as_entire_binding(), weights.resource()]);
         }
         let spec = self.kernel.spec(images.color.format(), images.output.format());
-        let sigmoid = ("sigmoid", f64::from(u8::from(self.sigmoid)));
-        let kernel = context.kernel(&spec, &[sigmoid, images.transfer_function.constant()]);
+        let mut constants = images.encoding.constants().to_vec();
+        constants.push(("sigmoid", f64::from(u8::from(self.sigmoid))));
+        let kernel = context.kernel(&spec, &constants);
         let [x, y] = self.kernel.tile();
         let workgroups = [input.width.div_ceil(x), input.height.div_ceil(y), 1];
         kernel.dispatch_workgroups(kernel.bind(&context.device, &resources), workgroups)

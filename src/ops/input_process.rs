@@ -103,12 +103,13 @@ impl<'a> Sources<'a> {
     pub fn constants(&self) -> [(&'static str, f64); 5] {
         let Inputs { albedo, normal } = self.inputs();
         let flag = |name, value| (name, f64::from(u8::from(value)));
+        let [curve, brightest] = self.encoding.constants();
         [
             flag("has_albedo", albedo),
             flag("has_normal", normal),
             flag("unorm_normal", self.unorm_normal),
-            self.encoding.transfer_function.constant(),
-            ("brightest", f64::from(self.encoding.brightest())),
+            curve,
+            brightest,
         ]
     }
 

@@ -4,7 +4,7 @@ use super::GpuTensor;
 use super::image::{BLEND, ImageFormat};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
-use crate::model::TransferFunction;
+use crate::model::Encoding;
 use crate::ops::image::ImageBinding;
 
 /// The kernel for a noisy colour and a result in these formats.
@@ -36,14 +36,14 @@ pub struct Images<'a> {
     /// Uniform of one 32-bit float: the share of the noisy colour in the result, from 0 to 1.
     pub blend: &'a wgpu::Buffer,
     /// How the network's output is encoded.
-    pub transfer_function: TransferFunction,
+    pub encoding: Encoding,
 }
 
 /// The call that stores `input` into an image; choose the tile with [`Dispatch::record_at`].
 #[must_use]
 pub fn output_process(context: &Context, input: &GpuTensor, images: &Images<'_>) -> Dispatch {
     let spec = spec(images.color.format(), images.output.format());
-    let kernel = context.kernel(&spec, &[images.transfer_function.constant()]);
+    let kernel = context.kernel(&spec, &images.encoding.constants());
     let resources = [
         tile_binding(images.tiles),
         input.resource(),

@@ -4,7 +4,7 @@ use super::input_process::encode_color;
 use super::repair;
 use crate::frame::Frame;
 use crate::image::Image;
-use crate::model::Encoding;
+use crate::model::{Encoding, TransferFunction};
 use crate::plan::tiles::Placed;
 
 /// Pixels per side of a block.
@@ -27,6 +27,25 @@ pub struct Activity {
     pub map: Vec<Vec<Vec<u32>>>,
 }
 
+/// How colour becomes what is compared.
+#[derive(Clone, Copy)]
+struct Light {
+    encoding: Encoding,
+    input_scale: f32,
+}
+
+impl Light {
+    /// As the network sees it, but light always by PU, in which equal steps look about equally
+    /// large.
+    fn encode(self, v: f32) -> f64 {
+        let transfer_function = match self.encoding.transfer_function {
+            TransferFunction::Pu | TransferFunction::Log => TransferFunction::Pu,
+            other => other,
+        };
+        encode_color(Encoding { transfer_function, ..self.encoding }, v, self.input_scale)
+    }
+}
+
 /// What a block of the image is by itself.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -39,7 +58,7 @@ enum Kind {
 ///
 /// A block is even if its pixels, [repaired](repair), are all the same; or if it has at least three
 /// in both directions with no second difference above 1/1024 along rows and columns, in each
-/// channel, once encoded for the network. If the image ends inside the block, it is as if it began
+/// channel, once encoded for the network, light by PU. If the image ends inside the block, it is as if it began
 /// earlier, so that it has three pixels a side where the image has them. An image of one or two
 /// pixels is even.
 ///
@@ -54,6 +73,7 @@ enum Kind {
 #[must_use]
 pub fn activity(
     frame: &Frame<'_>,
+    encoding: Encoding,
     input_scale: f32,
     placed: &Placed,
     size: [u32; 2],
@@ -62,9 +82,10 @@ pub fn activity(
 ) -> Activity {
     let [columns, rows] = size.map(|side| side as usize / BLOCK);
     let blocks = || (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
+    let light = Light { encoding, input_scale };
     let repaired = repair(frame.color, input_scale);
     let frame = Frame { color: &repaired, ..*frame };
-    let kind = |block| if skip { kind(&frame, placed, block, input_scale) } else { Kind::Noisy };
+    let kind = |block| if skip { kind(&frame, placed, block, light) } else { Kind::Noisy };
     let in_image = |block: &[usize; 2]| !pixels(frame.color, placed, *block).is_empty();
     let kinds: Vec<_> = blocks().filter(in_image).map(|block| (block, kind(block))).collect();
     let is_clean = |block| is_clean(&kinds, block);
@@ -117,12 +138,12 @@ fn stores(placed: &Placed, block: [usize; 2]) -> bool {
     })
 }
 
-fn kind(frame: &Frame<'_>, placed: &Placed, block: [usize; 2], input_scale: f32) -> Kind {
+fn kind(frame: &Frame<'_>, placed: &Placed, block: [usize; 2], light: Light) -> Kind {
     let rows = pixels(frame.color, placed, block);
     let (width, height) = (rows[0].len(), rows.len());
     let wide = width >= 3 && height >= 3;
-    let even = width * height < 3 || same(&rows) || wide && !bends(&rows, input_scale);
-    let dark = || rows[0][0].iter().all(|&v| f64::from(v) * f64::from(input_scale) <= DARK);
+    let even = width * height < 3 || same(&rows) || wide && !bends(&rows, light);
+    let dark = || rows[0][0].iter().all(|&v| f64::from(v) * f64::from(light.input_scale) <= DARK);
     match even {
         false => Kind::Noisy,
         true if dark() && !is_empty(frame, placed, block) => Kind::Dark,
@@ -142,10 +163,8 @@ fn same(rows: &[Vec<[f32; 3]>]) -> bool {
     rows.iter().flatten().all(|pixel| *pixel == rows[0][0])
 }
 
-fn bends(rows: &[Vec<[f32; 3]>], input_scale: f32) -> bool {
-    let v = |x: usize, y: usize, c: usize| {
-        encode_color(Encoding::default(), rows[y][x][c], input_scale)
-    };
+fn bends(rows: &[Vec<[f32; 3]>], light: Light) -> bool {
+    let v = |x: usize, y: usize, c: usize| light.encode(rows[y][x][c]);
     let (width, height) = (rows[0].len(), rows.len());
     let along_rows = |y: usize, c: usize| {
         (2..width).any(|x| (v(x - 2, y, c) - 2.0 * v(x - 1, y, c) + v(x, y, c)).abs() > T)
@@ -202,7 +221,8 @@ mod tests {
             (Some(&black), Some(&surface), false),
         ] {
             let frame = Frame { albedo, normal, color: &color, input_scale: None };
-            let found = activity(&frame, 1.0, &placed, [32, 16], 2, true).clean;
+            let found =
+                activity(&frame, Encoding::default(), 1.0, &placed, [32, 16], 2, true).clean;
             assert_eq!(found, [clean, false]);
         }
     }
@@ -222,7 +242,8 @@ mod tests {
         let (width, height) = image.size();
         let stores = Rect { begin: [0, 0], end: [width, height] };
         let size = [width, height].map(|side| side.next_multiple_of(16));
-        activity(&color(image), 1.0, &Placed { origin: [0, 0], stores }, size, 2, true)
+        let placed = Placed { origin: [0, 0], stores };
+        activity(&color(image), Encoding::default(), 1.0, &placed, size, 2, true)
     }
 
     #[test]
@@ -296,7 +317,8 @@ mod tests {
         let stores = Rect { begin: [48, 16], end: [65, 32] };
         let placed = Placed { origin: [16, 0], stores };
         for skip in [true, false] {
-            let found = activity(&color(&noise), 1.0, &placed, [80, 64], 1, skip);
+            let found =
+                activity(&color(&noise), Encoding::default(), 1.0, &placed, [80, 64], 1, skip);
             assert_eq!(found.clean, [false; 20]);
             let near = [FAR, 1, 1, 1, 1];
             assert_eq!(found.map[0], [near, [FAR, 1, 0, 0, 1], near, [FAR; 5]]);

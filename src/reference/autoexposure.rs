@@ -9,7 +9,7 @@ const BIN: usize = 16;
 const KEY: f64 = 0.18;
 /// A bin this many times as dark as the brightest is black, and says nothing of the exposure.
 const RANGE: f64 = (1_u64 << 33) as f64;
-/// Brighter values count as this, so that sums of a bin and 65504 ÷ scale stay within f32.
+/// Brighter values count as this, so that sums of a bin stay within f32.
 const BRIGHTEST: f32 = 1e30;
 /// Darker bins are black: many GPUs take smaller values for 0.
 const DARKEST: f64 = f32::MIN_POSITIVE as f64;
@@ -22,8 +22,9 @@ const OUTLIER: f64 = 16.0;
 /// Each side is cut into the fewest bins of at most 16 pixels, as equal as they can be. A
 /// bin's luminance is the mean of its finite pixels, negative values counting as 0 and the
 /// brightest pixel as at most 16 times the second brightest. A bin is lit if it is above the
-/// smallest normal 32-bit float and at most 2³³ times as dark as the brightest bin. Bins with a lone lit pixel among others without any light may be
-/// black but for a firefly, and count only if there is no other light in the image.
+/// smallest normal 32-bit float and at most 2³³ times as dark as the brightest bin. Bins with a lone
+/// lit pixel among others without any light may be black but for a firefly, and count only if there
+/// is no other light in the image.
 ///
 /// After Intel Open Image Denoise's autoexposure, which follows Reinhard et al., "Photographic Tone
 /// Reproduction for Digital Images" (2002), and has neither the limit for the brightest pixel nor

@@ -9,9 +9,9 @@ use crate::model::{Encoding, TransferFunction};
 /// `alignment` by repeating the last column to the right and the last row downwards.
 ///
 /// The result has three channels per image that is there, in the order colour, albedo,
-/// normal, all in `[0, 1]`. Colour is [repaired](repair), multiplied by `input_scale`, limited to
-/// the largest 16-bit float and encoded by [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is
-/// clamped to `[0, 1]`. A normal is clamped to `[−1, 1]` and moved to `[0, 1]`.
+/// normal, all in `[0, 1]`. Colour is [repaired](repair), multiplied by `input_scale` and
+/// [encoded](encode) by [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped
+/// to `[0, 1]`. A normal is clamped to `[−1, 1]` and moved to `[0, 1]`.
 ///
 /// # Panics
 /// If the images differ in size or `alignment` is 0.
@@ -26,7 +26,7 @@ pub fn input_process(
     input_process_in(Encoding::default(), color, albedo, normal, input_scale, alignment)
 }
 
-/// The same for a network that was trained with another encoding.
+/// The same for a network that was trained with another encoding, in which light may be beyond 1.
 ///
 /// # Panics
 /// As [`input_process`].
@@ -64,8 +64,7 @@ pub fn input_process_in(
 
 /// A component of a repaired colour in the network's numbers.
 pub(super) fn encode_color(encoding: Encoding, v: f32, input_scale: f32) -> f64 {
-    let exposed = f64::from(v) * f64::from(input_scale);
-    encode(encoding.transfer_function, exposed.min(f64::from(encoding.brightest())))
+    encode(encoding, f64::from(v) * f64::from(input_scale))
 }
 
 fn encode_albedo(v: f32) -> f64 {

@@ -3,9 +3,9 @@
 use super::Tensor;
 use super::transfer_function::decode;
 use crate::image::Image;
-use crate::model::TransferFunction;
+use crate::model::Encoding;
 
-/// Undoes what was done to colour on the way in: decodes by [`pu_inverse`](super::pu_inverse), divides by
+/// Undoes what was done to colour on the way in: [decodes](decode), divides by
 /// `input_scale` and keeps the top left `width · height` pixels.
 ///
 /// `tensor` is `[3, h, w]` in `[0, 1]`, at least as large as the image.
@@ -14,7 +14,7 @@ use crate::model::TransferFunction;
 /// If the tensor has not three channels or is smaller than the image, or a side is 0.
 #[must_use]
 pub fn output_process(tensor: &Tensor, input_scale: f32, width: u32, height: u32) -> Image {
-    output_process_in(TransferFunction::Pu, tensor, input_scale, width, height)
+    output_process_in(Encoding::default(), tensor, input_scale, width, height)
 }
 
 /// The same for a network of another encoding.
@@ -23,14 +23,17 @@ pub fn output_process(tensor: &Tensor, input_scale: f32, width: u32, height: u32
 /// As [`output_process`].
 #[must_use]
 pub fn output_process_in(
-    curve: TransferFunction,
+    encoding: Encoding,
     tensor: &Tensor,
     input_scale: f32,
     width: u32,
     height: u32,
 ) -> Image {
     assert_eq!(tensor.channels, 3, "channels of the network's output");
-    let radiance = |v: f32| (decode(curve, f64::from(v)) / f64::from(input_scale)) as f32;
+    let radiance = |v: f32| {
+        let light = decode(encoding, f64::from(v)) / f64::from(input_scale);
+        light.min(f64::from(f32::MAX)) as f32
+    };
     let mut pixels = Vec::new();
     for y in 0..height as usize {
         for x in 0..width as usize {

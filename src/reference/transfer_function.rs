@@ -5,10 +5,10 @@
 //! the closed form that was fitted to it for denoising in Intel Open Image Denoise: a line in
 //! the dark, a power in the middle, a logarithm in the light.
 
-use crate::model::TransferFunction;
+use crate::model::{Encoding, TransferFunction};
 
-/// The largest radiance, after the input scale, that the network can represent: the largest
-/// finite 16-bit float.
+/// The radiance, times the input scale, that the curves for light make 1: the largest finite 16-bit
+/// float.
 pub const LARGEST: f64 = 65504.0;
 
 const A: f64 = 1.412_837_65e3;
@@ -44,24 +44,24 @@ pub fn pu_inverse(x: f64) -> f64 {
     }
 }
 
-/// A colour component times the exposure, in the network's numbers. Negative ones are for
-/// [`TransferFunction::Signed`] alone.
+/// A colour component times the exposure, in the network's numbers: from 0 to 1, light above
+/// [`LARGEST`] beyond. Negative ones are for [`TransferFunction::Signed`] alone.
 #[must_use]
-pub fn encode(curve: TransferFunction, exposed: f64) -> f64 {
-    match curve {
-        TransferFunction::Pu => pu(exposed),
-        TransferFunction::Log => (exposed + 1.0).ln() / (LARGEST + 1.0).ln(),
+pub fn encode(encoding: Encoding, exposed: f64) -> f64 {
+    let light = exposed.min(f64::from(encoding.brightest()));
+    match encoding.transfer_function {
+        TransferFunction::Pu => pu(light),
+        TransferFunction::Log => (light + 1.0).ln() / (LARGEST + 1.0).ln(),
         TransferFunction::Srgb => srgb(exposed.clamp(0.0, 1.0)),
         TransferFunction::Signed => exposed.clamp(-1.0, 1.0) * 0.5 + 0.5,
     }
 }
 
-/// What [`encode`] made of an exposed component. Values are clamped to `[0, 2]` if they stand for
-/// light of any size, else to `[0, 1]`.
+/// The exposed component of which [`encode`] makes `encoded`. What it can never make is clamped.
 #[must_use]
-pub fn decode(curve: TransferFunction, encoded: f64) -> f64 {
-    let x = encoded.clamp(0.0, if curve.is_hdr() { 2.0 } else { 1.0 });
-    match curve {
+pub fn decode(encoding: Encoding, encoded: f64) -> f64 {
+    let x = encoded.clamp(0.0, encode(encoding, f64::INFINITY));
+    match encoding.transfer_function {
         TransferFunction::Pu => pu_inverse(x),
         TransferFunction::Log => (x * (LARGEST + 1.0).ln()).exp() - 1.0,
         TransferFunction::Srgb if x <= 0.04045 => x / 12.92,
@@ -101,14 +101,29 @@ mod tests {
 
     #[test]
     fn every_curve_is_undone_and_spans_0_to_1() {
-        for curve in TransferFunction::ALL {
-            let least = if curve == TransferFunction::Signed { -1.0 } else { 0.0 };
-            let most = if curve.is_hdr() { LARGEST } else { 1.0 };
+        for transfer_function in TransferFunction::ALL {
+            let curve = Encoding { transfer_function, ..Encoding::default() };
+            let least = if transfer_function == TransferFunction::Signed { -1.0 } else { 0.0 };
+            let most = if transfer_function.is_hdr() { LARGEST } else { 1.0 };
             assert!(encode(curve, least).abs() < 1e-12 && (encode(curve, most) - 1.0).abs() < 1e-9);
-            for value in [0.0, 0.001, 0.01, 0.2, 0.9] {
-                let value = least + value * (most - least);
+            for value in [least, 1e-6, 1e-3, 0.18, 1.0, 100.0, most] {
+                let value = value.min(most);
                 let error = (decode(curve, encode(curve, value)) - value).abs();
-                assert!(error < 2e-5 * most.max(value), "{curve:?}: {value} is off by {error}");
+                assert!(error <= 1e-5 * value.abs(), "{curve:?}: {value} is off by {error}");
+            }
+        }
+    }
+
+    #[test]
+    fn light_of_any_size_comes_back_where_it_has_no_bound_and_is_cut_where_it_has() {
+        for transfer_function in [TransferFunction::Pu, TransferFunction::Log] {
+            let bounded = Encoding { transfer_function, ..Encoding::default() };
+            let unbounded = Encoding { unbounded: true, ..bounded };
+            for value in [1e6, 1e12, 1e29] {
+                let error = decode(unbounded, encode(unbounded, value)) / value - 1.0;
+                assert!(error.abs() < 1e-5, "{transfer_function:?}: {value} is off by {error}");
+                assert_eq!(encode(bounded, value), encode(bounded, LARGEST));
+                assert!(decode(bounded, encode(unbounded, value)) < LARGEST * 1.00001);
             }
         }
     }

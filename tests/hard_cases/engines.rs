@@ -1,5 +1,6 @@
 //! What denoises the hard cases: the GPU engine, and the naive functions alone.
 
+use wgdenoise::model::Encoding;
 use wgdenoise::plan::tiles::{Placed, Rect};
 use wgdenoise::{Denoiser, Frame, Gpu, Image, Options, Precision, Weights, reference};
 
@@ -36,5 +37,5 @@ fn clean_blocks(color: &Image, scale: f32, tile: [u32; 2]) -> Vec<bool> {
     let (width, height) = color.size();
     let stores = Rect { begin: [0, 0], end: [width, height] };
     let placed = Placed { origin: [0, 0], stores };
-    reference::activity(&frame(color), scale, &placed, tile, 1, true).clean
+    reference::activity(&frame(color), Encoding::default(), scale, &placed, tile, 1, true).clean
 }

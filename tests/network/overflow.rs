@@ -3,13 +3,20 @@
 use half::f16;
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView, serialize};
+use wgdenoise::model::tza;
 use wgdenoise::{Denoiser, Frame, Inputs, Options, Weights};
 
 use crate::common::gpu::{gpu, variants};
 use crate::common::run_cases;
 use crate::support::{frame, images};
 
-const TINY: &[u8] = include_bytes!("../fixtures/unet_tiny.safetensors");
+/// Networks that end in a sigmoid and in a ReLU, and the most light that can go in, exposed.
+fn networks() -> [(Vec<u8>, f32); 2] {
+    let unet = include_bytes!("../fixtures/unet_tiny.safetensors").to_vec();
+    let oidn = include_bytes!("../fixtures/oidn/rt_hdr_alb_nrm.tza");
+    let oidn = tza::to_safetensors(oidn, "rt_hdr_alb_nrm").expect("the fixture is whole");
+    [(unet, 65504.0), (oidn, 1e30)]
+}
 
 fn values(view: &TensorView<'_>) -> Vec<f32> {
     match view.dtype() {
@@ -18,14 +25,14 @@ fn values(view: &TensorView<'_>) -> Vec<f32> {
     }
 }
 
-/// The small network with the weights of its convolutions times `factor`.
-fn times(factor: f32) -> Weights {
-    let tensors = SafeTensors::deserialize(TINY).expect("the fixture follows the format");
+/// The network with the weights of its convolutions times `factor`.
+fn times(file: &[u8], factor: f32) -> Weights {
+    let tensors = SafeTensors::deserialize(file).expect("the fixture follows the format");
     let scaled = |name: &str, view: &TensorView<'_>| -> Vec<u8> {
         let factor = if name.contains(".norm.") { 1.0 } else { factor };
         values(view).into_iter().flat_map(|v| (v * factor).to_le_bytes()).collect()
     };
-    let (_, header) = SafeTensors::read_metadata(TINY).expect("it was read");
+    let (_, header) = SafeTensors::read_metadata(file).expect("it was read");
     let all: Vec<_> =
         tensors.iter().map(|(name, v)| (name, v.shape().to_vec(), scaled(name, &v))).collect();
     let views = all.iter().map(|(name, shape, data)| {
@@ -41,14 +48,16 @@ fn no_weights_make_a_pixel_that_is_no_number_or_brighter_than_what_goes_in() {
     let images = images(37, 22);
     let frame = frame(&images, Inputs::ALL);
     let frame = Frame { input_scale: Some(0.5), ..frame };
-    let cases =
-        [1e8, 1e19, 1e36].into_iter().flat_map(|f| variants().into_iter().map(move |v| (f, v)));
-    run_cases(cases, |&(factor, (kernels, precision))| {
+    let networks = networks();
+    let factors = |file| [1e8, 1e19, 1e36].map(|factor| (file, factor));
+    let weights = networks.iter().flat_map(factors);
+    let cases = weights.flat_map(|w| variants().into_iter().map(move |v| (w, v)));
+    run_cases(cases, |&(((file, most), factor), (kernels, precision))| {
         let options = Options { kernels, precision, ..Options::default() };
-        let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &times(factor), &options);
+        let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &times(file, factor), &options);
         let result = denoiser.expect("it fits").denoise(&frame, &mut |_, _| {}).expect("it runs");
-        // The transfer function ends at 65504, but for the rounding of its inverse.
-        let bad = |p: &&[f32; 3]| !p.iter().all(|v| (0.0..=65504.0 / 0.5 * 1.001).contains(v));
+        // But for the rounding of the inverse transfer function.
+        let bad = |p: &&[f32; 3]| !p.iter().all(|v| (0.0..=most / 0.5 * 1.001).contains(v));
         match result.pixels().iter().filter(bad).count() {
             0 => Ok(()),
             count => Err(format!("{count} pixels, such as {:?}", result.pixels().iter().find(bad))),

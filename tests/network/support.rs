@@ -43,17 +43,17 @@ pub(crate) fn run(options: &Options, frame: &Frame<'_>) -> Image {
 
 /// What the naive functions make of a frame, from its pixels to the result's.
 pub(crate) fn expected(weights: &Weights, frame: &Frame<'_>) -> Image {
-    let curve = weights.metadata().transfer_function;
-    let measured = || if curve.is_hdr() { reference::autoexposure(frame.color) } else { 1.0 };
+    let encoding = weights.metadata().encoding();
+    let is_hdr = encoding.transfer_function.is_hdr();
+    let measured = || if is_hdr { reference::autoexposure(frame.color) } else { 1.0 };
     let scale = frame.input_scale.unwrap_or_else(measured);
     let weights = weights.for_inputs(frame.inputs()).expect("the inputs are known");
     let alignment = weights.network().alignment().max(16);
     let Frame { color, albedo, normal, .. } = *frame;
-    let encoding = weights.metadata().encoding();
     let input = reference::input_process_in(encoding, color, albedo, normal, scale, alignment);
     let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
     let (width, height) = frame.color.size();
-    reference::output_process_in(curve, &output, scale, width, height)
+    reference::output_process_in(encoding, &output, scale, width, height)
 }
 
 /// An image in the transfer domain.

@@ -1,5 +1,5 @@
 use wgdenoise::kernel::Context;
-use wgdenoise::model::{Params, TransferFunction};
+use wgdenoise::model::{Encoding, Params};
 use wgdenoise::ops::activity::Activity;
 use wgdenoise::ops::channel_map;
 use wgdenoise::ops::head::Head;
@@ -92,7 +92,7 @@ pub(crate) fn store(
         color: (&color).into(),
         output: (&output).into(),
         blend: &buffer(context, &[0; 4]),
-        transfer_function: TransferFunction::Pu,
+        encoding: Encoding::default(),
     };
     let input = upload(context, input, &channel_map(input.channels));
     let call = head.dispatch(context, &input, &activity, &images);

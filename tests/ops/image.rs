@@ -1,6 +1,6 @@
 //! Images of every format, as the first and the last kernel see them.
 
-use wgdenoise::model::{Encoding, TransferFunction};
+use wgdenoise::model::Encoding;
 use wgdenoise::ops::image::{Element, ImageBinding, ImageFormat};
 use wgdenoise::ops::input_process::{self, Sources, input_process};
 use wgdenoise::ops::output_process::{Images, output_process};
@@ -115,7 +115,7 @@ fn every_format_is_written_with_the_blend_and_the_alpha_of_the_colour() {
             color: binding(&images[0], views[0].as_ref()),
             output: binding(&images[1], views[1].as_ref()),
             blend: &buffer(context, bytemuck::bytes_of(&share)),
-            transfer_function: TransferFunction::Pu,
+            encoding: Encoding::default(),
         };
         let call = output_process(context, &upload(context, &tensor, &channel_map(3)), &images);
         submit(context, |pass| call.record_at(pass, 0));

@@ -1,4 +1,4 @@
-use wgdenoise::model::TransferFunction;
+use wgdenoise::model::{Encoding, TransferFunction};
 use wgdenoise::ops::tile::{Layout, Tile};
 use wgdenoise::ops::{
     channel_map,
@@ -31,12 +31,18 @@ fn output_process_equals_the_reference_and_crops() {
         let context = context(precision);
         let sides = [width, height].map(|side| side.next_multiple_of(16) as usize);
         let mut tensor = Random::new(11).tensor(3, sides[1], sides[0]);
-        tensor.data.iter_mut().for_each(|v| *v = v.abs());
+        // Beyond 1, too: light above 65504.
+        tensor.data.iter_mut().for_each(|v| *v = 1.5 * v.abs());
         let tensor = stored(&tensor, precision);
-        for curve in TransferFunction::ALL {
-            let found = run(context, curve, &tensor, [width, height], 2.5);
-            let expected = reference::output_process_in(curve, &tensor, 2.5, width, height);
-            let allowed = if curve == TransferFunction::Pu { TOLERANCE } else { EVEN };
+        let bounds = [false, true];
+        let encodings = TransferFunction::ALL.into_iter().flat_map(|transfer_function| {
+            bounds.map(|unbounded| Encoding { transfer_function, unbounded, ..Encoding::default() })
+        });
+        for encoding in encodings {
+            let found = run(context, encoding, &tensor, [width, height], 2.5);
+            let expected = reference::output_process_in(encoding, &tensor, 2.5, width, height);
+            let is_pu = encoding.transfer_function == TransferFunction::Pu;
+            let allowed = if is_pu { TOLERANCE } else { EVEN };
             compare(&found, &image_tensor(&expected), allowed)?;
         }
         Ok(())
@@ -55,7 +61,7 @@ fn only_the_pixels_of_the_tile_are_stored() {
         ..Tile::default()
     };
     let tensor = reference::Tensor::from_fn(3, 16, 16, |_, _, _| 0.5);
-    let found = store(context, TransferFunction::Pu, &tensor, &tile, 1.0, 5 + 8 * 40);
+    let found = store(context, Encoding::default(), &tensor, &tile, 1.0, 5 + 8 * 40);
     for (i, value) in found.iter().enumerate() {
         let (x, y, c) =
             ((i.wrapping_sub(5)) % 40 / 4, i.wrapping_sub(5) / 40, i.wrapping_sub(5) % 4);
@@ -66,7 +72,7 @@ fn only_the_pixels_of_the_tile_are_stored() {
 
 fn run(
     context: &wgdenoise::kernel::Context,
-    curve: TransferFunction,
+    encoding: Encoding,
     tensor: &reference::Tensor,
     size: [u32; 2],
     input_scale: f32,
@@ -74,14 +80,14 @@ fn run(
     let tile =
         Tile { image_size: size, end: size, output: Layout::packed(size[0]), ..Tile::default() };
     let [width, height] = size.map(|side| side as usize);
-    let values = store(context, curve, tensor, &tile, input_scale, width * height * 3);
+    let values = store(context, encoding, tensor, &tile, input_scale, width * height * 3);
     reference::Tensor::from_fn(3, height, width, |c, y, x| values[(y * width + x) * 3 + c])
 }
 
 /// What the kernel leaves in a buffer of `count` times −1.
 fn store(
     context: &wgdenoise::kernel::Context,
-    curve: TransferFunction,
+    encoding: Encoding,
     tensor: &reference::Tensor,
     tile: &Tile,
     input_scale: f32,
@@ -98,7 +104,7 @@ fn store(
         color: (&color).into(),
         output: (&image).into(),
         blend: &buffer(context, &[0; 4]),
-        transfer_function: curve,
+        encoding,
     };
     let call = output_process(context, &input, &images);
     submit(context, |pass| call.record_at(pass, 0));
