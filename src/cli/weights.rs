@@ -133,7 +133,7 @@ pub(super) fn choose(
 /// Reads a file of either format.
 pub(super) fn load(path: &Path) -> Result<Weights, Failure> {
     let bytes = read(path)?;
-    let weights = if bytes.starts_with(&tza::MAGIC) {
+    let weights = if tza::is_tza(path, &bytes) {
         Weights::from_tza(&bytes, &stem(path))
     } else {
         Weights::from_bytes(&bytes)
