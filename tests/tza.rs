@@ -8,6 +8,7 @@ use std::path::Path;
 use common::Tolerance;
 use common::fixture::Fixture;
 use proptest::prelude::*;
+use wgdenoise::model::Metadata;
 use wgdenoise::model::tza::{self, KINDS};
 use wgdenoise::reference::{self, Tensor};
 use wgdenoise::{Inputs, Weights};
@@ -66,9 +67,16 @@ fn a_name_that_says_something_else_than_the_file_is_refused() {
 #[test]
 fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
     let weights = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
-    let message = weights.for_inputs(Inputs::default()).unwrap_err().to_string();
-    let expected = "needs color, albedo, normal, but color was given; take weights for that, such as rt_hdr.tza";
-    assert!(message.contains(expected), "{message}");
+    let [albedo, normal] = [true, false].map(|albedo| Inputs { albedo, normal: !albedo });
+    // There are none for colour and normal.
+    for (given, file) in [(Inputs::default(), "hdr"), (albedo, "hdr_alb"), (normal, "hdr")] {
+        let message = weights.for_inputs(given).unwrap_err().to_string();
+        let expected = format!(
+            "needs color, albedo, normal, but {given} was given; take weights that need no more, \
+             such as rt_{file}.tza"
+        );
+        assert!(message.ends_with(&expected), "{message}");
+    }
     weights.for_inputs(Inputs::ALL).unwrap();
 }
 
@@ -113,6 +121,18 @@ fn the_format_is_told_by_the_name_and_else_by_the_beginning() {
         ("tza", b"", false),
     ] {
         assert_eq!(tza::is_tza(Path::new(name), bytes), expected, "{name}");
+    }
+}
+
+#[test]
+fn wrong_widths_are_answered_with_how_many_there_must_be() {
+    for (topology, count) in [("oidn", "15"), ("oidn-large", "18"), ("unet", "2 to 8")] {
+        let pairs = [("topology", topology), ("widths", "1"), ("name", "a")];
+        let pairs = pairs.into_iter().chain([("format", "wgdenoise"), ("format_version", "1")]);
+        let pairs = pairs.map(|(key, value)| (key.to_string(), value.to_string())).collect();
+        let message = Metadata::parse(&pairs).unwrap_err().to_string();
+        let expected = format!("metadata `widths` is `1`, expected {count} numbers from 1 to 1024");
+        assert!(message.contains(&expected), "{message}");
     }
 }
 
