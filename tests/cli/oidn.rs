@@ -39,7 +39,7 @@ fn a_converted_file_does_what_the_original_does() {
     says(&folder.run(&["convert", tza, converted]), &["`rt_hdr_alb_nrm`", "transfer function pu"]);
     folder
         .run(&["convert", tza, converted])
-        .assert_failed(1, &["c.safetensors: exists", "--force"]);
+        .assert_failed(1, &["c.safetensors: already exists", "--force"]);
     folder.run(&["convert", tza, converted, "--force"]).assert_done();
     let outputs = [(tza, "a.exr"), (converted, "b.exr")].map(|(weights, out)| {
         folder.run(&[WITH_ALL, out, "-q", "--weights", weights]).assert_done();
@@ -57,6 +57,20 @@ fn a_file_that_cannot_be_converted_is_named_and_nothing_written() {
     convert("plain_rgb.exr").assert_failed(1, &["plain_rgb.exr: weights: "]);
     convert("nowhere.tza").assert_failed(1, &["nowhere.tza: cannot be read"]);
     assert!(!folder.path("c.safetensors").exists());
+}
+
+#[test]
+fn a_converted_file_replaces_no_original_and_is_not_called_like_one() {
+    let folder = folder();
+    let tza = "weights/rt_hdr_alb_nrm.tza";
+    let whole = fs::read(folder.path(tza)).unwrap();
+    fs::hard_link(folder.path(tza), folder.path("link.safetensors")).unwrap();
+    for output in [tza, "link.safetensors"] {
+        folder.run(&["convert", tza, output, "--force"]).assert_failed(1, &["is also the input"]);
+        assert!(fs::read(folder.path(output)).unwrap() == whole, "{output}");
+    }
+    folder.run(&["convert", tza, "new.tza"]).assert_failed(1, &["new.tza: ", ".safetensors"]);
+    assert!(!folder.path("new.tza").exists());
 }
 
 #[test]
