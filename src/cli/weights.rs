@@ -122,9 +122,10 @@ pub(super) fn choose(
     let found = files.map(|file| folder.join(file)).find(|path| path.is_file());
     found.ok_or_else(|| {
         Failure::Work(format!(
-            "{}: has no {}.tza, which the picture needs, nor a converted one; the README says where \
-             Open Image Denoise's weights are",
+            "{}: has {} {}.tza, nor a converted one; the README says where Open Image Denoise's \
+             weights are",
             folder.display(),
+            if stems.len() == 1 { "no" } else { "none of" },
             stems.join(".tza, ")
         ))
     })

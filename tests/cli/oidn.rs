@@ -141,3 +141,20 @@ fn a_picture_that_no_weights_fit_does_not_keep_the_others_back() {
     assert!(lines[1].ends_with("1 of 2 pictures failed"), "{run:?}");
     assert!(folder.path("clean").join(WITH_ALL).exists());
 }
+
+#[test]
+fn bench_says_what_the_weights_read() {
+    let folder = folder();
+    put(&folder, "rt_alb.tza", "rt_hdr.tza");
+    let bench = |weights: &str| {
+        let size = ["bench", "--width", "32", "--height", "32", "--runs", "1"];
+        folder.run(&[&size[..], &["--weights", weights]].concat())
+    };
+    for (weights, inputs) in [("rt_hdr", "color"), ("rt_hdr_alb_nrm", "color, albedo, normal")] {
+        let run = bench(&format!("weights/{weights}.tza"));
+        assert!(run.stdout.contains(&format!("kMAC per pixel, {inputs}\n")), "{run:?}");
+    }
+    fs::create_dir(folder.path("none")).unwrap();
+    let words = "none: has none of rt_hdr_alb_nrm.tza, rt_hdr_alb.tza, rt_hdr.tza, nor a converted";
+    bench("none").assert_failed(1, &[words]);
+}
