@@ -15,6 +15,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     if let Some([noisy, reference]) = args.report() {
         return report::run(args, noisy, reference);
     }
+    args.engine.check()?;
     let source = args.engine.source(Given::ALL)?;
     let weights = source.load()?;
     let (gpu, options) = args.engine.open()?;

@@ -93,20 +93,29 @@ impl EngineArgs {
         if path.is_dir() {
             return choose(path, given, self.quality).map(Source::Chosen);
         }
-        if self.quality.is_some() {
-            return Err(Failure::Usage(
-                "--quality chooses among the built-in weights or those of a folder, but --weights \
-                 names a file; leave one of them out"
-                    .into(),
-            ));
-        }
         Ok(Source::Named(path.clone()))
     }
 
-    /// The folder that `--weights` names, or that of its file.
-    pub(super) fn weights_folder(&self) -> Option<PathBuf> {
-        let path = self.weights.as_ref()?;
-        if path.is_dir() { Some(path.clone()) } else { Some(path.parent()?.to_path_buf()) }
+    /// Refuses `--quality` where it has nothing to choose from.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        match self.file() {
+            Some(file) if self.quality.is_some() => Err(Failure::Usage(format!(
+                "--quality chooses among the built-in weights or those of a folder, but --weights \
+                 names {}, which is no folder; leave one of them out",
+                file.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Those of the file that `--weights` names.
+    pub(super) fn named_weights(&self) -> Result<Option<Weights>, Failure> {
+        self.file().map(load).transpose()
+    }
+
+    /// What `--weights` names, unless it is a folder.
+    fn file(&self) -> Option<&Path> {
+        self.weights.as_deref().filter(|path| !path.is_dir())
     }
 }
 
