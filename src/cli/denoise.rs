@@ -99,6 +99,7 @@ impl<'a> Work<'a> {
             self.prepare(job, &frame, networks)?;
         }
         let engine = self.engine.as_ref().expect("the engine fits or has just been made");
+        fit::check(engine, job, picture)?;
         let unusable = fit::unusable_pixels(engine, frame.color);
         self.args.notices(&unusable.iter().map(|n| self.about(job, n)).collect::<Vec<_>>());
         self.notices(job, &fit::notices(engine, picture));

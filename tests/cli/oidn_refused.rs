@@ -2,7 +2,7 @@
 
 use std::fs;
 
-use super::{WITH_ALL, folder, put};
+use super::{WITH_ALL, folder, put, says};
 
 #[test]
 fn a_file_that_cannot_be_converted_is_named_and_nothing_written() {
@@ -45,6 +45,50 @@ fn a_file_that_is_not_what_its_name_says_is_answered_by_its_name() {
     run("rt_hdr.tza").assert_failed(1, &[words, "Git LFS pointer"]);
     run("w.safetensors").assert_failed(1, &["w.safetensors: weights: not a whole safetensors"]);
     folder.run(&["convert", "rt_hdr.tza", "c.safetensors"]).assert_failed(1, &[words]);
+}
+
+#[test]
+fn png_and_jpeg_are_refused_for_values_of_both_signs() {
+    let folder = folder();
+    put(&folder, "rt_alb.tza", "rt_nrm.tza");
+    folder.png("in.png");
+    let run = |from, to| folder.run(&[from, to, "-q", "--weights", "weights/rt_nrm.tza"]);
+    run("in.png", "out.exr").assert_failed(1, &["in.png: PNG and JPEG", "`rt_nrm`", "use EXR"]);
+    run(WITH_ALL, "look.png").assert_failed(1, &["look.png: PNG and JPEG", "`rt_nrm`", "use EXR"]);
+    run(WITH_ALL, "look.JPG").assert_failed(1, &["look.JPG: PNG and JPEG"]);
+    assert!(["out.exr", "look.png", "look.JPG"].iter().all(|name| !folder.path(name).exists()));
+    run(WITH_ALL, "out.exr").assert_done();
+}
+
+#[test]
+fn a_named_file_that_is_for_something_else_is_told_of_once() {
+    let folder = folder();
+    folder.png("in.png");
+    let fits = "";
+    for (weights, picture, out, expected) in [
+        ("rt_nrm", WITH_ALL, "n.exr", "the colour is taken as normals, which the weights `rt_nrm`"),
+        ("rt_alb", WITH_ALL, "a.exr", "the colour is taken as albedo, which the weights `rt_alb`"),
+        ("rtlightmap_dir", WITH_ALL, "d.exr", "the colour is taken as directions, which the"),
+        (
+            "rt_ldr",
+            WITH_ALL,
+            "l.exr",
+            "`rt_ldr` are for what a display shows: light above 1 is cut",
+        ),
+        ("rt_hdr", "in.png", "h.png", "`rt_hdr` are for light of any brightness, but PNG and JPEG"),
+        ("rtlightmap_hdr", "in.png", "m.png", "`rtlightmap_hdr` are for light of any brightness"),
+        ("rt_hdr", WITH_ALL, "f.exr", fits),
+        ("rt_ldr", "in.png", "f.png", fits),
+    ] {
+        put(&folder, "rt_alb.tza", &format!("{weights}.tza"));
+        let file = format!("weights/{weights}.tza");
+        let run = folder.run(&[picture, out, "--weights", &file]);
+        says(&run, &[expected]);
+        let count = run.stderr.lines().filter(|line| line.contains("` are for")).count();
+        assert_eq!(count, usize::from(expected != fits), "{run:?}");
+        let quiet = folder.run(&[picture, out, "--weights", &file, "-q", "--force"]);
+        assert_eq!((quiet.code, quiet.stderr.as_str()), (0, ""), "{quiet:?}");
+    }
 }
 
 #[test]
