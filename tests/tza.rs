@@ -3,9 +3,12 @@
 
 mod common;
 
+use std::path::Path;
+
 use common::Tolerance;
 use common::fixture::Fixture;
 use proptest::prelude::*;
+use wgdenoise::model::Metadata;
 use wgdenoise::model::tza::{self, KINDS};
 use wgdenoise::reference::{self, Tensor};
 use wgdenoise::{Inputs, Weights};
@@ -64,9 +67,16 @@ fn a_name_that_says_something_else_than_the_file_is_refused() {
 #[test]
 fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
     let weights = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
-    let message = weights.for_inputs(Inputs::default()).unwrap_err().to_string();
-    let expected = "needs color, albedo, normal, but color was given; take weights for that, such as rt_hdr.tza";
-    assert!(message.contains(expected), "{message}");
+    let [albedo, normal] = [true, false].map(|albedo| Inputs { albedo, normal: !albedo });
+    // There are none for colour and normal.
+    for (given, file) in [(Inputs::default(), "hdr"), (albedo, "hdr_alb"), (normal, "hdr")] {
+        let message = weights.for_inputs(given).unwrap_err().to_string();
+        let expected = format!(
+            "needs color, albedo, normal, but {given} was given; take weights that need no more, \
+             such as rt_{file}.tza"
+        );
+        assert!(message.ends_with(&expected), "{message}");
+    }
     weights.for_inputs(Inputs::ALL).unwrap();
 }
 
@@ -74,16 +84,56 @@ fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
 fn what_is_no_whole_file_is_refused() {
     let whole = file(NAMES[0]);
     for length in [0, 1, 11, 12, 40, whole.len() / 2, whole.len() - 1] {
-        refused(&whole[..length], NAMES[0], "not a whole TZA file");
+        refused(&whole[..length], NAMES[0], "not a whole TZA file: ");
     }
     let with = |at: usize, bytes: &[u8]| {
         let mut file = whole.clone();
         file[at..at + bytes.len()].copy_from_slice(bytes);
         file
     };
-    refused(&with(0, b"PK"), NAMES[0], "does not begin as TZA files do");
-    refused(&with(2, &[3]), NAMES[0], "version 3.0, but this reads 2.x");
-    refused(&with(4, &[0xff; 8]), NAMES[0], "not a whole TZA file");
+    refused(&with(0, b"PK"), NAMES[0], "weights: TZA file: the file does not begin as such");
+    refused(b"<html>", NAMES[0], "weights: TZA file: the file does not begin as such");
+    refused(&with(2, &[3]), NAMES[0], "weights: TZA file: version 3.0, but this reads 2.x");
+    refused(&with(4, &[0xff; 8]), NAMES[0], "not a whole TZA file: ");
+}
+
+#[test]
+fn more_tensors_than_any_network_has_are_refused_before_they_are_read() {
+    let with = |count: u32| {
+        let mut file = file(NAMES[0]);
+        let table = usize::from_le_bytes(*file[4..].first_chunk().unwrap());
+        file[table..table + 4].copy_from_slice(&count.to_le_bytes());
+        file
+    };
+    refused(&with(64), NAMES[0], "not a whole TZA file: ");
+    refused(&with(65), NAMES[0], "weights: TZA file: 65 tensors, expected at most 64");
+}
+
+#[test]
+fn the_format_is_told_by_the_name_and_else_by_the_beginning() {
+    let safetensors = [&16855_u64.to_le_bytes()[..], b"{\"__metadata__\":"].concat();
+    for (name, bytes, expected) in [
+        ("a", &file(NAMES[0])[..], true),
+        ("a.safetensors", &file(NAMES[0]), true),
+        ("a.tza", b"version https://git-lfs.github.com/spec/v1", true),
+        ("a.TZA", b"", true),
+        ("a.safetensors", &safetensors, false),
+        ("tza", b"", false),
+    ] {
+        assert_eq!(tza::is_tza(Path::new(name), bytes), expected, "{name}");
+    }
+}
+
+#[test]
+fn wrong_widths_are_answered_with_how_many_there_must_be() {
+    for (topology, count) in [("oidn", "15"), ("oidn-large", "18"), ("unet", "2 to 8")] {
+        let pairs = [("topology", topology), ("widths", "1"), ("name", "a")];
+        let pairs = pairs.into_iter().chain([("format", "wgdenoise"), ("format_version", "1")]);
+        let pairs = pairs.map(|(key, value)| (key.to_string(), value.to_string())).collect();
+        let message = Metadata::parse(&pairs).unwrap_err().to_string();
+        let expected = format!("metadata `widths` is `1`, expected {count} numbers from 1 to 1024");
+        assert!(message.contains(&expected), "{message}");
+    }
 }
 
 /// The file with other bytes at `offset` from where the last `text` in it begins, which stands in
@@ -103,7 +153,7 @@ fn tables_that_cannot_be_are_refused() {
     let cases: [(&[u8], usize, &str); 7] = [
         (&[9], 0, "has 9 dimensions, expected 1 or 4"),
         (&[0xff; 4], 1, "lies outside the file"),
-        (&[100, 0, 0, 0], 1, "overlap"),
+        (&[100, 0, 0, 0], 1, "weights: TZA file: the tensors up to `"),
         (&[0; 4], 1, "`enc_conv2` makes 0 channels"),
         (b"ohwi", 17, "`enc_conv2.weight` has layout `ohwi`, expected `oihw` or `x`"),
         (b"d", 21, "`enc_conv2.weight` is of no known type"),

@@ -3,6 +3,8 @@
 
 #![no_main]
 
+use std::path::Path;
+
 use libfuzzer_sys::fuzz_target;
 use wgdenoise::model::{Topology, tza};
 use wgdenoise::{Error, Inputs, Weights};
@@ -11,7 +13,7 @@ use wgdenoise::{Error, Inputs, Weights};
 const LONGEST_ERROR: usize = 1000;
 
 fuzz_target!(|bytes: &[u8]| {
-    if bytes.starts_with(&tza::MAGIC) {
+    if tza::is_tza(Path::new(""), bytes) {
         // By name, for 3, 6 and 9 channels.
         for name in ["rt_alb", "rt_hdr_alb", "rt_hdr_alb_nrm"] {
             judge(Weights::from_tza(bytes, name));

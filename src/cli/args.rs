@@ -77,7 +77,8 @@ pub(super) struct DenoiseArgs {
     pub(super) layers: LayerArgs,
     #[command(flatten)]
     pub(super) engine: EngineArgs,
-    /// Factor that brings the colour to a middle grey of 0.18 [default: measured]
+    /// Factor that brings the colour to a middle grey of 0.18 [default: measured; 1 with weights
+    /// for sRGB or for normals]
     #[arg(long, value_name = "X", value_parser = positive)]
     pub(super) input_scale: Option<f32>,
     #[command(flatten)]

@@ -15,6 +15,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     if let Some([noisy, reference]) = args.report() {
         return report::run(args, noisy, reference);
     }
+    args.engine.check()?;
     let source = args.engine.source(Given::ALL)?;
     let weights = source.load()?;
     let (gpu, options) = args.engine.open()?;
@@ -37,7 +38,7 @@ fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) ->
     let (fastest, slowest) = (timing.seconds[0], timing.seconds[timing.seconds.len() - 1]);
     format!(
         "{} ({:?}), kernels {}, tensors in {:?}\n\
-         weights `{}`, {:.1} kMAC per pixel, color, albedo and normal\n\
+         weights `{}`, {:.1} kMAC per pixel, {}\n\
          {}×{}, tiles: {}, planned memory: {} MiB: median {:.4} s ({fastest:.4} to {slowest:.4} in {} runs), \
          {:.1} GFLOP/s, {:.3} megapixels/s",
         gpu.info.name,
@@ -46,6 +47,7 @@ fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) ->
         denoiser.precision(),
         weights.metadata().name,
         macs_per_pixel(weights.network()) / 1e3,
+        weights.metadata().inputs,
         args.width,
         args.height,
         timing.tiles,

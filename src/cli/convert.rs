@@ -6,17 +6,12 @@ use super::args::ConvertArgs;
 use super::failure::Failure;
 use super::{say, weights};
 use crate::Weights;
-use crate::files::{Problem, replace};
+use crate::files::{Identity, Problem, replace};
 use crate::model::tza;
 
 /// Writes a weights file of Open Image Denoise as one of this program's, after checking it.
 pub(super) fn run(args: &ConvertArgs) -> Result<(), Failure> {
-    if args.output.exists() && !args.force {
-        return Err(Failure::Work(format!(
-            "{}: exists already; give another name, or --force to replace it",
-            args.output.display()
-        )));
-    }
+    check_output(args)?;
     let bytes = weights::read(&args.input)?;
     let wrong = |error| Failure::Work(format!("{}: {error}", args.input.display()));
     let converted = tza::to_safetensors(&bytes, &weights::stem(&args.input)).map_err(wrong)?;
@@ -25,5 +20,20 @@ pub(super) fn run(args: &ConvertArgs) -> Result<(), Failure> {
     let metadata = checked.metadata();
     let (name, curve) = (&metadata.name, metadata.transfer_function.name());
     say(&format!("`{name}`: {}, transfer function {curve}", metadata.inputs));
+    Ok(())
+}
+
+/// Refuses an output that is the input, is there, or would be read as what it is not.
+fn check_output(ConvertArgs { input, output, force }: &ConvertArgs) -> Result<(), Failure> {
+    let wrong = |what: &str| Err(Failure::Work(format!("{}: {what}", output.display())));
+    if Identity::of(input) == Identity::of(output) {
+        return wrong("is also the input; give another OUT");
+    }
+    if tza::is_tza(output, &[]) {
+        return wrong("would be taken for a TZA file; end its name in .safetensors");
+    }
+    if output.exists() && !force {
+        return Err(Problem::Exists.at(output).into());
+    }
     Ok(())
 }

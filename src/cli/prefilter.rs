@@ -6,17 +6,30 @@ use super::args::EngineArgs;
 use super::failure::Failure;
 use super::weights::{self, Given};
 use crate::model::Main;
-use crate::{Denoiser, Frame, Gpu, Image, Inputs, Options};
+use crate::{Denoiser, Frame, Gpu, Image, Inputs, Options, Weights};
 
 /// Whether to do so.
 #[derive(Debug, Args)]
 pub(super) struct PrefilterArgs {
-    /// Denoise albedo and normal first, by Open Image Denoise's weights in the folder of --weights
+    /// Denoise albedo and normal first, by Open Image Denoise's weights in the folder that
+    /// --weights names
     #[arg(long, requires = "weights", conflicts_with = "no_aux")]
     prefilter: bool,
 }
 
 impl PrefilterArgs {
+    /// Refuses `--prefilter` with anything but a folder of weights.
+    pub(super) fn check(&self, args: &EngineArgs) -> Result<(), Failure> {
+        match &args.weights {
+            Some(path) if self.prefilter && !path.is_dir() => Err(Failure::Usage(format!(
+                "--prefilter needs a folder with the weights for albedo and normal, but --weights \
+                 names {}, which is none; name the folder",
+                path.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
     /// Whether it is wanted of a picture with these inputs.
     ///
     /// # Errors
@@ -30,14 +43,16 @@ impl PrefilterArgs {
         Ok(self.prefilter)
     }
 
-    /// What does it, with the weights in the folder of `--weights`.
-    pub(super) fn denoisers(
-        &self,
-        args: &EngineArgs,
-        gpu: &Gpu,
-        options: &Options,
-    ) -> Result<Option<Prefilter>, Failure> {
-        self.prefilter.then(|| Prefilter::new(args, gpu, options)).transpose()
+    /// The weights that do it, for albedo and for normals, from the folder of `--weights`.
+    pub(super) fn weights(&self, args: &EngineArgs) -> Result<Option<[Weights; 2]>, Failure> {
+        let Some(folder) = args.weights.as_deref().filter(|_| self.prefilter) else {
+            return Ok(None);
+        };
+        let load = |main: Main| {
+            let given = Given { main, inputs: Inputs::default(), ..Given::ALL };
+            weights::load(&weights::choose(folder, given, args.quality)?)
+        };
+        Ok(Some([load(Main::Albedo)?, load(Main::Normal)?]))
     }
 }
 
@@ -45,16 +60,14 @@ impl PrefilterArgs {
 pub(super) struct Prefilter([Denoiser; 2]);
 
 impl Prefilter {
-    fn new(args: &EngineArgs, gpu: &Gpu, options: &Options) -> Result<Self, Failure> {
-        let folder = args.weights_folder().ok_or_else(|| {
-            Failure::Usage("--prefilter needs a folder of weights; give one by --weights".into())
-        })?;
-        let denoiser = |main: Main| -> Result<Denoiser, Failure> {
-            let given = Given { main, inputs: Inputs::default(), ..Given::ALL };
-            let weights = weights::load(&weights::choose(&folder, given, args.quality)?)?;
-            Ok(Denoiser::new(&gpu.device, &gpu.queue, &weights, options)?)
-        };
-        Ok(Self([denoiser(Main::Albedo)?, denoiser(Main::Normal)?]))
+    /// With the weights for albedo and those for normals.
+    pub(super) fn new(
+        [albedo, normal]: &[Weights; 2],
+        gpu: &Gpu,
+        options: &Options,
+    ) -> Result<Self, Failure> {
+        let denoiser = |weights| Denoiser::new(&gpu.device, &gpu.queue, weights, options);
+        Ok(Self([denoiser(albedo)?, denoiser(normal)?]))
     }
 
     /// Which weights they have.

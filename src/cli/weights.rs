@@ -93,20 +93,29 @@ impl EngineArgs {
         if path.is_dir() {
             return choose(path, given, self.quality).map(Source::Chosen);
         }
-        if self.quality.is_some() {
-            return Err(Failure::Usage(
-                "--quality chooses among the built-in weights or those of a folder, but --weights \
-                 names a file; leave one of them out"
-                    .into(),
-            ));
-        }
         Ok(Source::Named(path.clone()))
     }
 
-    /// The folder that `--weights` names, or that of its file.
-    pub(super) fn weights_folder(&self) -> Option<PathBuf> {
-        let path = self.weights.as_ref()?;
-        if path.is_dir() { Some(path.clone()) } else { Some(path.parent()?.to_path_buf()) }
+    /// Refuses `--quality` where it has nothing to choose from.
+    pub(super) fn check(&self) -> Result<(), Failure> {
+        match self.file() {
+            Some(file) if self.quality.is_some() => Err(Failure::Usage(format!(
+                "--quality chooses among the built-in weights or those of a folder, but --weights \
+                 names {}, which is no folder; leave one of them out",
+                file.display()
+            ))),
+            _ => Ok(()),
+        }
+    }
+
+    /// Those of the file that `--weights` names.
+    pub(super) fn named_weights(&self) -> Result<Option<Weights>, Failure> {
+        self.file().map(load).transpose()
+    }
+
+    /// What `--weights` names, unless it is a folder.
+    fn file(&self) -> Option<&Path> {
+        self.weights.as_deref().filter(|path| !path.is_dir())
     }
 }
 
@@ -122,9 +131,10 @@ pub(super) fn choose(
     let found = files.map(|file| folder.join(file)).find(|path| path.is_file());
     found.ok_or_else(|| {
         Failure::Work(format!(
-            "{}: has no {}.tza, which the picture needs, nor a converted one; the README says where \
-             Open Image Denoise's weights are",
+            "{}: has {} {}.tza, nor a converted one; the README says where Open Image Denoise's \
+             weights are",
             folder.display(),
+            if stems.len() == 1 { "no" } else { "none of" },
             stems.join(".tza, ")
         ))
     })
@@ -133,7 +143,7 @@ pub(super) fn choose(
 /// Reads a file of either format.
 pub(super) fn load(path: &Path) -> Result<Weights, Failure> {
     let bytes = read(path)?;
-    let weights = if bytes.starts_with(&tza::MAGIC) {
+    let weights = if tza::is_tza(path, &bytes) {
         Weights::from_tza(&bytes, &stem(path))
     } else {
         Weights::from_bytes(&bytes)

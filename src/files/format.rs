@@ -34,15 +34,22 @@ pub(super) fn sniff(path: &Path) -> Result<Format, Problem> {
     }
 }
 
-/// The format of a file to write, by its extension.
-pub(super) fn of_extension(path: &Path) -> Result<Format, Problem> {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    match extension.as_str() {
-        "exr" => Ok(Format::Exr),
-        "png" => Ok(Format::Png),
-        "jpg" | "jpeg" => Ok(Format::Jpeg),
-        _ => Err(Problem::Format(
-            "cannot be written: its name must end in .exr, .png, .jpg or .jpeg".into(),
-        )),
+impl Format {
+    /// The format of a file to write, by its extension.
+    pub(crate) fn of_extension(path: &Path) -> Result<Self, Problem> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        match extension.as_str() {
+            "exr" => Ok(Self::Exr),
+            "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
+            _ => Err(Problem::Format(
+                "cannot be written: its name must end in .exr, .png, .jpg or .jpeg".into(),
+            )),
+        }
+    }
+
+    /// Whether it holds what a display shows, from 0 to 1, and not light of any size.
+    pub(crate) fn is_display_referred(self) -> bool {
+        self != Self::Exr
     }
 }

@@ -6,7 +6,7 @@ use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
 
 use super::draft::Draft;
-use super::format::{self, Format};
+use super::format::Format;
 use super::{FileError, Problem};
 
 /// Where a picture is written to.
@@ -18,7 +18,7 @@ pub(crate) type Out<'a> = BufWriter<&'a File>;
 /// If its extension says no format, its folder is not there or takes no file, it is not a plain
 /// file, or it exists and `force` is not given.
 pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
-    let format = format::of_extension(path).map_err(|p| p.at(path))?;
+    let format = Format::of_extension(path).map_err(|p| p.at(path))?;
     if !folder(path).is_dir() {
         return Err(Problem::Format("cannot be written: its folder is not there".into()).at(path));
     }

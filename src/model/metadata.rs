@@ -198,12 +198,12 @@ fn widths(text: &str, topology: Topology) -> Result<Vec<usize>> {
             && widths.iter().all(|w| (1..=MAX_WIDTH).contains(w))
     };
     parsed.filter(valid).ok_or_else(|| {
+        let (least, most) = topology.widths().into_inner();
+        let count = if least == most { most.to_string() } else { format!("{least} to {most}") };
         Error::Weights(format!(
-            "metadata `widths` is `{}`, expected {} to {} numbers from 1 to {MAX_WIDTH} with \
+            "metadata `widths` is `{}`, expected {count} numbers from 1 to {MAX_WIDTH} with \
              commas between them",
-            shown(text),
-            topology.widths().start(),
-            topology.widths().end()
+            shown(text)
         ))
     })
 }

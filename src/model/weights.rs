@@ -141,7 +141,7 @@ impl Weights {
             let file = tza::for_inputs(&self.metadata, inputs)
                 .map_or_else(String::new, |stem| format!(", such as {stem}.tza"));
             return Err(Error::Weights(format!(
-                "`{}` needs {trained}, but {inputs} was given; take weights for that{file}",
+                "`{}` needs {trained}, but {inputs} was given; take weights that need no more{file}",
                 self.metadata.name
             )));
         }

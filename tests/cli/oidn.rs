@@ -6,6 +6,9 @@ use std::path::Path;
 
 use crate::support::{Folder, Run};
 
+#[path = "oidn_refused.rs"]
+mod refused;
+
 const WITH_ALL: &str = "blender4_single_part.exr";
 
 /// Puts a fixture into the folder `weights` by this name.
@@ -24,6 +27,13 @@ fn folder() -> Folder {
     folder
 }
 
+impl Folder {
+    fn png(&self, name: &str) {
+        let value = |x, y| image::Rgb([(7 * x * y % 256) as u8; 3]);
+        image::RgbImage::from_fn(20, 20, value).save(self.path(name)).unwrap();
+    }
+}
+
 #[track_caller]
 fn says(run: &Run, words: &[&str]) {
     run.assert_done();
@@ -39,7 +49,7 @@ fn a_converted_file_does_what_the_original_does() {
     says(&folder.run(&["convert", tza, converted]), &["`rt_hdr_alb_nrm`", "transfer function pu"]);
     folder
         .run(&["convert", tza, converted])
-        .assert_failed(1, &["c.safetensors: exists", "--force"]);
+        .assert_failed(1, &["c.safetensors: already exists", "--force"]);
     folder.run(&["convert", tza, converted, "--force"]).assert_done();
     let outputs = [(tza, "a.exr"), (converted, "b.exr")].map(|(weights, out)| {
         folder.run(&[WITH_ALL, out, "-q", "--weights", weights]).assert_done();
@@ -49,34 +59,30 @@ fn a_converted_file_does_what_the_original_does() {
 }
 
 #[test]
-fn a_file_that_cannot_be_converted_is_named_and_nothing_written() {
-    let folder = folder();
-    fs::copy(folder.path("weights/rt_hdr_alb_nrm.tza"), folder.path("my.tza")).unwrap();
-    folder.run(&["convert", "my.tza", "c.safetensors"]).assert_failed(1, &["my.tza: ", "`my`"]);
-    let convert = |input| folder.run(&["convert", input, "c.safetensors"]);
-    convert("plain_rgb.exr").assert_failed(1, &["plain_rgb.exr: weights: "]);
-    convert("nowhere.tza").assert_failed(1, &["nowhere.tza: cannot be read"]);
-    assert!(!folder.path("c.safetensors").exists());
-}
-
-#[test]
 fn the_file_for_what_the_picture_has_is_picked_from_a_folder() {
     let folder = folder();
     let run = |picture, out| folder.run(&[picture, out, "--weights", "weights"]);
     says(&run(WITH_ALL, "a.exr"), &["weights: weights/rt_hdr_alb_nrm.tza"]);
     let denoise = ["plain_rgb.exr", "b.exr", "-q", "--weights"];
     let failed = |weights| folder.run(&[&denoise[..], &[weights]].concat());
-    failed("weights").assert_failed(1, &["weights: has no rt_hdr.tza", "README"]);
+    failed("weights").assert_failed(1, &["weights: has no rt_hdr.tza, nor", "README"]);
     failed("weights/rt_hdr_alb_nrm.tza")
         .assert_failed(1, &["needs color, albedo, normal, but color was given", "rt_hdr.tza"]);
     put(&folder, "rt_alb.tza", "rt_hdr_small.tza");
     let fast =
         folder.run(&[&denoise[..2], &["--weights", "weights", "--quality", "fast"]].concat());
     says(&fast, &["weights: weights/rt_hdr_small.tza"]);
-    let file = ["--weights", "weights/rt_hdr_small.tza", "--quality", "fast"];
-    folder
-        .run(&[&["plain_rgb.exr", "c.exr", "-q"], &file[..]].concat())
-        .assert_failed(2, &["--quality", "names a file"]);
+}
+
+#[test]
+fn a_png_gets_weights_for_what_a_display_shows() {
+    let folder = folder();
+    put(&folder, "rt_alb.tza", "rt_ldr.tza");
+    put(&folder, "rt_alb.tza", "rt_hdr.tza");
+    folder.png("in.png");
+    let run = folder.run(&["in.png", "out.png", "--weights", "weights"]);
+    says(&run, &["weights: weights/rt_ldr.tza"]);
+    assert_eq!(run.stderr.lines().count(), 1, "{run:?}");
 }
 
 #[test]
@@ -101,6 +107,23 @@ fn albedo_and_normal_are_denoised_first_if_asked() {
 }
 
 #[test]
+fn bench_says_what_the_weights_read() {
+    let folder = folder();
+    put(&folder, "rt_alb.tza", "rt_hdr.tza");
+    let bench = |weights: &str| {
+        let size = ["bench", "--width", "32", "--height", "32", "--runs", "1"];
+        folder.run(&[&size[..], &["--weights", weights]].concat())
+    };
+    for (weights, inputs) in [("rt_hdr", "color"), ("rt_hdr_alb_nrm", "color, albedo, normal")] {
+        let run = bench(&format!("weights/{weights}.tza"));
+        assert!(run.stdout.contains(&format!("kMAC per pixel, {inputs}\n")), "{run:?}");
+    }
+    fs::create_dir(folder.path("none")).unwrap();
+    let words = "none: has none of rt_hdr_alb_nrm.tza, rt_hdr_alb.tza, rt_hdr.tza, nor a converted";
+    bench("none").assert_failed(1, &[words]);
+}
+
+#[test]
 fn each_of_several_pictures_gets_the_weights_for_what_it_has() {
     let folder = folder();
     put(&folder, "rt_alb.tza", "rt_hdr.tza");
@@ -114,16 +137,4 @@ fn each_of_several_pictures_gets_the_weights_for_what_it_has() {
     folder.run(&["c.exr", "alone.exr", "-q", "--weights", "weights/rt_hdr.tza"]).assert_done();
     let [alone, among] = ["alone.exr", "clean/c.exr"].map(|name| fs::read(folder.path(name)));
     assert!(alone.unwrap() == among.unwrap(), "the order of pictures changes a result");
-}
-
-#[test]
-fn a_picture_that_no_weights_fit_does_not_keep_the_others_back() {
-    let folder = folder();
-    fs::create_dir(folder.path("clean")).unwrap();
-    let run = folder.run(&["plain_rgb.exr", WITH_ALL, "clean", "-q", "--weights", "weights"]);
-    let lines: Vec<_> = run.stderr.lines().collect();
-    assert!(run.code == 1 && lines.len() == 2, "{run:?}");
-    assert!(lines[0].contains("weights: has no rt_hdr.tza"), "{run:?}");
-    assert!(lines[1].ends_with("1 of 2 pictures failed"), "{run:?}");
-    assert!(folder.path("clean").join(WITH_ALL).exists());
 }

@@ -15,11 +15,11 @@ use crate::model::{Network, OidnSize, Op};
 /// say.
 ///
 /// # Errors
-/// If the file is not a whole TZA file, its name is none of Open Image Denoise's, or its
+/// If the file cannot be [`read`], its name is none of Open Image Denoise's, or its
 /// convolutions are not those of a network that the name and this version know.
 pub fn to_safetensors(bytes: &[u8], name: &str) -> Result<Vec<u8>> {
-    let kind = Kind::of(name)?;
     let tensors = read(bytes)?;
+    let kind = Kind::of(name)?;
     let (size, widths) = shape_of(&tensors)?;
     check_inputs(&kind, &tensors, size)?;
     let network = Network::oidn(kind.inputs.channels(), size, &widths[..widths.len() - 1]);

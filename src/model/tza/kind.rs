@@ -59,14 +59,17 @@ impl Kind {
     }
 }
 
-/// The name, less the size, of weights that do what those of `metadata` do, with other inputs.
+/// The name, less the size, of weights that do what those of `metadata` do and read the most of
+/// `inputs`, and nothing else.
 #[must_use]
 pub fn for_inputs(metadata: &Metadata, inputs: Inputs) -> Option<&'static str> {
-    let same = |kind: &Kind| {
-        let Kind { main, transfer, .. } = *kind;
-        (main, transfer, kind.inputs) == (metadata.main, metadata.transfer_function, inputs)
+    let fits = |kind: &Kind| {
+        let same = (kind.main, kind.transfer) == (metadata.main, metadata.transfer_function);
+        same && kind.inputs.intersection(inputs) == kind.inputs
     };
-    KINDS.into_iter().find(same).map(|kind| kind.stem)
+    // Of equals, the last counts, and those for noisy albedo and normal stand first.
+    let kinds = KINDS.into_iter().rev().filter(fits);
+    kinds.max_by_key(|kind| kind.inputs.channels()).map(|kind| kind.stem)
 }
 
 #[cfg(test)]

@@ -9,4 +9,4 @@ mod reader;
 
 pub use convert::to_safetensors;
 pub use kind::{KINDS, Kind, for_inputs};
-pub use reader::{MAGIC, Tensor, read};
+pub use reader::{Tensor, is_tza, read};

@@ -7,15 +7,18 @@
 //! offset.
 
 use std::collections::HashSet;
+use std::path::Path;
 
 use safetensors::Dtype;
 
 use crate::error::{Error, Result};
 
 /// How every file begins.
-pub const MAGIC: [u8; 2] = [0xd7, 0x41];
+const MAGIC: [u8; 2] = [0xd7, 0x41];
 
 const MAJOR_VERSION: u8 = 2;
+/// The largest network has 38.
+const MAX_TENSORS: u32 = 64;
 const MAX_DIMENSIONS: usize = 4;
 const MAX_NAME: usize = 64;
 
@@ -32,24 +35,38 @@ pub struct Tensor<'a> {
     pub data: &'a [u8],
 }
 
+/// Whether a weights file is read as TZA: by its name or else by how it begins. A safetensors file
+/// begins with the length of its header, which may be any, and has the header's brace at byte 8.
+#[must_use]
+pub fn is_tza(name: &Path, bytes: &[u8]) -> bool {
+    let named = name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tza"));
+    named || (bytes.starts_with(&MAGIC) && bytes.get(8) != Some(&b'{'))
+}
+
 /// All tensors, in the file's order. Their data are views of `bytes` that do not exceed the file
 /// in total.
 ///
 /// # Errors
-/// If the file is cut off, of another format or version, or a tensor's name, type, layout, size
-/// or place is not what it can be.
+/// If the file is cut off, of another format or version, or has too many tensors, or one's name,
+/// type, layout, size or place is not what it can be.
 pub fn read(bytes: &[u8]) -> Result<Vec<Tensor<'_>>> {
     let mut header = Cursor { bytes, at: 0 };
-    let ([a, b, major, minor], table) = (header.array()?, header.array()?);
-    if [a, b] != MAGIC {
-        return Err(wrong("the file does not begin as TZA files do"));
+    if header.array()? != MAGIC {
+        return Err(wrong(
+            "the file does not begin as such files do; get the file itself, not a web page or a \
+             Git LFS pointer in its place",
+        ));
     }
+    let [major, minor] = header.array()?;
     if major != MAJOR_VERSION {
         return Err(wrong(&format!("version {major}.{minor}, but this reads {MAJOR_VERSION}.x")));
     }
-    let at = usize::try_from(u64::from_le_bytes(table)).unwrap_or(usize::MAX);
+    let at = usize::try_from(u64::from_le_bytes(header.array()?)).unwrap_or(usize::MAX);
     let mut table = Cursor { bytes, at };
     let count = u32::from_le_bytes(table.array()?);
+    if count > MAX_TENSORS {
+        return Err(wrong(&format!("{count} tensors, expected at most {MAX_TENSORS}")));
+    }
     let (mut tensors, mut names, mut total) = (Vec::new(), HashSet::new(), 0);
     for _ in 0..count {
         let tensor = table.tensor()?;
@@ -74,7 +91,7 @@ struct Cursor<'a> {
 impl<'a> Cursor<'a> {
     fn take(&mut self, count: usize) -> Result<&'a [u8]> {
         let taken = slice(self.bytes, self.at, count).ok_or_else(|| {
-            wrong(&format!("the file ends before the {count} bytes at {}", self.at))
+            cut_off(&format!("the file ends before the {count} bytes at {}", self.at))
         })?;
         self.at += count;
         Ok(taken)
@@ -104,7 +121,7 @@ impl<'a> Cursor<'a> {
         let offset = usize::try_from(u64::from_le_bytes(self.array()?)).unwrap_or(usize::MAX);
         let count = shape.iter().try_fold(size, |product: usize, &n| product.checked_mul(n));
         let data = count.and_then(|count| slice(self.bytes, offset, count)).ok_or_else(|| {
-            wrong(&format!("tensor `{name}` of {shape:?} at {offset} lies outside the file"))
+            cut_off(&format!("tensor `{name}` of {shape:?} at {offset} lies outside the file"))
         })?;
         Ok(Tensor { name, shape, dtype, data })
     }
@@ -135,6 +152,10 @@ fn slice(bytes: &[u8], at: usize, count: usize) -> Option<&[u8]> {
     bytes.get(at..at.checked_add(count)?)
 }
 
-fn wrong(what: &str) -> Error {
+fn cut_off(what: &str) -> Error {
     Error::Weights(format!("not a whole TZA file: {what}"))
+}
+
+fn wrong(what: &str) -> Error {
+    Error::Weights(format!("TZA file: {what}"))
 }
