@@ -50,10 +50,10 @@ reference's, and the errors, without the repair and with it (`python -m quality.
 
 | samples | pixels darkened | L1 | with repair | relMSE | with repair | light | with repair |
 |---|---|---|---|---|---|---|---|
-| 2 | 5.0e-4 | 0.0354 | 0.0354 | 0.0545 | 0.0540 | 0.7376 | 0.7369 |
-| 8 | 3.3e-4 | 0.0276 | 0.0277 | 0.0332 | 0.0332 | 0.7953 | 0.7932 |
-| 32 | 2.7e-4 | 0.0232 | 0.0232 | 0.0260 | 0.0250 | 0.8407 | 0.8391 |
-| 128 | 2.0e-5 | 0.0214 | 0.0214 | 0.0230 | 0.0230 | 0.8587 | 0.8587 |
+| 2 | 5.0e-4 | 0.0353 | 0.0354 | 0.0544 | 0.0540 | 0.7504 | 0.7495 |
+| 8 | 3.3e-4 | 0.0274 | 0.0274 | 0.0328 | 0.0327 | 0.8019 | 0.7998 |
+| 32 | 2.7e-4 | 0.0228 | 0.0228 | 0.0258 | 0.0245 | 0.8461 | 0.8439 |
+| 128 | 2.0e-5 | 0.0207 | 0.0207 | 0.0223 | 0.0223 | 0.8675 | 0.8675 |
 
 The converged references, where highlights are what they are, keep 0.9991 of that light on average and 0.9883 at
 least: the rest of that view's is fireflies of its own. That a fifth of the light is missing before the repair too is
