@@ -10,7 +10,8 @@ use crate::plan::halo::{BLOCK, halo};
 use crate::plan::tiles::Rect;
 use crate::reference::{self, Tensor};
 
-/// What [`Denoiser::verify`] found, in the network's numbers: colour encoded into `[0, 1]`.
+/// What [`Denoiser::verify`] found, in the network's numbers: colour encoded into `[0, 1]`; light
+/// that is encoded beyond 1 counts by its share.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verified {
     /// The pixels that were compared.
@@ -215,7 +216,8 @@ fn compare(
         let found = result.row(y)[x as usize];
         [0, 1, 2].map(|c| {
             let expected = f64::from(expected.at(c, row, column)).clamp(0.0, exposure.most());
-            (exposure.encode(found[c]) - expected).abs()
+            // A 16-bit float's step grows with the value.
+            (exposure.encode(found[c]) - expected).abs() / expected.max(1.0)
         })
     });
     let differences: Vec<_> = differences.collect();

@@ -26,7 +26,7 @@ fn values(view: &TensorView<'_>) -> Vec<f32> {
 }
 
 /// The network with the weights of its convolutions times `factor`.
-fn times(file: &[u8], factor: f32) -> Weights {
+pub(crate) fn times(file: &[u8], factor: f32) -> Weights {
     let tensors = SafeTensors::deserialize(file).expect("the fixture follows the format");
     let scaled = |name: &str, view: &TensorView<'_>| -> Vec<u8> {
         let factor = if name.contains(".norm.") { 1.0 } else { factor };
