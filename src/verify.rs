@@ -44,7 +44,8 @@ const NOISY: f64 = 1.0 / 512.0;
 impl Denoiser {
     /// Holds a result of [`denoise`](Self::denoise) against the naive functions of
     /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels, of up to 4096 spread over the
-    /// frame: these work in 64 bits on the CPU, on the block and all around it that it depends on. `None` if the frame has no noise.
+    /// frame: these work in 64 bits on the CPU, on the block and all around it that it depends on.
+    /// `None` if the frame has no noise.
     ///
     /// # Errors
     /// If the images do not fit together or are not all that the weights need, or the result differs by

@@ -44,7 +44,8 @@ const LARGEST: f32 = 65504.0;
 /// The most that counts of any light, as in the repair and in the exposure.
 const MOST: f32 = 1e30;
 
-/// A curve from colour, times the exposure, to `[0, 1]`, or for light above 65504 beyond. `weights-format.md` has the formulas.
+/// A curve from colour, times the exposure, to `[0, 1]`, or for light above 65504 beyond.
+/// `weights-format.md` has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TransferFunction {
     /// Perceptually uniform, for scene-referred light.
