@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use wgdenoise::timing::{repeat, test_card};
+use wgdenoise::measure::{repeat, test_card};
 use wgdenoise::wgpu::{self, util::DeviceExt as _};
 use wgdenoise::{Denoiser, Element, Gpu, Image, Layout, PassDescriptor, PassImage, Result};
 

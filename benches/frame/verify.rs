@@ -1,6 +1,7 @@
 //! Whether what is timed is right.
 
-use wgdenoise::{Denoiser, Frame, Image, KernelSet, Precision, Result, Weights, reference};
+use wgdenoise::internals::reference;
+use wgdenoise::{Denoiser, Frame, Image, KernelSet, Precision, Result, Weights};
 
 const SIZE: [u32; 2] = [33, 17];
 

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use wgdenoise::model::{Topology, tza};
+use wgdenoise::internals::model::{Topology, tza};
 use wgdenoise::{Error, Inputs, Weights};
 
 /// Longest text of an error, in bytes: a file's names and values are shown cut.

@@ -32,8 +32,10 @@ impl<'a> WeightsFile<'a> {
         let pairs = header.metadata().as_ref().ok_or_else(|| {
             Error::Weights("the file has no `__metadata__`; see weights-format.md".into())
         })?;
+        // Which hash map this is depends on a feature of safetensors that others may enable.
+        let pairs = pairs.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
         let unread = tensors.names().into_iter().map(str::to_string).collect();
-        Ok(Self { metadata: Metadata::parse(pairs)?, tensors, unread })
+        Ok(Self { metadata: Metadata::parse(&pairs)?, tensors, unread })
     }
 
     /// Weight and bias of a layer, its batch norm folded in.

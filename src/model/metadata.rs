@@ -20,7 +20,7 @@ pub struct Metadata {
     /// What the network was trained with.
     pub inputs: Inputs,
     /// What the first image is.
-    pub main: Main,
+    pub main: MainImage,
     /// How the first image is encoded.
     pub transfer_function: TransferFunction,
     /// Added to the variance of every batch norm.
@@ -31,7 +31,7 @@ pub struct Metadata {
 
 /// What a network denoises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Main {
+pub enum MainImage {
     /// Colour.
     #[default]
     Color,
@@ -41,7 +41,7 @@ pub enum Main {
     Normal,
 }
 
-impl Main {
+impl MainImage {
     /// As in a weights file.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -105,7 +105,7 @@ impl Metadata {
             topology,
             widths: widths(get(pairs, "widths")?, topology)?,
             inputs: Inputs::parse(get(pairs, "inputs")?)?,
-            main: pairs.get("main").map_or(Ok(Main::Color), |text| main(text))?,
+            main: pairs.get("main").map_or(Ok(MainImage::Color), |text| main(text))?,
             transfer_function: transfer_function(get(pairs, "transfer_function")?)?,
             norm_eps: pairs.get("norm_eps").map(|text| norm_eps(text)).transpose()?,
             provenance: get(pairs, "provenance")?.to_string(),
@@ -171,8 +171,8 @@ fn topology(pairs: &HashMap<String, String>) -> Result<Topology> {
     })
 }
 
-fn main(text: &str) -> Result<Main> {
-    let all = [Main::Color, Main::Albedo, Main::Normal];
+fn main(text: &str) -> Result<MainImage> {
+    let all = [MainImage::Color, MainImage::Albedo, MainImage::Normal];
     all.into_iter().find(|main| main.name() == text).ok_or_else(|| {
         Error::Weights(format!(
             "metadata `main` is `{}`, expected `color`, `albedo` or `normal`",

@@ -15,7 +15,7 @@ mod weights;
 
 pub use encoding::{Encoding, TransferFunction};
 pub use inputs::Inputs;
-pub use metadata::{Main, Metadata, Topology};
+pub use metadata::{MainImage, Metadata, Topology};
 pub use oidn::OidnSize;
 pub use topology::{INPUT, Layer, Network, Op, Shape, TensorId};
 pub use weights::{Params, Quality, Weights};

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::cost::macs_per_pixel;
 use super::file::WeightsFile;
 use super::topology::{Network, Op};
 use super::{Inputs, Metadata, Topology, tza};
@@ -111,6 +112,12 @@ impl Weights {
     #[must_use]
     pub fn network(&self) -> &Network {
         &self.network
+    }
+
+    /// Multiply-accumulates of the whole network per pixel of the image.
+    #[must_use]
+    pub fn macs_per_pixel(&self) -> f64 {
+        macs_per_pixel(&self.network)
     }
 
     /// The weights of a layer; empty for a layer without.

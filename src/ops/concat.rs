@@ -2,8 +2,8 @@
 //! layers of one texture (see [`crate::plan::storage`]), the second at a multiple of four
 //! channels, and the reader's weights follow the [`ChannelMap`] of the result.
 
-use super::{ChannelMap, Io, Operator};
-use crate::kernel::Dispatch;
+use super::operator::{ChannelMap, Io, Operator};
+use crate::gpu::kernel::Dispatch;
 
 /// The operator.
 #[derive(Debug)]

@@ -1,9 +1,9 @@
 //! 1×1 convolution plus bias: a matrix per pixel.
 
-use super::ChannelMap;
 use super::convolution::{Convolution, Variant, plain_spec};
+use super::operator::ChannelMap;
 use super::packing::{Taps, bias_table};
-use crate::kernel::{Context, KernelSpec};
+use crate::gpu::kernel::{Context, KernelSpec};
 use crate::model::Params;
 
 /// The kernel.

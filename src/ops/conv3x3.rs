@@ -1,11 +1,12 @@
 //! 3×3 convolution with zero padding of 1, bias (into which batch norm is folded), and ReLU.
 
 use super::convolution::{Convolution, Variant, Weights, plain_spec};
+use super::operator::ChannelMap;
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{ChannelMap, matrix, need, simd};
-use crate::kernel::{Binding, Context, KernelSpec};
+use super::{matrix, need, simd};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
 use crate::model::Params;
-use crate::options::KernelSet;
 
 /// The readable definition.
 pub const PLAIN: KernelSpec =
@@ -63,7 +64,7 @@ const fn bindings(weights: Binding) -> [Binding; 6] {
 const TILED_QUADS: usize = 4;
 
 /// The operator; weights are `[output][input][ky][kx]`. With `pools` it makes the max-pool of
-/// its output too, where the variant can, which [`Operator::pools`](super::Operator::pools)
+/// its output too, where the variant can, which [`Operator::pools`](super::operator::Operator::pools)
 /// tells.
 #[must_use]
 pub fn conv3x3(

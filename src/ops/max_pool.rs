@@ -1,7 +1,7 @@
 //! Maximum over 2×2 pixels: halves both sides, which must be even.
 
 use super::elementwise::{Elementwise, spec};
-use crate::kernel::{Context, KernelSpec};
+use crate::gpu::kernel::{Context, KernelSpec};
 
 /// The kernel.
 pub const SPEC: KernelSpec = spec("max_pool", include_str!("../../shaders/max_pool.wgsl"));

@@ -1,7 +1,7 @@
 //! Logistic function, `1 / (1 + exp(−x))`: from any value into `[0, 1]`.
 
 use super::elementwise::{Elementwise, spec};
-use crate::kernel::{Context, KernelSpec};
+use crate::gpu::kernel::{Context, KernelSpec};
 
 /// The kernel.
 pub const SPEC: KernelSpec = spec("sigmoid", include_str!("../../shaders/sigmoid.wgsl"));

@@ -1,7 +1,7 @@
 //! Every pixel four times, as 2×2: doubles both sides.
 
 use super::elementwise::{Elementwise, spec};
-use crate::kernel::{Context, KernelSpec};
+use crate::gpu::kernel::{Context, KernelSpec};
 
 /// The kernel.
 pub const SPEC: KernelSpec = spec("upsample", include_str!("../../shaders/upsample.wgsl"));

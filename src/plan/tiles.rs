@@ -1,5 +1,8 @@
 //! How an image is cut into tiles that overlap by the receptive field.
 
+/// Longest side of an image, so that no kernel's arithmetic leaves 32 bits.
+pub const MAX_SIDE: u32 = 1 << 16;
+
 /// A rectangle of pixels, `begin` inclusive and `end` exclusive, x first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Rect {

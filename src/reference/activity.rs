@@ -2,7 +2,7 @@
 
 use super::input_process::encode_color;
 use super::repair;
-use crate::frame::Frame;
+use crate::denoiser::frame::Frame;
 use crate::image::Image;
 use crate::model::{Encoding, TransferFunction};
 use crate::plan::tiles::Placed;

@@ -12,7 +12,6 @@ mod conv3x3;
 mod conv_head;
 mod conv_transpose;
 mod head;
-pub mod image;
 mod input_conv;
 mod input_process;
 mod max_pool;

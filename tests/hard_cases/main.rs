@@ -1,22 +1,15 @@
 //! Inputs that break denoisers, and what must come out: the table is in `cases.rs`, its results beside
 //! Open Image Denoise's in `docs/hard-cases.md`.
 
-#[path = "../common/mod.rs"]
-mod common;
-
-mod cases;
-mod engines;
-mod growth;
 mod highlights;
-mod measure;
 
 use wgdenoise::{Image, Precision, Quality, Weights};
 
-use cases::{By, Case, cases, noisy};
-use common::gpu::gpu;
-use common::{random, run_cases};
-use engines::{engine, on_cpu};
-use measure::measure;
+use wgdenoise_testing::gpu::gpu;
+use wgdenoise_testing::hard_cases::cases::{By, Case, cases, noisy};
+use wgdenoise_testing::hard_cases::engines::{engine, on_cpu};
+use wgdenoise_testing::hard_cases::measure::measure;
+use wgdenoise_testing::{random, run_cases};
 
 fn weights(quality: Quality) -> Weights {
     Weights::builtin(quality).expect("they are built in")

@@ -2,8 +2,8 @@
 
 use wgdenoise::{Denoiser, Gpu, Inputs, KernelSet, Options, wgpu};
 
-use crate::common::gpu::gpu;
 use crate::support::{frame, images, run, same_bits, tiny};
+use wgdenoise_testing::gpu::gpu;
 
 #[test]
 fn a_device_without_features_and_with_default_limits_will_do() {

@@ -10,9 +10,9 @@ use wgdenoise::{
     PassDescriptor, PassImage, Precision, Result, Weights, wgpu,
 };
 
-use crate::common::gpu::{gpu, variants};
-use crate::common::run_cases;
 use crate::support::{denoiser, frame, images, run, same_bits, tiny};
+use wgdenoise_testing::gpu::{gpu, variants};
+use wgdenoise_testing::run_cases;
 
 /// A device of its own, which may be lost.
 fn device() -> Gpu {

@@ -1,12 +1,13 @@
 //! Networks of the shape of Open Image Denoise's: the input is a skip, too.
 
-use wgdenoise::model::tza;
-use wgdenoise::{Denoiser, Frame, Image, Inputs, Options, Weights, reference};
+use wgdenoise::internals::model::tza;
+use wgdenoise::internals::reference;
+use wgdenoise::{Denoiser, Frame, Image, Inputs, Options, Weights};
 
-use crate::common::gpu::{gpu, variants};
-use crate::common::{Tolerance, compare, image_tensor, run_cases};
 use crate::overflow::times;
 use crate::support::{encoded, expected, frame, images, same_bits, tolerance};
+use wgdenoise_testing::gpu::{gpu, variants};
+use wgdenoise_testing::{Tolerance, compare, image_tensor, run_cases};
 
 /// Small ones with random weights, by `training/make_oidn_fixtures.py`.
 fn networks() -> [Weights; 2] {

@@ -3,12 +3,12 @@
 use half::f16;
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView, serialize};
-use wgdenoise::model::tza;
+use wgdenoise::internals::model::tza;
 use wgdenoise::{Denoiser, Frame, Inputs, Options, Weights};
 
-use crate::common::gpu::{gpu, variants};
-use crate::common::run_cases;
 use crate::support::{frame, images};
+use wgdenoise_testing::gpu::{gpu, variants};
+use wgdenoise_testing::run_cases;
 
 /// Networks that end in a sigmoid and in a ReLU, and the most light that can go in, exposed.
 fn networks() -> [(Vec<u8>, f32); 2] {

@@ -2,8 +2,8 @@
 
 use wgdenoise::{CallProfile, Inputs, KernelSet, Options, Precision, Quality, Weights};
 
-use crate::common::gpu::{fused_sets, gpu};
 use crate::support::{denoiser, frame, images};
+use wgdenoise_testing::gpu::{fused_sets, gpu};
 
 #[test]
 fn a_profile_has_every_call_in_order_and_the_work_of_the_fused_network() {

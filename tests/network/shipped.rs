@@ -1,11 +1,12 @@
 //! The weights that the program carries, end to end against `PyTorch`, which trained them.
 
-use wgdenoise::{Denoiser, Frame, Options, Precision, Quality, Result, Weights, reference};
+use wgdenoise::internals::reference;
+use wgdenoise::{Denoiser, Frame, Options, Precision, Quality, Result, Weights};
 
-use crate::common::fixture::Fixture;
-use crate::common::gpu::gpu;
-use crate::common::{compare, run_cases};
 use crate::support::{F32, encoded};
+use wgdenoise_testing::fixture::Fixture;
+use wgdenoise_testing::gpu::gpu;
+use wgdenoise_testing::{compare, run_cases};
 
 const TIERS: [(&str, Quality); 3] =
     [("fast", Quality::Fast), ("balanced", Quality::Balanced), ("high", Quality::High)];

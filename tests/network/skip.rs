@@ -2,9 +2,9 @@
 
 use wgdenoise::{Image, Inputs, Options, Precision};
 
-use crate::common::gpu::{fused_sets, variants_of};
-use crate::common::{Random, run_cases};
 use crate::support::{denoiser, frame, images, run, same_bits};
+use wgdenoise_testing::gpu::{fused_sets, variants_of};
+use wgdenoise_testing::{Random, run_cases};
 
 const SIZE: [u32; 2] = [420, 260];
 

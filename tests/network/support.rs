@@ -1,10 +1,10 @@
 //! A small network, frames for it, and what the reference makes of them.
 
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Denoiser, Frame, Image, Inputs, KernelSet, Options, Precision, Weights};
 
-use crate::common::gpu::gpu;
-use crate::common::{Random, Tolerance, image_tensor};
+use wgdenoise_testing::gpu::gpu;
+use wgdenoise_testing::{Random, Tolerance, image_tensor};
 
 /// Three widths (two poolings, alignment 4), nine inputs, batch norm stored raw.
 pub(crate) fn tiny() -> Weights {

@@ -5,9 +5,9 @@ use wgdenoise::{
     Weights, wgpu,
 };
 
-use crate::common::gpu::{gpu, kernel_sets};
-use crate::common::run_cases;
 use crate::support::{denoiser, frame, images, run, same_bits, tiny};
+use wgdenoise_testing::gpu::{gpu, kernel_sets};
+use wgdenoise_testing::run_cases;
 
 #[test]
 fn tiles_make_the_same_bits_as_the_whole_image() {

@@ -1,14 +1,15 @@
 //! The blocking call against the reference.
 
-use wgdenoise::model::INPUT;
-use wgdenoise::reference::Tensor;
-use wgdenoise::{Frame, Inputs, KernelSet, Options, Precision, Weights, reference};
+use wgdenoise::internals::model::INPUT;
+use wgdenoise::internals::reference;
+use wgdenoise::internals::reference::Tensor;
+use wgdenoise::{Frame, Inputs, KernelSet, Options, Precision, Weights};
 
-use crate::common::gpu::{context, kernel_sets, variants};
-use crate::common::{Random, compare, run_cases};
 use crate::support::{
     F32, SETS, denoiser, encoded, expected, frame, images, run, same_bits, tiny, tolerance,
 };
+use wgdenoise_testing::gpu::{context, kernel_sets, variants};
+use wgdenoise_testing::{Random, compare, run_cases};
 
 #[test]
 fn every_variant_equals_the_reference_for_every_input_set() {
@@ -49,14 +50,14 @@ fn absent_inputs_make_the_same_bits_as_zeros() {
 
 /// The only layer that reads the network's input.
 fn first_layer(weights: &Weights, kernels: KernelSet, input: &Tensor) -> Tensor {
-    use wgdenoise::ops::{conv3x3::conv3x3, input_process::channel_map};
+    use wgdenoise::internals::ops::{conv3x3::conv3x3, input_process::channel_map};
     let readers = weights.network().layers.iter().filter(|l| l.inputs.contains(&INPUT));
     assert_eq!(readers.map(|l| l.name.as_str()).collect::<Vec<_>>(), ["enc_conv0a"]);
     let params = weights.params("enc_conv0a");
     let (context, map) = (context(Precision::F32), channel_map(input.channels));
     let operator = conv3x3(context, kernels, &params, &map, true, false);
     let shape = [params.bias.len(), input.height, input.width];
-    crate::common::run::run(context, &operator, input, &map, shape)
+    wgdenoise_testing::run::run(context, &operator, input, &map, shape)
 }
 
 #[test]

@@ -1,14 +1,15 @@
 use std::collections::BTreeSet;
 
-use wgdenoise::model::{Encoding, TransferFunction};
-use wgdenoise::ops::activity::{Activity, FAR, LAYERS, activity};
-use wgdenoise::ops::input_process::Sources;
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::plan::tiles::{Placed, Rect};
-use wgdenoise::{Frame, Image, Precision, reference, wgpu};
+use wgdenoise::internals::model::{Encoding, TransferFunction};
+use wgdenoise::internals::ops::activity::{Activity, FAR, LAYERS, activity};
+use wgdenoise::internals::ops::input_process::Sources;
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::plan::tiles::{Placed, Rect};
+use wgdenoise::internals::reference;
+use wgdenoise::{Frame, Image, Precision, wgpu};
 
-use crate::common::gpu::{buffer, context, read_back, submit};
-use crate::common::{Random, run_cases};
+use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
+use wgdenoise_testing::{Random, run_cases};
 
 /// What a clean block may bend by, as defined.
 const T: f64 = 1.0 / 1024.0;

@@ -30,7 +30,8 @@ pub fn to_safetensors(bytes: &[u8], name: &str) -> Result<Vec<u8>> {
         Ok((tensor.name, view.map_err(|e| not_written(&e))?))
     });
     let views: BTreeMap<_, _> = views.collect::<Result<_>>()?;
-    serialize(views, Some(metadata(&kind, name, size, &widths))).map_err(|e| not_written(&e))
+    serialize(views, Some(metadata(&kind, name, size, &widths).into_iter().collect()))
+        .map_err(|e| not_written(&e))
 }
 
 fn not_written(error: &dyn std::fmt::Display) -> Error {

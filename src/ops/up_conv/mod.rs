@@ -12,11 +12,12 @@ mod fold;
 
 use self::fold::Folded;
 use super::convolution::{Convolution, Variant, Weights};
+use super::operator::ChannelMap;
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{ChannelMap, need, simd};
-use crate::kernel::{Binding, Context, KernelSpec};
+use super::{need, simd};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
 use crate::model::Params;
-use crate::options::KernelSet;
 
 /// What the generated variant binds.
 pub const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);

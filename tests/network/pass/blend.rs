@@ -1,15 +1,15 @@
 //! What changes from frame to frame: the blend, and an exposure of the caller's.
 
+use wgdenoise::internals::reference;
 use wgdenoise::{
     Frame, Image, InputScale, Inputs, KernelSet, Layout, Options, PassDescriptor, Precision,
-    reference,
 };
 
 use super::{F32, Scene};
-use crate::common::gpu::{buffer, context, kernel_sets};
-use crate::common::image::cpu_image;
-use crate::common::{Tolerance, compare, image_tensor, run_cases};
 use crate::support::{denoiser, frame, images, run, same_bits};
+use wgdenoise_testing::gpu::{buffer, context, kernel_sets};
+use wgdenoise_testing::image::cpu_image;
+use wgdenoise_testing::{Tolerance, compare, image_tensor, run_cases};
 
 /// Two products and a sum, each rounded once.
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-12, relative: 4.0 * f32::EPSILON };
@@ -38,7 +38,7 @@ fn the_result_is_a_mixture_of_the_denoised_and_the_noisy_colour() {
 fn mixture(denoised: &Image, noisy: &Image, share: f32) -> Image {
     let mut mixture = denoised.clone();
     for (pixel, noisy) in mixture.pixels_mut().iter_mut().zip(noisy.pixels()) {
-        *pixel = [0, 1, 2].map(|c| reference::image::blend(pixel[c], noisy[c], share));
+        *pixel = [0, 1, 2].map(|c| wgdenoise_testing::pixels::blend(pixel[c], noisy[c], share));
     }
     mixture
 }

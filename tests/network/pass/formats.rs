@@ -1,16 +1,17 @@
 //! Every format of every image, in a mix.
 
+use wgdenoise::internals::reference;
 use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{
     Element, Image, ImageFormat, InputScale, Inputs, KernelSet, Layout, NormalEncoding, Options,
-    PassDescriptor, Precision, reference,
+    PassDescriptor, Precision,
 };
 
 use super::{F32, Scene};
-use crate::common::gpu::kernel_sets;
-use crate::common::image::{GpuImage, Pixel, cpu_image, quantised};
-use crate::common::{Tolerance, compare, run_cases};
 use crate::support::{denoiser, encoded, frame, images, run, same_bits};
+use wgdenoise_testing::gpu::kernel_sets;
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantised};
+use wgdenoise_testing::{Tolerance, compare, run_cases};
 
 const SIZE: [u32; 2] = [45, 31];
 const F16: ImageFormat = ImageFormat::Buffer(Element::F16);

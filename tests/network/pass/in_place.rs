@@ -4,9 +4,9 @@ use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{Element, ImageFormat, Inputs, Layout, Options, PassDescriptor};
 
 use super::{F32, Scene};
-use crate::common::image::GpuImage;
-use crate::common::run_cases;
 use crate::support::{denoiser, frame, images};
+use wgdenoise_testing::image::GpuImage;
+use wgdenoise_testing::run_cases;
 
 fn formats() -> [(ImageFormat, Layout); 4] {
     [

@@ -11,9 +11,9 @@ use wgdenoise::{
     Options, Pass, PassDescriptor,
 };
 
-use crate::common::image::{GpuImage, Pixel, cpu_image};
-use crate::common::run_cases;
 use crate::support::{denoiser, frame, images, run, same_bits};
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image};
+use wgdenoise_testing::run_cases;
 
 /// 32-bit floats in a buffer.
 const F32: ImageFormat = ImageFormat::Buffer(Element::F32);
@@ -92,7 +92,7 @@ fn a_pass_in_the_callers_encoder_makes_the_same_bits_as_the_blocking_call() {
 fn inputs_that_the_weights_do_not_know_are_not_read() {
     let images = images(40, 30);
     let weights = crate::support::tiny().for_inputs(Inputs::default()).expect("colour is known");
-    let gpu = crate::common::gpu::gpu();
+    let gpu = wgdenoise_testing::gpu::gpu();
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default()).unwrap();
     let [all, color] = [Inputs::ALL, Inputs::default()]
         .map(|inputs| Scene::new(&frame(&images, inputs), F32, Layout::packed(40)).run(&denoiser));
@@ -102,7 +102,7 @@ fn inputs_that_the_weights_do_not_know_are_not_read() {
 #[test]
 fn networks_of_open_image_denoise_make_the_same_bits_in_a_pass() {
     let images = images(250, 70);
-    let gpu = crate::common::gpu::gpu();
+    let gpu = wgdenoise_testing::gpu::gpu();
     let names = ["rt_hdr", "rt_ldr", "rt_nrm", "rtlightmap_hdr"];
     let cases = names.iter().flat_map(|&name| [None, Some(240)].map(|tile| (name, tile)));
     run_cases(cases, |&(name, tile)| {

@@ -6,9 +6,9 @@ use wgdenoise::{
     Denoiser, Element, InputScale, Layout, NormalEncoding, Options, PassDescriptor, PassImage,
 };
 
-use crate::common::gpu::gpu;
-use crate::common::image::descriptor;
 use crate::support::denoiser;
+use wgdenoise_testing::gpu::gpu;
+use wgdenoise_testing::image::descriptor;
 
 const ALL: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::STORAGE_BINDING);
 

@@ -1,0 +1,70 @@
+//! Waiting for a device, which may be slow, hung or lost.
+
+use std::time::Duration;
+
+use crate::error::{Error, Result};
+use crate::gpu::kernel::Context;
+use crate::gpu::scopes::lost;
+use crate::panics::caught;
+
+/// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
+/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a 300th of what they
+/// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
+pub(crate) fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
+    match device_type {
+        wgpu::DeviceType::Cpu => Duration::from_mins(10),
+        _ => Duration::from_mins(1),
+    }
+}
+
+/// Waits until everything submitted is done, and its staging memory free.
+pub(crate) fn wait(context: &Context) -> Result<()> {
+    wait_for(context, None)
+}
+
+/// Waits for one submission, or for the last one.
+///
+/// # Errors
+/// If that takes longer than the context's time-out, or the device is lost.
+pub(crate) fn wait_for(context: &Context, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
+    let wait =
+        wgpu::PollType::Wait { submission_index: submission, timeout: Some(context.timeout) };
+    // Where a driver answers a wait with the loss of its device, wgpu panics.
+    match caught(|| context.device.poll(wait)) {
+        Some(Ok(_)) => Ok(()),
+        Some(Err(wgpu::PollError::Timeout)) => Err(hung(context)),
+        Some(Err(error)) => Err(no_result(&error)),
+        None => Err(lost(None)),
+    }
+}
+
+/// Waits for everything submitted and shows what a mappable buffer holds then.
+pub(crate) fn read<T>(
+    context: &Context,
+    buffer: &wgpu::Buffer,
+    look: impl FnOnce(&[u8]) -> T,
+) -> Result<T> {
+    let slice = buffer.slice(..);
+    slice.map_async(wgpu::MapMode::Read, |_| {});
+    wait(context)?;
+    let view = slice.get_mapped_range().map_err(|e| no_result(&e))?;
+    let seen = look(&view);
+    drop(view);
+    buffer.unmap();
+    Ok(seen)
+}
+
+fn hung(context: &Context) -> Error {
+    // Closing a queue waits for its work, and without end: this handle keeps it open for good.
+    std::mem::forget(context.queue.clone());
+    Error::Device(format!(
+        "no answer from {} within {:?}: it hangs, or is so slow that it needs smaller tiles or a \
+         longer time-out",
+        context.device.adapter_info().name,
+        context.timeout
+    ))
+}
+
+fn no_result(error: &dyn std::fmt::Display) -> Error {
+    Error::Device(format!("no result came back: {error}"))
+}

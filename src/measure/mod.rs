@@ -1,0 +1,10 @@
+//! How long denoising takes: whole frames, kernel call by kernel call, and which built-in weights
+//! meet a time budget.
+
+mod calibration;
+mod calls;
+mod frames;
+
+pub use calibration::{Calibration, Cost};
+pub use calls::CallProfile;
+pub use frames::{Timing, measure, median, profile, repeat, test_card};

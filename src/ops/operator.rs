@@ -1,0 +1,44 @@
+//! What every operator of a network is to its host: something that gives a call for tensors.
+
+use super::need::Need;
+use crate::gpu::kernel::Dispatch;
+use crate::gpu::tensor::GpuTensor;
+
+/// For each stored channel of a tensor, which channel it is; `None` for padding to four.
+/// The second input of a concat starts at a multiple of four, so padding can stand inside.
+pub type ChannelMap = Vec<Option<usize>>;
+
+/// The map of a tensor of `channels` channels that was not concatenated.
+#[must_use]
+pub fn channel_map(channels: usize) -> ChannelMap {
+    (0..channels.next_multiple_of(4)).map(|c| (c < channels).then_some(c)).collect()
+}
+
+/// What an operator is bound to.
+#[derive(Clone, Copy, Debug)]
+pub struct Io<'a> {
+    /// What it reads, in order.
+    pub inputs: &'a [&'a GpuTensor],
+    /// What it makes.
+    pub output: &'a GpuTensor,
+    /// Where the max-pool of the output goes, if the operator [pools](Operator::pools).
+    pub pooled: Option<&'a GpuTensor>,
+    /// Which part of the output must be made; variants that can leave out the rest need it.
+    pub need: Option<Need<'a>>,
+}
+
+/// One layer's kernel with its weights, ready to be bound to tensors of any size.
+pub trait Operator: Send + Sync + std::fmt::Debug {
+    /// The call that makes the output, or `None` where the planner has already put the data in
+    /// place.
+    ///
+    /// # Panics
+    /// If the operator pools and `io` has no place for it, or asks what is needed and `io` does
+    /// not say.
+    fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch>;
+
+    /// Whether the call also makes the max-pool of its output.
+    fn pools(&self) -> bool {
+        false
+    }
+}
