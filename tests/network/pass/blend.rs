@@ -1,6 +1,5 @@
 //! What changes from frame to frame: the blend, and an exposure of the caller's.
 
-use wgdenoise::internals::reference;
 use wgdenoise::{
     Frame, Image, InputScale, Inputs, KernelSet, Layout, Options, PassDescriptor, Precision,
 };

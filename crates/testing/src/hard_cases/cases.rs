@@ -232,3 +232,9 @@ fn image([width, height]: [u32; 2], mut pixel: impl FnMut([u32; 2]) -> [f32; 3])
     let pixels = (0..width * height).map(|i| pixel([i % width, i / width])).collect();
     Image::new(width, height, pixels).expect("the count is right")
 }
+
+impl std::fmt::Debug for Case {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.name)
+    }
+}
