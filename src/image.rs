@@ -38,7 +38,7 @@ impl Image {
         let mut pixels = Vec::new();
         pixels.try_reserve_exact(count).map_err(|_| {
             let mib = (count >> 20) * size_of::<[f32; 3]>();
-            Error::Memory(format!(
+            Error::OutOfMemory(format!(
                 "an image of {width}×{height} pixels needs {mib} MiB of main memory"
             ))
         })?;

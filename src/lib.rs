@@ -23,7 +23,7 @@
 //! let weights = Weights::builtin(Quality::Fast)?;
 //! let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())?;
 //! let color = Image::filled(64, 48, [0.5, 0.4, 0.3])?;
-//! let frame = Frame { color: &color, albedo: None, normal: None, input_scale: None };
+//! let frame = Frame::new(&color);
 //! let clean = denoiser.denoise(&frame, &mut |done, of| println!("{done} of {of} tiles"))?;
 //! assert_eq!(clean.size(), (64, 48));
 //! # Ok::<(), wgdenoise::Error>(())

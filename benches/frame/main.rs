@@ -30,7 +30,7 @@ fn main() -> Result<()> {
             let weights = Weights::builtin(quality)?;
             let matrix = MatrixShape::of(&gpu.adapter, precision);
             let kernels = arguments.kernels();
-            let options = Options { precision, kernels, matrix, ..Options::default() };
+            let options = Options::default().precision(precision).kernels(kernels).matrix(matrix);
             let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
             let error = verify::error(&denoiser, &weights, precision)?;
             let kernels = denoiser.kernels();

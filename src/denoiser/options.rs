@@ -1,4 +1,4 @@
-//! What a caller can choose.
+//! What a caller can choose about a denoiser.
 
 use std::time::Duration;
 
@@ -14,37 +14,92 @@ pub(crate) struct Chosen {
     pub(crate) notices: Vec<String>,
 }
 
-/// How a [`Denoiser`](crate::Denoiser) works.
+/// How a [`Denoiser`](crate::Denoiser) works. Start from the default:
+///
+/// ```
+/// use wgdenoise::{Options, Precision};
+///
+/// let options = Options::default().precision(Precision::F32).memory_bytes(512 << 20);
+/// ```
 #[derive(Clone, Debug)]
+#[non_exhaustive]
 pub struct Options {
-    /// How tensors are stored; 16-bit float unless said.
+    /// How tensors are stored; 16-bit float by default.
     pub precision: Precision,
-    /// Most bytes of GPU memory for tensors and, in the blocking call, images; 2 GiB unless
-    /// said. The adapter's limits bound tiles as well.
+    /// Upper bound in bytes on GPU memory for tensors and, in the blocking call, images; 2 GiB by
+    /// default. The adapter's limits bound tiles as well.
     pub memory_bytes: u64,
-    /// Most pixels of a tile's side, overlap included. `None` picks the largest tile within the
-    /// budget whose dispatches are short enough for a display or a watchdog that waits (below 0.2 s
-    /// where convolutions reach 0.5 TFLOP/s; CPU drivers have neither).
+    /// Longest side of a tile in pixels, overlap included. `None`, the default, picks the largest
+    /// tile within the budget whose dispatches are short enough for a display or watchdog (below
+    /// 0.2 s where convolutions reach 0.5 TFLOP/s; CPU drivers have neither).
     pub tile: Option<u32>,
-    /// Longest wait for one submission of the blocking call, which has at most 50 GMAC on a GPU (on
-    /// a CPU driver, a layer of a whole tile), before the device counts as hung. `None`, unless said,
-    /// is a minute, and ten on CPU drivers.
+    /// Longest wait for one submission of the blocking call before the device counts as hung. A
+    /// submission has at most 50 GMAC on a GPU and one layer of a tile on a CPU driver. `None`, the
+    /// default, is one minute, or ten on CPU drivers.
     pub timeout: Option<Duration>,
     /// Which variant of the convolutions runs.
     pub kernels: KernelSet,
-    /// Whether blocks of 16×16 pixels that have no noise, such as an empty background, keep
-    /// their colour and skip the network; see [`ops::activity`](crate::ops::activity). The
-    /// plain kernels never skip.
+    /// Whether blocks of 16×16 pixels without noise, such as an empty background, keep their colour
+    /// and skip the network; `true` by default. The plain kernels never skip.
     pub skip_clean: bool,
-    /// The matrices that `Auto` may use: [`MatrixShape::of`] the adapter, since a device does not
-    /// know. `None` unless said: no matrices.
+    /// The matrix shape that `Auto` may use, from [`MatrixShape::of`]: only the adapter knows it.
+    /// `None`, the default, rules the matrix kernels out.
     pub matrix: Option<MatrixShape>,
-    /// Where the driver looks compiled kernels up and adds what it compiles: a cache of the
-    /// denoiser's device, which needs the feature `PIPELINE_CACHE` (Vulkan alone has it). `None`
-    /// unless said. What [`get_data`](wgpu::PipelineCache::get_data) says afterwards is the
-    /// caller's to keep, for [`create_pipeline_cache`](wgpu::Device::create_pipeline_cache) in the
-    /// next run: this library reads and writes no file by itself.
+    /// Where the driver looks up compiled kernels and adds new ones: a cache of the denoiser's
+    /// device, which needs the feature `PIPELINE_CACHE` (Vulkan only). `None` by default.
+    /// [`PipelineFile`](crate::PipelineFile) turns it into bytes for the next run.
     pub pipeline_cache: Option<wgpu::PipelineCache>,
+}
+
+/// One setter per field.
+impl Options {
+    /// Sets [`precision`](Self::precision).
+    #[must_use]
+    pub fn precision(self, precision: Precision) -> Self {
+        Self { precision, ..self }
+    }
+
+    /// Sets [`memory_bytes`](Self::memory_bytes).
+    #[must_use]
+    pub fn memory_bytes(self, memory_bytes: u64) -> Self {
+        Self { memory_bytes, ..self }
+    }
+
+    /// Sets [`tile`](Self::tile).
+    #[must_use]
+    pub fn tile(self, tile: impl Into<Option<u32>>) -> Self {
+        Self { tile: tile.into(), ..self }
+    }
+
+    /// Sets [`timeout`](Self::timeout).
+    #[must_use]
+    pub fn timeout(self, timeout: impl Into<Option<Duration>>) -> Self {
+        Self { timeout: timeout.into(), ..self }
+    }
+
+    /// Sets [`kernels`](Self::kernels).
+    #[must_use]
+    pub fn kernels(self, kernels: KernelSet) -> Self {
+        Self { kernels, ..self }
+    }
+
+    /// Sets [`skip_clean`](Self::skip_clean).
+    #[must_use]
+    pub fn skip_clean(self, skip_clean: bool) -> Self {
+        Self { skip_clean, ..self }
+    }
+
+    /// Sets [`matrix`](Self::matrix).
+    #[must_use]
+    pub fn matrix(self, matrix: impl Into<Option<MatrixShape>>) -> Self {
+        Self { matrix: matrix.into(), ..self }
+    }
+
+    /// Sets [`pipeline_cache`](Self::pipeline_cache).
+    #[must_use]
+    pub fn pipeline_cache(self, cache: impl Into<Option<wgpu::PipelineCache>>) -> Self {
+        Self { pipeline_cache: cache.into(), ..self }
+    }
 }
 
 impl Options {
@@ -65,7 +120,7 @@ impl Options {
             KernelSet::Auto => fastest.unwrap_or(KernelSet::Tiled),
             set if runs(set) => set,
             set => {
-                return Err(Error::Adapter(format!(
+                return Err(Error::Unsupported(format!(
                     "the {set} kernels do not run on {name}; they need {}; choose Auto",
                     set.needs()
                 )));
@@ -109,7 +164,7 @@ mod tests {
     fn choose(kernels: KernelSet, runs: &[KernelSet], passes: bool) -> Result<Chosen> {
         let test = |shape| {
             assert_eq!(shape, SHAPE);
-            let failure = || Error::Device("2 of 3 results are wrong".into());
+            let failure = || Error::WrongResult("2 of 3 results are wrong".into());
             if passes { Ok(()) } else { Err(failure()) }
         };
         let options = Options { kernels, matrix: Some(SHAPE), ..Options::default() };

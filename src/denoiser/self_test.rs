@@ -96,7 +96,7 @@ fn compare(found: &Tensor, expected: &Tensor) -> Result<()> {
     let wrong: Vec<_> = wrong.collect();
     match wrong.first() {
         None => Ok(()),
-        Some((found, expected)) => Err(Error::Device(format!(
+        Some((found, expected)) => Err(Error::WrongResult(format!(
             "{} of {count} results of a test are wrong, the first one {found} instead of {expected}",
             wrong.len()
         ))),

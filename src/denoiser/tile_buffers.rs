@@ -18,7 +18,7 @@ const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 /// The buffers and the calls on them.
 pub(crate) struct TileBuffers<'a> {
     context: &'a Context,
-    graph: TileCalls,
+    calls: TileCalls,
     pub(crate) color: wgpu::Buffer,
     albedo: Option<wgpu::Buffer>,
     normal: Option<wgpu::Buffer>,
@@ -35,7 +35,7 @@ impl<'a> TileBuffers<'a> {
     /// Buffers for the plan's tiles and for bands of an image that is `width` pixels wide.
     pub(crate) fn new(
         context: &'a Context,
-        model: &CompiledNetwork,
+        network: &CompiledNetwork,
         plan: &TilePlan,
         width: u32,
         inputs: Inputs,
@@ -70,25 +70,32 @@ impl<'a> TileBuffers<'a> {
             normal: normal.as_ref().map(Into::into),
             unorm_normal: false,
             input_scale: &input_scale,
-            encoding: model.encoding,
+            encoding: network.encoding,
         };
         // New buffers are zero: the noisy colour has no share.
         let blend = uniform("blend", size_of::<f32>());
         let (output_image, blend) = ((&output).into(), &blend);
         let bound = Bound { tile: plan.tile, sources, output: output_image, blend, skip_clean };
-        let graph = TileCalls::new(context, model, &bound);
-        Self { context, graph, color, albedo, normal, output, readback, input_scale, tile, band }
+        let calls = TileCalls::new(context, network, &bound);
+        Self { context, calls, color, albedo, normal, output, readback, input_scale, tile, band }
     }
 
     /// Submits the whole network on what was uploaded, in parts, and waits for all but the last
-    /// one: that is waited for with the result. Each part has a time-out of its own.
-    pub(crate) fn run(&self) -> Result<()> {
+    /// one: that is waited for with the result. Each part has a time-out of its own. After each
+    /// part, `progress` gets the number of calls that are done.
+    pub(crate) fn run(&self, progress: &mut dyn FnMut(usize)) -> Result<()> {
         let submit = |batch: &[Call]| {
-            self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)))
+            (batch.len(), self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0))))
         };
-        let mut parts: Vec<_> = self.graph.batches().map(submit).collect();
+        let mut parts: Vec<_> = self.calls.batches().map(submit).collect();
         parts.pop();
-        parts.into_iter().try_for_each(|part| wait_for(self.context, Some(part)))
+        let mut done = 0;
+        for (calls, part) in parts {
+            wait_for(self.context, Some(part))?;
+            done += calls;
+            progress(done);
+        }
+        Ok(())
     }
 
     /// How many rows of an image of this width the colour buffer holds.
@@ -119,7 +126,7 @@ impl<'a> TileBuffers<'a> {
             usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: true,
         });
-        let refused = |e| Error::Device(format!("nothing can be uploaded: {e}"));
+        let refused = |error| Error::device("nothing can be uploaded", error);
         let mut bytes = staging.get_mapped_range_mut(..).map_err(refused)?;
         let columns = rect.begin[0] as usize..rect.end[0] as usize;
         let row_bytes = (width * PIXEL_BYTES) as usize;
@@ -159,7 +166,7 @@ impl<'a> TileBuffers<'a> {
 
     /// Every kernel call of a tile, in order.
     pub(crate) fn calls(&self) -> &[Call] {
-        self.graph.calls()
+        self.calls.calls()
     }
 }
 

@@ -116,7 +116,7 @@ impl Tolerance {
             return Ok(());
         }
         let [x, y] = found.rect.begin;
-        Err(Error::Device(format!(
+        Err(Error::WrongResult(format!(
             "the result differs from the CPU's by up to {:.1e} of the encoded range around pixel \
              ({x}, {y}), {:.1e} on average, where {:.1e} and {:.1e} are expected at most: the device \
              or its driver computes wrong results; try 32-bit tensors, plain kernels or another \

@@ -32,7 +32,7 @@ impl Gpu {
     pub fn open(selector: Option<&str>) -> Result<Self> {
         let adapters = adapters();
         if adapters.is_empty() {
-            return Err(Error::Adapter(NO_ADAPTER.into()));
+            return Err(Error::NoAdapter(NO_ADAPTER.into()));
         }
         let index = choose(&names(&adapters), selector)?;
         Self::request(&adapters[index])
@@ -65,7 +65,7 @@ impl Gpu {
             ..Default::default()
         };
         let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| Error::Adapter(format!("`{}` gives no device: {e}", info.name)))?;
+            .map_err(|e| Error::NoAdapter(format!("`{}` gives no device: {e}", info.name)))?;
         Ok(Self { device, queue, info, adapter: adapter.clone() })
     }
 }
@@ -104,7 +104,7 @@ fn choose(names: &[String], selector: Option<&str>) -> Result<usize> {
     };
     found.ok_or_else(|| {
         let listed: Vec<_> = names.iter().enumerate().map(|(i, n)| format!("{i}: {n}")).collect();
-        Error::Adapter(format!(
+        Error::NoAdapter(format!(
             "`{wanted}` names none of the adapters here ({}); give an index or a part of a \
              name, or install the driver of the one you want (for the CPU driver lavapipe on \
              Debian and Ubuntu: `apt install mesa-vulkan-drivers`)",

@@ -52,6 +52,21 @@ impl KernelSet {
         }
     }
 
+    /// Why a device that was opened without a feature runs slower kernels than it could, if so.
+    pub(crate) fn lost_speed(device: &wgpu::Device) -> Option<String> {
+        let info = device.adapter_info();
+        let could = info.device_type == wgpu::DeviceType::Cpu
+            && info.subgroup_min_size >= SIMD_LANES
+            && !device.features().contains(wgpu::Features::SUBGROUP);
+        could.then(|| {
+            format!(
+                "{} was opened without the feature SUBGROUP, so the slower kernels for GPUs run; \
+                 request wgdenoise::required_features(&adapter)",
+                info.name
+            )
+        })
+    }
+
     /// What the variant needs of a device, for the message that it is not there.
     pub(crate) fn needs(self) -> &'static str {
         match self {

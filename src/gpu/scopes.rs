@@ -17,11 +17,13 @@ pub(crate) fn catch<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) 
     // Every scope must be popped, so all reports are collected before the first is taken.
     let reports: Vec<_> = reports.collect();
     match reports.into_iter().flatten().next() {
-        report if is_lost(device) => Err(lost(report.as_ref())),
-        Some(wgpu::Error::OutOfMemory { .. }) => Err(Error::Memory(
+        report if is_lost(device) => Err(Error::DeviceLost { source: report }),
+        Some(wgpu::Error::OutOfMemory { .. }) => Err(Error::OutOfMemory(
             "the adapter is out of memory; lower the memory budget or the tile size".into(),
         )),
-        Some(report) => Err(Error::Device(report.to_string())),
+        Some(report) => {
+            Err(Error::Device { message: report.to_string(), source: Some(report.into()) })
+        }
         None => result,
     }
 }
@@ -37,14 +39,4 @@ fn is_lost(device: &wgpu::Device) -> bool {
         mapped_at_creation: false,
     });
     pollster::block_on(scope.pop()).is_none()
-}
-
-/// The error of a lost device, with what it reported last, if anything.
-pub(crate) fn lost(report: Option<&wgpu::Error>) -> Error {
-    let report = report.map(|report| format!(" ({report})")).unwrap_or_default();
-    Error::Device(format!(
-        "the device was lost{report}, as after a reset or an update of its driver, too long a \
-         dispatch or the end of its memory; open it again, and if it is lost again, take smaller \
-         tiles or another adapter"
-    ))
 }

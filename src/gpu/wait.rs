@@ -2,9 +2,8 @@
 
 use std::time::Duration;
 
+use super::kernel::Context;
 use crate::error::{Error, Result};
-use crate::gpu::kernel::Context;
-use crate::gpu::scopes::lost;
 use crate::panics::caught;
 
 /// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
@@ -33,8 +32,8 @@ pub(crate) fn wait_for(context: &Context, submission: Option<wgpu::SubmissionInd
     match caught(|| context.device.poll(wait)) {
         Some(Ok(_)) => Ok(()),
         Some(Err(wgpu::PollError::Timeout)) => Err(hung(context)),
-        Some(Err(error)) => Err(no_result(&error)),
-        None => Err(lost(None)),
+        Some(Err(error)) => Err(Error::device(NO_RESULT, error)),
+        None => Err(Error::DeviceLost { source: None }),
     }
 }
 
@@ -47,7 +46,7 @@ pub(crate) fn read<T>(
     let slice = buffer.slice(..);
     slice.map_async(wgpu::MapMode::Read, |_| {});
     wait(context)?;
-    let view = slice.get_mapped_range().map_err(|e| no_result(&e))?;
+    let view = slice.get_mapped_range().map_err(|error| Error::device(NO_RESULT, error))?;
     let seen = look(&view);
     drop(view);
     buffer.unmap();
@@ -57,14 +56,8 @@ pub(crate) fn read<T>(
 fn hung(context: &Context) -> Error {
     // Closing a queue waits for its work, and without end: this handle keeps it open for good.
     std::mem::forget(context.queue.clone());
-    Error::Device(format!(
-        "no answer from {} within {:?}: it hangs, or is so slow that it needs smaller tiles or a \
-         longer time-out",
-        context.device.adapter_info().name,
-        context.timeout
-    ))
+    let adapter = context.device.adapter_info().name;
+    Error::Timeout { adapter, after: context.timeout }
 }
 
-fn no_result(error: &dyn std::fmt::Display) -> Error {
-    Error::Device(format!("no result came back: {error}"))
-}
+const NO_RESULT: &str = "no result came back";

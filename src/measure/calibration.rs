@@ -2,10 +2,10 @@
 
 use std::time::Duration;
 
-use crate::Denoiser;
+use super::frames::measure;
+use crate::denoiser::Denoiser;
 use crate::denoiser::options::Options;
 use crate::error::Result;
-use crate::measure::frames::measure;
 use crate::model::{Quality, Weights};
 
 /// What a frame takes: a fixed part, and a part for every pixel.
@@ -17,7 +17,7 @@ pub struct Cost {
     pub per_pixel: f64,
 }
 
-/// What each of the built-in weights takes on one device, with one precision and kernel set.
+/// The cost of the built-in weights on one device, with one precision and kernel set.
 ///
 /// It is plain data, to be measured once per adapter and driver and kept by the caller:
 ///
@@ -27,19 +27,19 @@ pub struct Cost {
 ///
 /// let cost = |ms: f64| Cost { fixed: 0.5e-3, per_pixel: ms * 1e-3 / 1e6 };
 /// // On a device of the caller's: Calibration::measure(&device, &queue, &Options::default())?
-/// let calibration = Calibration { fast: cost(5.0), balanced: cost(12.0), high: cost(30.0) };
-/// let (quality, predicted) = calibration.choose(Duration::from_millis(33), 1920, 1080);
+/// let calibration = Calibration::new([
+///     (Quality::Fast, cost(5.0)),
+///     (Quality::Balanced, cost(12.0)),
+///     (Quality::High, cost(30.0)),
+/// ]);
+/// let (quality, predicted) = calibration.choose(Duration::from_millis(33), 1920, 1080).unwrap();
 /// assert_eq!(quality, Quality::Balanced);
 /// assert!(predicted < Duration::from_millis(26));
 /// ```
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// Of [`Quality::Fast`].
-    pub fast: Cost,
-    /// Of [`Quality::Balanced`].
-    pub balanced: Cost,
-    /// Of [`Quality::High`].
-    pub high: Cost,
+    /// By rising quality.
+    costs: Vec<(Quality, Cost)>,
 }
 
 /// Sides of the measured squares. Two tell the fixed part from the rest, the larger the better,
@@ -66,38 +66,47 @@ impl Calibration {
     /// If the kernels do not run on the device, or it fails.
     pub fn measure(device: &wgpu::Device, queue: &wgpu::Queue, options: &Options) -> Result<Self> {
         let default = Options::default();
-        let options = Options { memory_bytes: default.memory_bytes, tile: None, ..options.clone() };
+        let options = options.clone().memory_bytes(default.memory_bytes).tile(None);
         let cost = |quality| {
             let weights = Weights::builtin(quality)?;
-            Cost::measure(&Denoiser::new(device, queue, &weights, &options)?)
+            let cost = Cost::measure(&Denoiser::new(device, queue, &weights, &options)?)?;
+            Ok((quality, cost))
         };
-        Ok(Self {
-            fast: cost(Quality::Fast)?,
-            balanced: cost(Quality::Balanced)?,
-            high: cost(Quality::High)?,
-        })
+        let costs = Quality::built_in().into_iter().map(cost).collect::<Result<Vec<_>>>()?;
+        Ok(Self::new(costs))
     }
 
-    /// The cost of one of the built-in weights.
+    /// A calibration that was measured before; of two costs for one quality, the last counts.
     #[must_use]
-    pub fn cost(&self, quality: Quality) -> Cost {
-        match quality {
-            Quality::Fast => self.fast,
-            Quality::Balanced => self.balanced,
-            Quality::High => self.high,
-        }
+    pub fn new(costs: impl IntoIterator<Item = (Quality, Cost)>) -> Self {
+        let given: Vec<_> = costs.into_iter().collect();
+        let of = |quality| given.iter().rev().find(|(q, _)| *q == quality).copied();
+        Self { costs: Quality::ALL.into_iter().filter_map(of).collect() }
+    }
+
+    /// The costs, by rising quality.
+    #[must_use]
+    pub fn costs(&self) -> &[(Quality, Cost)] {
+        &self.costs
+    }
+
+    /// The cost of one of the built-in weights; `None` if it was not measured.
+    #[must_use]
+    pub fn cost(&self, quality: Quality) -> Option<Cost> {
+        self.costs.iter().find(|(q, _)| *q == quality).map(|(_, cost)| *cost)
     }
 
     /// The best weights that are predicted to take at most `budget` per frame of this size, and
-    /// the prediction. If none do, the fastest: the prediction is then over the budget.
+    /// the prediction. If none do, the cheapest: the prediction is then over the budget. `None` if
+    /// there are no costs.
     ///
     /// Frames that do not fit into one tile take longer than predicted: see [`Cost::predict`].
     #[must_use]
-    pub fn choose(&self, budget: Duration, width: u32, height: u32) -> (Quality, Duration) {
+    pub fn choose(&self, budget: Duration, width: u32, height: u32) -> Option<(Quality, Duration)> {
         let pixels = u64::from(width) * u64::from(height);
-        let of = |quality| (quality, self.cost(quality).predict(pixels));
-        let best = Quality::ALL.into_iter().rev().map(of).find(|(_, time)| *time <= budget);
-        best.unwrap_or_else(|| of(Quality::Fast))
+        let of = |(quality, cost): &(Quality, Cost)| (*quality, cost.predict(pixels));
+        let best = self.costs.iter().rev().map(of).find(|(_, time)| *time <= budget);
+        best.or_else(|| self.costs.first().map(of))
     }
 }
 
@@ -140,14 +149,18 @@ mod tests {
     use super::*;
 
     /// 1, 10 and 100 ms, and 1, 4 and 20 ms per megapixel.
-    const MADE_UP: Calibration = Calibration {
-        fast: Cost { fixed: 1e-3, per_pixel: 1e-9 },
-        balanced: Cost { fixed: 10e-3, per_pixel: 4e-9 },
-        high: Cost { fixed: 100e-3, per_pixel: 20e-9 },
-    };
+    fn made_up() -> Calibration {
+        let cost = |fixed, per_pixel| Cost { fixed, per_pixel };
+        Calibration::new([
+            (Quality::High, cost(100e-3, 20e-9)),
+            (Quality::Fast, cost(1e-3, 1e-9)),
+            (Quality::Balanced, cost(10e-3, 4e-9)),
+        ])
+    }
 
     fn chosen(budget_us: u64, width: u32, height: u32) -> (Quality, u128) {
-        let (quality, time) = MADE_UP.choose(Duration::from_micros(budget_us), width, height);
+        let budget = Duration::from_micros(budget_us);
+        let (quality, time) = made_up().choose(budget, width, height).expect("there are costs");
         (quality, time.as_micros())
     }
 
@@ -164,8 +177,11 @@ mod tests {
         assert_eq!(chosen(1_999, 1000, 1000), (Quality::Fast, 2_000));
         assert_eq!(chosen(0, 65_536, 65_536), (Quality::Fast, 4_295_967));
         let broken = Cost { fixed: f64::NAN, per_pixel: 0.0 };
-        let broken = Calibration { balanced: broken, high: broken, ..MADE_UP };
-        assert_eq!(broken.choose(Duration::from_secs(9), 1, 1).0, Quality::Fast);
+        let both = [(Quality::Balanced, broken), (Quality::High, broken)];
+        let broken = Calibration::new(made_up().costs().iter().copied().chain(both));
+        let chosen = broken.choose(Duration::from_secs(9), 1, 1);
+        assert_eq!(chosen.map(|(quality, _)| quality), Some(Quality::Fast));
+        assert_eq!(Calibration::new([]).choose(Duration::MAX, 1, 1), None);
     }
 
     #[test]

@@ -65,9 +65,9 @@ impl Denoiser {
     /// One run, summed over the tiles.
     fn profile_once(&self, frame: &Frame<'_>, clock: &Clock) -> Result<Vec<CallProfile>> {
         let mut profile: Vec<CallProfile> = Vec::new();
-        self.denoise_by(frame, &mut |_, _| {}, &mut |window| {
-            profile.resize_with(window.calls().len(), CallProfile::default);
-            for (row, call) in profile.iter_mut().zip(window.calls()) {
+        self.denoise_by(frame, &mut |_, _| {}, &mut |tile, _| {
+            profile.resize_with(tile.calls().len(), CallProfile::default);
+            for (row, call) in profile.iter_mut().zip(tile.calls()) {
                 row.add(call, clock.time(&self.context, call)?);
             }
             Ok(())
@@ -100,7 +100,7 @@ impl Clock {
             return Ok(Self::Wall);
         }
         if !device.features().contains(wgpu::Features::TIMESTAMP_QUERY) {
-            return Err(Error::Adapter(format!(
+            return Err(Error::Unsupported(format!(
                 "{} was opened without the feature TIMESTAMP_QUERY, which a profile needs",
                 device.adapter_info().name
             )));

@@ -62,7 +62,7 @@ pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Resul
     let frame = full_frame(&color, &albedo, &normal);
     let seconds = repeat(runs, || {
         let begin = Instant::now();
-        denoiser.denoise(&frame, &mut |_, _| {})?;
+        denoiser.denoise(&frame)?;
         Ok(begin.elapsed().as_secs_f64())
     })?;
     let inputs = denoiser.weights().metadata().inputs;
@@ -91,7 +91,7 @@ pub fn profile(
 
 /// A frame of all three images.
 fn full_frame<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Frame<'a> {
-    Frame { color, albedo: Some(albedo), normal: Some(normal), input_scale: None }
+    Frame::new(color).albedo(albedo).normal(normal)
 }
 
 /// Colour, albedo and normal: gradients and a pattern, so that no pixel is special and no block

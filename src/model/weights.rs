@@ -42,6 +42,17 @@ impl Quality {
     /// All of them, by rising cost.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::High];
 
+    /// Those whose weights are built in, by rising cost: each is a feature of the crate.
+    #[must_use]
+    pub fn built_in() -> Vec<Self> {
+        let has = |quality: &Self| match quality {
+            Self::Fast => cfg!(feature = "fast"),
+            Self::Balanced => cfg!(feature = "balanced"),
+            Self::High => cfg!(feature = "high"),
+        };
+        Self::ALL.into_iter().filter(has).collect()
+    }
+
     /// As on the command line: `fast`, `balanced` or `high`.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -90,16 +101,27 @@ impl Weights {
         Self::from_bytes(&tza::to_safetensors(bytes, name)?)
     }
 
-    /// The weights that this program carries.
+    /// The built-in weights of a tier.
     ///
     /// # Errors
-    /// Only if the program was built with a broken file; a test holds that it was not.
+    /// If the crate was built without the feature of that tier: `fast`, `balanced` or `high`.
     pub fn builtin(quality: Quality) -> Result<Self> {
-        Self::from_bytes(match quality {
-            Quality::Fast => include_bytes!("../../weights/fast.safetensors"),
-            Quality::Balanced => include_bytes!("../../weights/balanced.safetensors"),
-            Quality::High => include_bytes!("../../weights/high.safetensors"),
-        })
+        let bytes: Option<&[u8]> = match quality {
+            #[cfg(feature = "fast")]
+            Quality::Fast => Some(include_bytes!("../../weights/fast.safetensors")),
+            #[cfg(feature = "balanced")]
+            Quality::Balanced => Some(include_bytes!("../../weights/balanced.safetensors")),
+            #[cfg(feature = "high")]
+            Quality::High => Some(include_bytes!("../../weights/high.safetensors")),
+            #[allow(unreachable_patterns, reason = "with all features, every tier is above")]
+            _ => None,
+        };
+        Self::from_bytes(bytes.ok_or_else(|| {
+            let name = quality.name();
+            Error::weights(format!(
+                "the `{name}` weights are not built in; enable the crate's feature `{name}`"
+            ))
+        })?)
     }
 
     /// What the file says of itself.
@@ -139,7 +161,7 @@ impl Weights {
     pub fn for_inputs(&self, inputs: Inputs) -> Result<Self> {
         let trained = self.metadata.inputs;
         if inputs.intersection(trained) != inputs {
-            return Err(Error::Weights(format!(
+            return Err(Error::weights(format!(
                 "`{}` was trained with {trained}, but {inputs} was given; leave the others out",
                 self.metadata.name
             )));
@@ -147,7 +169,7 @@ impl Weights {
         if inputs != trained && self.metadata.topology != Topology::Unet {
             let file = tza::for_inputs(&self.metadata, inputs)
                 .map_or_else(String::new, |stem| format!(", such as {stem}.tza"));
-            return Err(Error::Weights(format!(
+            return Err(Error::weights(format!(
                 "`{}` needs {trained}, but {inputs} was given; take weights that need no more{file}",
                 self.metadata.name
             )));

@@ -45,7 +45,7 @@ impl Call {
 
 /// What a tile is bound to.
 pub(crate) struct Bound<'a> {
-    /// Size of the tiles, width first; multiples of the model's alignment.
+    /// Size of the tiles, width first; multiples of the network's alignment.
     pub(crate) tile: [u32; 2],
     /// What is read.
     pub(crate) sources: Sources<'a>,
@@ -70,21 +70,21 @@ const MACS_PER_SUBMISSION: f64 = 10e9;
 
 impl TileCalls {
     /// Creates the textures and binds the operators.
-    pub(crate) fn new(context: &Context, model: &CompiledNetwork, bound: &Bound<'_>) -> Self {
+    pub(crate) fn new(context: &Context, network: &CompiledNetwork, bound: &Bound<'_>) -> Self {
         let Bound { tile, sources, .. } = bound;
-        let tensors = tensors(context, model, *tile);
-        let radius = model.reach.iter().copied().max().unwrap_or(0);
+        let tensors = tensors(context, network, *tile);
+        let radius = network.reach.iter().copied().max().unwrap_or(0);
         // Where values have a sign, a block that is clean is no empty background.
-        let signed = model.encoding.transfer_function == TransferFunction::Signed;
-        let skip = bound.skip_clean && model.head.is_some() && !signed;
+        let signed = network.encoding.transfer_function == TransferFunction::Signed;
+        let skip = bound.skip_clean && network.head.is_some() && !signed;
         let (activity, activity_calls) = activity(context, sources, *tile, radius, skip);
         let mut calls = Vec::new();
-        if model.head.is_some() {
+        if network.head.is_some() {
             calls.extend(activity_calls.map(|call| Call::per_tile("activity", call)));
         }
-        calls.push(first_call(context, model, bound, &tensors[INPUT], &activity));
-        calls.extend(layer_calls(context, model, *tile, &tensors, &activity));
-        calls.push(last_call(context, model, bound, &tensors, &activity));
+        calls.push(first_call(context, network, bound, &tensors[INPUT], &activity));
+        calls.extend(layer_calls(context, network, *tile, &tensors, &activity));
+        calls.push(last_call(context, network, bound, &tensors, &activity));
         let batches = batches(&calls.iter().map(|call| call.macs).collect::<Vec<_>>());
         Self { calls, batches }
     }
@@ -110,17 +110,17 @@ impl TileCalls {
 /// From the images to the first tensor.
 fn first_call(
     context: &Context,
-    model: &CompiledNetwork,
+    network: &CompiledNetwork,
     bound: &Bound<'_>,
     tensor: &GpuTensor,
     activity: &Activity,
 ) -> Call {
     let bytes = tensor.bytes(context.precision);
-    let Some(Stem { name, operator }) = &model.stem else {
+    let Some(Stem { name, operator }) = &network.stem else {
         let call = input_process(context, &bound.sources, tensor);
         return Call { bytes, ..Call::per_tile("input_process", call) };
     };
-    let need = Need { map: &activity.map, level: 0, reach: model.reach[INPUT] };
+    let need = Need { map: &activity.map, level: 0, reach: network.reach[INPUT] };
     let call = operator.dispatch(context, &bound.sources, tensor, &need);
     let macs = operator.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
     Call { macs, bytes, ..Call::per_tile(&format!("input+{name}"), call) }
@@ -129,7 +129,7 @@ fn first_call(
 /// From the last tensor to the image.
 fn last_call(
     context: &Context,
-    model: &CompiledNetwork,
+    network: &CompiledNetwork,
     bound: &Bound<'_>,
     tensors: &[GpuTensor],
     activity: &Activity,
@@ -139,46 +139,46 @@ fn last_call(
     let Bound { sources, output, blend, .. } = *bound;
     let Sources { tiles, input_scale, color, encoding, .. } = sources;
     let images = Images { tiles, input_scale, color, output, blend, encoding };
-    let Some(head) = &model.head else {
+    let Some(head) = &network.head else {
         let call = output_process(context, last, &images);
         return Call { bytes, ..Call::per_tile("output_process", call) };
     };
     let call = head.dispatch(context, last, activity, &images);
     // The layer that has no operator of its own.
-    let conv = model.network.layers.get(model.operators.len());
+    let conv = network.body.layers.get(network.operators.len());
     let name = conv.map_or("head".into(), |conv| format!("{}+head", conv.name));
     let macs = head.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
     Call { macs, bytes, ..Call::per_tile(&name, call) }
 }
 
 /// Views of new textures, by tensor.
-fn tensors(context: &Context, model: &CompiledNetwork, tile: [u32; 2]) -> Vec<GpuTensor> {
+fn tensors(context: &Context, network: &CompiledNetwork, tile: [u32; 2]) -> Vec<GpuTensor> {
     let slots =
-        model.storage.slots.iter().map(|slot| {
+        network.storage.slots.iter().map(|slot| {
             GpuTensor::texture(context, tile.map(|side| side >> slot.level), slot.quads)
         });
     let slots: Vec<_> = slots.collect();
     let tensor = |id: TensorId| {
-        let place = model.storage.placements[id];
+        let place = network.storage.placements[id];
         GpuTensor::of(&slots[place.slot], place.first_quad, place.quads)
     };
-    (0..model.storage.placements.len()).map(tensor).collect()
+    (0..network.storage.placements.len()).map(tensor).collect()
 }
 
 fn layer_calls(
     context: &Context,
-    model: &CompiledNetwork,
+    network: &CompiledNetwork,
     tile: [u32; 2],
     tensors: &[GpuTensor],
     activity: &Activity,
 ) -> Vec<Call> {
-    let CompiledNetwork { network, operators, reach, .. } = model;
+    let CompiledNetwork { body, operators, reach, .. } = network;
     let pixels = f64::from(tile[0]) * f64::from(tile[1]);
     let call = |(i, operator): (usize, &BoxedOperator)| {
-        let layer = &network.layers[i];
+        let layer = &body.layers[i];
         let inputs: Vec<_> = layer.inputs.iter().map(|&input| &tensors[input]).collect();
         let need =
-            Need { map: &activity.map, level: network.shapes[i + 1].level, reach: reach[i + 1] };
+            Need { map: &activity.map, level: body.shapes[i + 1].level, reach: reach[i + 1] };
         if i > 0 && operators[i - 1].pools() {
             return None;
         }
@@ -189,7 +189,7 @@ fn layer_calls(
             need: Some(need),
         };
         let dispatch = operator.dispatch(&context.device, &io)?;
-        let macs = layer_macs_per_pixel(network, i) * pixels;
+        let macs = layer_macs_per_pixel(body, i) * pixels;
         let pooled = io.pooled.filter(|_| operator.pools());
         let tensors = inputs.iter().copied().chain([io.output]).chain(pooled);
         let bytes = tensors.map(|tensor| tensor.bytes(context.precision)).sum();

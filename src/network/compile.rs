@@ -16,7 +16,7 @@ use crate::plan::{halo, storage::Storage};
 #[derive(Debug)]
 pub(crate) struct CompiledNetwork {
     /// All layers but the stem's and those that are always the head's.
-    pub(crate) network: Network,
+    pub(crate) body: Network,
     /// Of the tensors that some kernel stores; the last one is what the image is made of.
     pub(crate) storage: Storage,
     /// Tiles begin and end at multiples of this.
@@ -99,7 +99,7 @@ impl CompiledNetwork {
             head.sigmoid = *sigmoid;
             head
         });
-        Ok(Self { network, storage, alignment, halo, reach, encoding, stem, operators, head })
+        Ok(Self { body: network, storage, alignment, halo, reach, encoding, stem, operators, head })
     }
 
     /// GPU memory for everything between the images, in bytes.
@@ -133,7 +133,7 @@ fn check_layers(storage: &Storage, limits: &wgpu::Limits) -> Result<()> {
     if most <= limits.max_texture_array_layers {
         return Ok(());
     }
-    Err(Error::Weights(format!(
+    Err(Error::weights(format!(
         "the widest tensor needs {most} array layers, but the device was created with {}; ask the \
          adapter for more (see required_limits) or use narrower weights",
         limits.max_texture_array_layers
@@ -167,12 +167,12 @@ mod tests {
         let weights = Weights::builtin(Quality::Balanced).expect("they are built in");
         for (kernels, stem) in [(KernelSet::Plain, false), (KernelSet::Tiled, true)] {
             let context = Context::new(&device, &queue, Precision::F16);
-            let model = CompiledNetwork::new(&context, kernels, &weights).expect("it fits");
-            assert_eq!(model.stem.is_some(), stem, "{kernels}");
-            let stored = model.network.first(model.operators.len());
+            let network = CompiledNetwork::new(&context, kernels, &weights).expect("it fits");
+            assert_eq!(network.stem.is_some(), stem, "{kernels}");
+            let stored = network.body.first(network.operators.len());
             let maps = channel_maps(&stored, stem);
             let expected: Vec<_> = maps.iter().map(|map| map.len() as u32 / 4).collect();
-            let found: Vec<_> = model.storage.placements.iter().map(|p| p.quads).collect();
+            let found: Vec<_> = network.storage.placements.iter().map(|p| p.quads).collect();
             assert_eq!(found, expected, "{kernels}");
         }
     }

@@ -181,7 +181,7 @@ fn what_is_black_beside_noise_is_clean_only_where_albedo_and_normal_are() {
     let images = [None, Some(&surface)];
     let cases = images.into_iter().flat_map(|albedo| images.map(|normal| (albedo, normal)));
     for (albedo, normal) in cases {
-        let frame = Frame { albedo, normal, ..alone(&black) };
+        let frame = alone(&black).albedo(albedo).normal(normal);
         let found = run_frame(&frame, &Setup::whole(size));
         let clean = found.clean.iter().filter(|&&clean| clean).count();
         let given = albedo.or(normal).is_some();
@@ -236,7 +236,7 @@ fn decode(v: f64) -> f32 {
 }
 
 fn alone(color: &Image) -> Frame<'_> {
-    Frame { color, albedo: None, normal: None, input_scale: None }
+    Frame::new(color)
 }
 
 fn compare(found: &reference::Activity, image: &Image, setup: &Setup) -> Result<(), String> {

@@ -19,7 +19,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
     let weights = source.load()?;
     let (gpu, options) = args.engine.open()?;
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
-    source.notice().into_iter().chain(denoiser.notices()).for_each(|notice| say(&notice));
+    source.notice().into_iter().chain(denoiser.take_notices()).for_each(|notice| say(&notice));
     let result = if args.profile {
         profile::table(&denoiser, args)?
     } else {
@@ -27,7 +27,7 @@ pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
         let report = if args.json { as_json } else { as_text };
         report(args, &gpu, &denoiser, &timing)
     };
-    denoiser.notices().iter().for_each(|notice| say(notice));
+    denoiser.take_notices().iter().for_each(|notice| say(notice));
     pipelines::keep(&gpu, denoiser.options());
     print(&result)
 }

@@ -56,6 +56,8 @@ pub(super) fn calibration(
     Ok(kept)
 }
 
+const MEASURED: &str = "all tiers were measured";
+
 /// The best denoiser that is predicted to take at most `limit` for this frame, tiles included,
 /// and a line that says so.
 pub(super) fn choose(
@@ -66,11 +68,11 @@ pub(super) fn choose(
     frame: &Frame<'_>,
 ) -> Result<(Denoiser, String), Failure> {
     let (width, height) = frame.color.size();
-    let mut quality = kept.calibration.choose(limit, width, height).0;
+    let mut quality = kept.calibration.choose(limit, width, height).expect(MEASURED).0;
     loop {
         let weights = Weights::builtin(quality)?;
         let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, options)?;
-        let cost = kept.calibration.cost(quality);
+        let cost = kept.calibration.cost(quality).expect(MEASURED);
         let predicted = worked_pixels(&denoiser, frame).map(|pixels| cost.predict(pixels));
         match quality.cheaper() {
             // Too slow, or too large for the memory budget.

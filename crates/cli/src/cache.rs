@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use etcetera::BaseStrategy;
 use serde_json::{Map, Value, json};
 
-use wgdenoise::{Calibration, Cost};
+use wgdenoise::{Calibration, Cost, Quality};
 use wgdenoise_files::Problem;
 
 /// `wgdenoise` where the system keeps what can be made again; `None` if the user has no home.
@@ -52,11 +52,11 @@ impl Cache {
             Some(Cost { fixed: number("fixed")?, per_pixel: number("per_pixel")? })
         };
         Some(Kept {
-            calibration: Calibration {
-                fast: cost("fast")?,
-                balanced: cost("balanced")?,
-                high: cost("high")?,
-            },
+            calibration: Calibration::new(
+                Quality::ALL
+                    .into_iter()
+                    .filter_map(|quality| Some((quality, cost(quality.name())?))),
+            ),
             date: entry["date"].as_str()?.to_string(),
         })
     }
@@ -75,9 +75,11 @@ impl Cache {
 }
 
 fn entry(kept: &Kept) -> Value {
-    let Kept { calibration: Calibration { fast, balanced, high }, date } = kept;
-    let cost = |c: &Cost| json!({"fixed": c.fixed, "per_pixel": c.per_pixel});
-    json!({"date": date, "fast": cost(fast), "balanced": cost(balanced), "high": cost(high)})
+    let mut entry = json!({"date": kept.date});
+    for (quality, cost) in kept.calibration.costs() {
+        entry[quality.name()] = json!({"fixed": cost.fixed, "per_pixel": cost.per_pixel});
+    }
+    entry
 }
 
 #[cfg(test)]
@@ -87,7 +89,7 @@ mod tests {
     fn kept(seconds: f64) -> Kept {
         let cost = |factor| Cost { fixed: factor * 1e-3, per_pixel: factor * seconds };
         let calibration =
-            Calibration { fast: cost(0.1), balanced: cost(1.0 / 3.0), high: cost(1.0) };
+            Calibration::new(Quality::ALL.into_iter().zip([0.1, 1.0 / 3.0, 1.0].map(cost)));
         Kept { calibration, date: "2026-11-22".into() }
     }
 

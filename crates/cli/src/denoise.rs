@@ -166,12 +166,10 @@ impl<'a> Work<'a> {
 
 impl DenoiseArgs {
     pub(super) fn frame<'a>(&self, picture: &'a Picture) -> Frame<'a> {
-        Frame {
-            color: picture.color(),
-            albedo: picture.albedo(),
-            normal: picture.normal(),
-            input_scale: self.input_scale,
-        }
+        Frame::new(picture.color())
+            .albedo(picture.albedo())
+            .normal(picture.normal())
+            .input_scale(self.input_scale)
     }
 
     /// What a user should know, one line each.

@@ -71,7 +71,7 @@ impl Engine {
     pub(super) fn notices(&self) -> Vec<String> {
         let weights = self.source.as_ref().and_then(Source::notice);
         let prefilter = self.prefilter.as_ref().map(Prefilter::notice);
-        weights.into_iter().chain(prefilter).chain(self.denoiser.notices()).collect()
+        weights.into_iter().chain(prefilter).chain(self.denoiser.take_notices()).collect()
     }
 
     pub(super) fn adapter_and_kernels(&self, gpu: &Gpu) -> String {
@@ -86,7 +86,7 @@ impl Engine {
         let Some(prefilter) = &self.prefilter else { return args.denoise(&self.denoiser, frame) };
         let clean = prefilter.images(frame, |denoiser, frame| args.denoise(denoiser, frame))?;
         let [albedo, normal] = clean.each_ref().map(Option::as_ref);
-        args.denoise(&self.denoiser, &Frame { albedo, normal, ..*frame })
+        args.denoise(&self.denoiser, &frame.albedo(albedo).normal(normal))
     }
 }
 
@@ -130,9 +130,9 @@ impl DenoiseArgs {
             )
         });
         let progress = Progress::new(plan.tiles.len(), "tiles", self.quiet);
-        let result = denoiser.denoise(frame, &mut |done, of| progress.set(done, of));
+        let result = denoiser.denoise_with_progress(frame, &mut |done, of| progress.set(done, of));
         drop(progress);
-        self.notices(&denoiser.notices());
+        self.notices(&denoiser.take_notices());
         let result = result?;
         if self.verify {
             let verified = denoiser.verify(frame, &result)?;

@@ -42,8 +42,11 @@ impl From<FileError> for Failure {
 impl From<Error> for Failure {
     fn from(error: Error) -> Self {
         match error {
-            Error::Adapter(_) => Self::Adapter(error.to_string()),
-            Error::Device(_) => Self::Device(error.to_string()),
+            Error::NoAdapter(_) | Error::Unsupported(_) => Self::Adapter(error.to_string()),
+            Error::DeviceLost { .. }
+            | Error::Timeout { .. }
+            | Error::WrongResult(_)
+            | Error::Device { .. } => Self::Device(error.to_string()),
             other => Self::Work(other.to_string()),
         }
     }

@@ -15,21 +15,22 @@ impl EngineArgs {
     pub(super) fn options(&self, gpu: &Gpu) -> Result<Options, Failure> {
         let default = Options::default();
         let precision = self.precision.map_or(default.precision, Into::into);
+        let memory_bytes = self.memory.map_or(default.memory_bytes, |mib| mib << 20);
         let matrix = MatrixShape::of(&gpu.adapter, precision);
         let lacking = || {
             let name = &gpu.info.name;
             Failure::Work(format!("{name} reports no matrices that fit; choose --kernels auto"))
         };
-        Ok(Options {
-            precision,
-            memory_bytes: self.memory.map_or(default.memory_bytes, |mib| mib << 20),
-            tile: self.tile,
-            timeout: self.timeout,
-            kernels: self.kernels.set(matrix).ok_or_else(lacking)?,
-            matrix,
-            skip_clean: !self.no_skip,
-            pipeline_cache: pipelines::open(gpu),
-        })
+        let kernels = self.kernels.set(matrix).ok_or_else(lacking)?;
+        Ok(default
+            .precision(precision)
+            .memory_bytes(memory_bytes)
+            .tile(self.tile)
+            .timeout(self.timeout)
+            .kernels(kernels)
+            .matrix(matrix)
+            .skip_clean(!self.no_skip)
+            .pipeline_cache(pipelines::open(gpu)))
     }
 
     /// Both.

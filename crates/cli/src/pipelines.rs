@@ -155,7 +155,7 @@ mod tests {
         };
         let compile = || {
             let cache = store.cache(&gpu).expect("Vulkan has one");
-            let options = Options { pipeline_cache: Some(cache.clone()), ..Options::default() };
+            let options = Options::default().pipeline_cache(cache.clone());
             let weights = Weights::builtin(Quality::Fast).unwrap();
             Denoiser::new(&gpu.device, &gpu.queue, &weights, &options).unwrap();
             store.file.save(&cache).expect("the device works")

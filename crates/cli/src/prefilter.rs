@@ -84,7 +84,7 @@ impl Prefilter {
     ) -> Result<[Option<Image>; 2], Failure> {
         let [albedo, normal] = &self.0;
         let alone = |denoiser, image: Option<&Image>| {
-            let frame = |color| Frame { color, albedo: None, normal: None, input_scale: None };
+            let frame = |color| Frame::new(color);
             image.map(|image| denoise(denoiser, &frame(image))).transpose()
         };
         Ok([alone(albedo, frame.albedo)?, alone(normal, frame.normal)?])

@@ -28,11 +28,9 @@ impl Denoised {
         let output = texture(device, "denoised", film.size, wgpu::TextureFormat::Rgba16Float);
         let [color, albedo, normal, target] =
             [&film.color, &film.albedo, &film.normal, &output].map(PassImage::Texture);
-        let pass = denoiser.pass(&PassDescriptor {
-            albedo: Some(albedo),
-            normal: Some(normal),
-            ..PassDescriptor::new(width, height, color, target)
-        })?;
+        let pass = denoiser.pass(
+            &PassDescriptor::new(width, height, color, target).albedo(albedo).normal(normal),
+        )?;
         Ok(Self { pass, output })
     }
 

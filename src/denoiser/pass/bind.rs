@@ -31,11 +31,11 @@ impl Denoiser {
     pub(super) fn bind(
         &self,
         d: &PassDescriptor<'_>,
-        model: &CompiledNetwork,
+        network: &CompiledNetwork,
         plan: &TilePlan,
     ) -> Result<Pass> {
         let images = self.hold(d)?;
-        self.context.catch(|| Ok(self.bind_images(d, images, model, plan)))
+        self.context.catch(|| Ok(self.bind_images(d, images, network, plan)))
     }
 
     /// Refuses images of other devices.
@@ -75,7 +75,7 @@ impl Denoiser {
         &self,
         d: &PassDescriptor<'_>,
         images: Images,
-        model: &CompiledNetwork,
+        network: &CompiledNetwork,
         plan: &TilePlan,
     ) -> Pass {
         let (context, device) = (&self.context, &self.context.device);
@@ -89,7 +89,7 @@ impl Denoiser {
             normal: images.normal.as_ref().map(Held::binding),
             unorm_normal: d.unorm_normal(),
             input_scale: &scale,
-            encoding: model.encoding,
+            encoding: network.encoding,
         };
         let bound = Bound {
             tile: plan.tile,
@@ -98,7 +98,7 @@ impl Denoiser {
             blend: &blend,
             skip_clean: self.options.skip_clean,
         };
-        let graph = TileCalls::new(context, model, &bound);
+        let graph = TileCalls::new(context, network, &bound);
         let exposure = self.exposure(d, &images.color, &scale);
         let tiles = (0..plan.tiles.len()).map(|i| (i * TILE_STRIDE) as u32).collect();
         let queue = context.queue.clone();

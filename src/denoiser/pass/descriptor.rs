@@ -44,6 +44,7 @@ pub enum NormalEncoding {
 /// The output may be the colour's own texture or buffer, or that of another input: such an input,
 /// which then needs the usage `COPY_SRC`, is first copied into memory of the pass's.
 #[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
 pub struct PassDescriptor<'a> {
     /// Pixels per row of every image, from 1 to 65536.
     pub width: u32,
@@ -79,6 +80,42 @@ impl<'a> PassDescriptor<'a> {
             output,
             input_scale: InputScale::Auto,
         }
+    }
+
+    /// With this colour.
+    #[must_use]
+    pub fn color(self, color: PassImage<'a>) -> Self {
+        Self { color, ..self }
+    }
+
+    /// With this output.
+    #[must_use]
+    pub fn output(self, output: PassImage<'a>) -> Self {
+        Self { output, ..self }
+    }
+
+    /// With this albedo, or none.
+    #[must_use]
+    pub fn albedo(self, albedo: impl Into<Option<PassImage<'a>>>) -> Self {
+        Self { albedo: albedo.into(), ..self }
+    }
+
+    /// With this normal, or none.
+    #[must_use]
+    pub fn normal(self, normal: impl Into<Option<PassImage<'a>>>) -> Self {
+        Self { normal: normal.into(), ..self }
+    }
+
+    /// With normals stored this way.
+    #[must_use]
+    pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
+        Self { normal_encoding, ..self }
+    }
+
+    /// With this exposure.
+    #[must_use]
+    pub fn input_scale(self, input_scale: InputScale<'a>) -> Self {
+        Self { input_scale, ..self }
     }
 
     /// Which images there are.

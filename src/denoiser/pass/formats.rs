@@ -11,6 +11,7 @@ use crate::ops::tile::Layout;
 
 /// How the images of a pass to come are stored.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub struct PassFormats {
     /// Of colour.
     pub color: ImageFormat,
@@ -22,6 +23,45 @@ pub struct PassFormats {
     pub normal_encoding: NormalEncoding,
     /// Of the output.
     pub output: ImageFormat,
+}
+
+impl PassFormats {
+    /// Colour alone.
+    #[must_use]
+    pub fn new(color: ImageFormat, output: ImageFormat) -> Self {
+        let normal_encoding = NormalEncoding::Signed;
+        Self { color, albedo: None, normal: None, normal_encoding, output }
+    }
+
+    /// With a colour in this format.
+    #[must_use]
+    pub fn color(self, color: ImageFormat) -> Self {
+        Self { color, ..self }
+    }
+
+    /// With an output in this format.
+    #[must_use]
+    pub fn output(self, output: ImageFormat) -> Self {
+        Self { output, ..self }
+    }
+
+    /// With an albedo in this format, or none.
+    #[must_use]
+    pub fn albedo(self, albedo: impl Into<Option<ImageFormat>>) -> Self {
+        Self { albedo: albedo.into(), ..self }
+    }
+
+    /// With a normal in this format, or none.
+    #[must_use]
+    pub fn normal(self, normal: impl Into<Option<ImageFormat>>) -> Self {
+        Self { normal: normal.into(), ..self }
+    }
+
+    /// With normals stored this way.
+    #[must_use]
+    pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
+        Self { normal_encoding, ..self }
+    }
 }
 
 /// An image of one pixel.
@@ -101,13 +141,11 @@ mod tests {
     use crate::{Gpu, Options, Quality, Weights};
     use wgpu::TextureFormat::{Rgba8Snorm, Rgba8Unorm, Rgba16Float, Rgba32Float};
 
-    const FORMATS: PassFormats = PassFormats {
-        color: ImageFormat::Texture(Rgba32Float),
-        albedo: Some(ImageFormat::Texture(Rgba8Unorm)),
-        normal: Some(ImageFormat::Texture(Rgba8Snorm)),
-        normal_encoding: NormalEncoding::Signed,
-        output: ImageFormat::Texture(Rgba16Float),
-    };
+    fn formats() -> PassFormats {
+        PassFormats::new(ImageFormat::Texture(Rgba32Float), ImageFormat::Texture(Rgba16Float))
+            .albedo(ImageFormat::Texture(Rgba8Unorm))
+            .normal(ImageFormat::Texture(Rgba8Snorm))
+    }
 
     /// Kernels that are compiled for a pass of this size, on top of those that there are.
     fn compiles(denoiser: &Denoiser, width: u32, height: u32) -> usize {
@@ -119,11 +157,8 @@ mod tests {
         let output = create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
         let [color, albedo, normal, output] =
             [&color, &albedo, &normal, &output].map(PassImage::Texture);
-        let pass = denoiser.pass(&PassDescriptor {
-            albedo: Some(albedo),
-            normal: Some(normal),
-            ..PassDescriptor::new(width, height, color, output)
-        });
+        let pass = denoiser
+            .pass(&PassDescriptor::new(width, height, color, output).albedo(albedo).normal(normal));
         pass.expect("the images fit");
         denoiser.context.compiled() - before
     }
@@ -134,7 +169,7 @@ mod tests {
         let weights = Weights::builtin(Quality::Fast).expect("they are built in");
         let denoiser = || Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default());
         let [cold, warm] = [denoiser(), denoiser()].map(|denoiser| denoiser.expect("it works"));
-        warm.warm_up(&FORMATS).expect("a pass takes them");
+        warm.warm_up(&formats()).expect("a pass takes them");
         assert_eq!([compiles(&warm, 40, 30), compiles(&warm, 64, 16)], [0, 0]);
         assert!(compiles(&cold, 40, 30) > 0);
         assert_eq!(compiles(&cold, 64, 16), 0);

@@ -59,10 +59,10 @@ impl Denoiser {
         descriptor.check(&self.context.device.limits())?;
         // A lost device refuses images as if they were another's.
         self.context.catch(|| Ok(()))?;
-        let model = self.model(descriptor.inputs())?;
+        let network = self.network(descriptor.inputs())?;
         // The images are the caller's.
-        let plan = self.plan(descriptor.size(), &model, Footprint::default())?;
-        self.bind(&descriptor, &model, &plan)
+        let plan = self.plan(descriptor.size(), &network, Footprint::default())?;
+        self.bind(&descriptor, &network, &plan)
     }
 }
 

@@ -55,7 +55,7 @@ impl Kind {
         let stem = name.strip_suffix("_small").or_else(|| name.strip_suffix("_large"));
         let stem = stem.unwrap_or(name);
         KINDS.into_iter().find(|kind| kind.stem == stem).ok_or_else(|| {
-            Error::Weights(format!(
+            Error::weights(format!(
                 "`{name}` is no name of Open Image Denoise's weights, and a TZA file says only by \
                  its name what it is for; give the file the name that it came with, such as \
                  rt_hdr_alb_nrm.tza"

@@ -1,8 +1,6 @@
 //! What changes from frame to frame: the blend, and an exposure of the caller's.
 
-use wgdenoise::{
-    Frame, Image, InputScale, Inputs, KernelSet, Layout, Options, PassDescriptor, Precision,
-};
+use wgdenoise::{Image, InputScale, Inputs, KernelSet, Layout, Options, Precision};
 
 use super::{F32, Scene};
 use crate::support::{denoiser, frame, images, run, same_bits};
@@ -22,7 +20,7 @@ fn the_result_is_a_mixture_of_the_denoised_and_the_noisy_colour() {
     let sets = kernel_sets(Precision::F32);
     let cases = sets.iter().flat_map(|&set| shares.map(|share| (set, share)));
     run_cases(cases, |&(kernels, share)| {
-        let options = Options { kernels, precision: Precision::F32, ..Options::default() };
+        let options = Options::default().kernels(kernels).precision(Precision::F32);
         let scene = Scene::new(&frame, F32, Layout::packed(50));
         let denoiser = denoiser(&options);
         let pass = denoiser.pass(&scene.descriptor()).expect("the images fit");
@@ -72,14 +70,13 @@ fn the_exposure_may_come_from_a_buffer_that_changes() {
     let queue = &context(Precision::F32).queue;
     let scale = buffer(context(Precision::F32), bytemuck::bytes_of(&0.3_f32));
     let scene = Scene::new(&frame(&images, Inputs::ALL), F32, Layout::packed(50));
-    let descriptor =
-        PassDescriptor { input_scale: InputScale::Buffer(&scale), ..scene.descriptor() };
-    let denoiser = denoiser(&Options { kernels: KernelSet::Auto, ..Options::default() });
+    let descriptor = scene.descriptor().input_scale(InputScale::Buffer(&scale));
+    let denoiser = denoiser(&Options::default().kernels(KernelSet::Auto));
     let pass = denoiser.pass(&descriptor).unwrap();
     for value in [0.3_f32, 2.0] {
         queue.write_buffer(&scale, 0, bytemuck::bytes_of(&value));
         let found = cpu_image(&scene.output.read(|encoder| pass.encode(encoder)), [50, 40]);
-        let frame = Frame { input_scale: Some(value), ..frame(&images, Inputs::ALL) };
+        let frame = frame(&images, Inputs::ALL).input_scale(value);
         same_bits(&found, &run(&Options::default(), &frame)).unwrap();
     }
 }

@@ -4,7 +4,7 @@ use wgdenoise::internals::reference;
 use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{
     Element, Image, ImageFormat, InputScale, Inputs, KernelSet, Layout, NormalEncoding, Options,
-    PassDescriptor, Precision,
+    Precision,
 };
 
 use super::{F32, Scene};
@@ -88,7 +88,7 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
         normal_encoding: normal.2,
         output: image(&vec![[0.0; 4]; colors.len()], output),
     };
-    let options = Options { kernels, precision: Precision::F32, ..Options::default() };
+    let options = Options::default().kernels(kernels).precision(Precision::F32);
     let found = scene.run(&denoiser(&options));
     let colors = quantised(&colors, color.0);
     let normals = quantised(&encoded_normals, normal.0);
@@ -160,7 +160,7 @@ fn bad_pixels_are_filled_in_every_format() {
                 Scene { size: SIZE, color, albedo: None, normal: None, normal_encoding, output };
             // A measured exposure leaves bad pixels out, and counts those that fill them.
             let input_scale = InputScale::Value(0.3);
-            let descriptor = PassDescriptor { input_scale, ..scene.descriptor() };
+            let descriptor = scene.descriptor().input_scale(input_scale);
             let pass = denoiser.pass(&descriptor).expect("the images fit");
             scene.output.read(|encoder| pass.encode(encoder))
         };

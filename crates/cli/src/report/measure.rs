@@ -83,11 +83,7 @@ fn input_sets(given: Inputs) -> Vec<Inputs> {
 
 fn restricted<'a>(frame: &Frame<'a>, inputs: Inputs) -> Frame<'a> {
     let (albedo, normal) = (frame.albedo, frame.normal);
-    Frame {
-        albedo: albedo.filter(|_| inputs.albedo),
-        normal: normal.filter(|_| inputs.normal),
-        ..*frame
-    }
+    frame.albedo(albedo.filter(|_| inputs.albedo)).normal(normal.filter(|_| inputs.normal))
 }
 
 /// A denoiser, or why there is none.
@@ -104,7 +100,7 @@ fn denoisers(gpu: &Gpu, options: &Options) -> Vec<Contender> {
             (KernelSet::Matrix(_), Some(shape)) => KernelSet::Matrix(shape),
             (kernels, _) => kernels,
         };
-        let options = Options { precision, kernels, matrix, ..options.clone() };
+        let options = options.clone().precision(precision).kernels(kernels).matrix(matrix);
         let denoiser = Weights::builtin(quality)
             .and_then(|weights| Denoiser::new(&gpu.device, &gpu.queue, &weights, &options))
             .map_err(|error| error.to_string());
@@ -140,7 +136,7 @@ impl Contender {
     fn run(&self, frame: &Frame<'_>) -> Result<(f64, Image), String> {
         let denoiser = self.denoiser.as_ref().map_err(Clone::clone)?;
         let begin = Instant::now();
-        let image = denoiser.denoise(frame, &mut |_, _| {}).map_err(|error| error.to_string())?;
+        let image = denoiser.denoise(frame).map_err(|error| error.to_string())?;
         Ok((begin.elapsed().as_secs_f64(), image))
     }
 }

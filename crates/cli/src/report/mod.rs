@@ -52,12 +52,7 @@ pub(super) fn run(args: &BenchArgs, noisy: &Path, reference: &Path) -> Result<()
     let gpu = args.engine.open_gpu()?;
     let options = args.engine.options(&gpu)?;
     let (width, height) = picture.color().size();
-    let frame = Frame {
-        color: picture.color(),
-        albedo: picture.albedo(),
-        normal: picture.normal(),
-        input_scale: None,
-    };
+    let frame = Frame::new(picture.color()).albedo(picture.albedo()).normal(picture.normal());
     let report = Report {
         noisy: name(noisy),
         reference: name(reference),
@@ -76,7 +71,7 @@ pub(super) fn run(args: &BenchArgs, noisy: &Path, reference: &Path) -> Result<()
 fn kernels(gpu: &Gpu, options: &Options) -> Result<String, Failure> {
     let weights = Weights::builtin(Quality::Fast)?;
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, options)?;
-    denoiser.notices().iter().for_each(|notice| say(notice));
+    denoiser.take_notices().iter().for_each(|notice| say(notice));
     Ok(denoiser.kernels().to_string())
 }
 

@@ -6,7 +6,7 @@ use wgdenoise::internals::reference;
 use wgdenoise::{Denoiser, Frame, Gpu, Image, Options, Precision, Weights};
 
 fn frame(color: &Image) -> Frame<'_> {
-    Frame { color, albedo: None, normal: None, input_scale: None }
+    Frame::new(color)
 }
 
 /// The engine on the first adapter, with tiles of at most `tile` pixels a side.
@@ -16,10 +16,10 @@ pub fn engine(
     precision: Precision,
     tile: Option<u32>,
 ) -> impl Fn(&Image) -> Image + use<> {
-    let options = Options { precision, tile, ..Options::default() };
+    let options = Options::default().precision(precision).tile(tile);
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, weights, &options);
     let denoiser = denoiser.expect("the device works");
-    move |color| denoiser.denoise(&frame(color), &mut |_, _| {}).expect("the image is fine")
+    move |color| denoiser.denoise(&frame(color)).expect("the image is fine")
 }
 
 /// The reference, from pixels to pixels.

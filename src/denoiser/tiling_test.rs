@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
 use super::*;
-use crate::{Gpu, Quality};
+use crate::{Gpu, Options, Quality, Weights};
 
 fn sizes() -> impl Strategy<Value = (u32, u32)> {
     let (long, short) = (1..=MAX_SIDE + 9, 1_u32..300);
@@ -20,11 +20,11 @@ fn budgets() -> impl Strategy<Value = u64> {
 
 /// What the blocking call allocates for a tile, and as much again of images on their way.
 fn allocated(denoiser: &Denoiser, tile: [u32; 2], width: u32, inputs: Inputs) -> u64 {
-    let model = denoiser.model(inputs).unwrap();
+    let network = denoiser.network(inputs).unwrap();
     let image = u64::from(tile[0]) * u64::from(tile[1]) * PIXEL_BYTES;
     let color = image.max(16 * u64::from(width) * PIXEL_BYTES);
     let others = 1 + u64::from(inputs.albedo) + u64::from(inputs.normal);
-    model.bytes(tile, denoiser.precision().texel_bytes()) + 2 * (color + others * image)
+    network.bytes(tile, denoiser.precision().texel_bytes()) + 2 * (color + others * image)
 }
 
 #[test]
@@ -49,7 +49,7 @@ fn no_plan_takes_more_memory_than_the_budget_and_every_refusal_says_why() {
                 prop_assert!(side <= tile.unwrap_or(u32::MAX), "{:?}", plan.tile);
             }
             Err(Error::Image(_)) => prop_assert!(width.max(height) > MAX_SIDE),
-            Err(Error::Memory(text)) => prop_assert!(text.ends_with("raise that limit"), "{text}"),
+            Err(Error::Budget(text)) => prop_assert!(text.ends_with("raise that limit"), "{text}"),
             Err(other) => prop_assert!(false, "{other}"),
         }
         Ok(())
