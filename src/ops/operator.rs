@@ -1,8 +1,10 @@
 //! What every operator of a network is to its host: something that gives a call for tensors.
 
 use super::need::Need;
-use crate::gpu::kernel::Dispatch;
+use crate::gpu::kernel::{Context, Dispatch};
+use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
+use crate::model::{Op, Params};
 
 /// For each stored channel of a tensor, which channel it is; `None` for padding to four.
 /// The second input of a concat starts at a multiple of four, so padding can stand inside.
@@ -41,4 +43,19 @@ pub trait Operator: Send + Sync + std::fmt::Debug {
     fn pools(&self) -> bool {
         false
     }
+}
+
+/// A layer of a network, to be made ready for a device.
+#[derive(Clone, Copy, Debug)]
+pub struct LayerRequest<'a> {
+    /// Where its kernel is compiled and its weights go.
+    pub context: &'a Context,
+    /// Which variant of the convolutions runs.
+    pub kernels: KernelSet,
+    /// Its weights; empty for a layer without.
+    pub params: &'a Params,
+    /// How each of its inputs is stored.
+    pub maps: &'a [&'a ChannelMap],
+    /// The next layer, if that reads what this one makes: it may be made by the same kernel.
+    pub next: Option<Op>,
 }
