@@ -89,7 +89,6 @@ pub mod panics;
 mod plan;
 mod reference;
 pub mod tza;
-mod unsafe_calls;
 
 pub use denoiser::Denoiser;
 pub use denoiser::frame::Frame;

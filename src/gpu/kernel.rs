@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use super::precision::Precision;
 use super::scopes::catch;
-use super::wait::default_timeout;
 use crate::error::Result;
 
 /// What a kernel binds at one index of bind group 0.
@@ -272,6 +271,16 @@ impl Context {
             label: Some(&spec.name),
             entries: &(0..).zip(spec.bindings.iter()).map(entry).collect::<Vec<_>>(),
         })
+    }
+}
+
+/// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
+/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a 300th of what they
+/// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
+fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
+    match device_type {
+        wgpu::DeviceType::Cpu => Duration::from_mins(10),
+        _ => Duration::from_mins(1),
     }
 }
 

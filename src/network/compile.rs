@@ -7,10 +7,11 @@ use crate::model::fuse::{Fused, HeadParams};
 use crate::model::{Encoding, INPUT, Layer, Network, Op, Params, Weights};
 use crate::ops;
 use crate::ops::build::build;
+use crate::ops::channel_map::{ChannelMap, channel_map};
 use crate::ops::conv_head::{self, conv_head};
 use crate::ops::head::Head;
 use crate::ops::input_conv::{self, InputConv};
-use crate::ops::operator::{ChannelMap, LayerRequest, Operator, channel_map};
+use crate::ops::operator::{LayerRequest, Operator};
 use crate::plan::{halo, storage::Storage};
 
 /// A network whose kernels are compiled and whose weights are on the GPU.

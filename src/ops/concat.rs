@@ -2,7 +2,8 @@
 //! layers of one texture (see [`crate::plan::storage`]), the second at a multiple of four
 //! channels, and the reader's weights follow the [`ChannelMap`] of the result.
 
-use super::operator::{ChannelMap, Io, LayerRequest, Operator};
+use super::channel_map::ChannelMap;
+use super::operator::{Io, LayerRequest, Operator};
 use crate::gpu::kernel::Dispatch;
 
 /// The operator.

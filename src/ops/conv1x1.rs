@@ -1,7 +1,8 @@
 //! 1×1 convolution plus bias: a matrix per pixel.
 
+use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, Variant, plain_spec};
-use super::operator::{ChannelMap, LayerRequest};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table};
 use crate::gpu::kernel::{Context, KernelSpec};
 use crate::model::Params;

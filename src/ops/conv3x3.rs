@@ -1,7 +1,8 @@
 //! 3×3 convolution with zero padding of 1, bias (into which batch norm is folded), and ReLU.
 
+use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, Variant, Weights, plain_spec};
-use super::operator::{ChannelMap, LayerRequest};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{matrix, need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};

@@ -3,9 +3,9 @@
 //!
 //! What stays in registers is not rounded to the tensors' 16 bits.
 
+use super::channel_map::ChannelMap;
 use super::head::{self, Head, HeadKernel};
 use super::image::ImageFormat;
-use super::operator::ChannelMap;
 use super::packing::{Taps, storage_buffer};
 use super::{conv3x3, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};

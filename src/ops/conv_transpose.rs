@@ -1,7 +1,8 @@
 //! Transposed convolution, 2×2 kernel, stride 2, plus bias: doubles both sides.
 
+use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, Variant, plain_spec};
-use super::operator::{ChannelMap, LayerRequest};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table};
 use crate::gpu::kernel::{Context, KernelSpec};
 use crate::model::Params;

@@ -4,10 +4,10 @@
 //! [`output_process`]: mod@super::output_process
 
 use super::activity::Activity;
+use super::channel_map::ChannelMap;
 use super::convolution::Weights;
 use super::image::{BLEND, ImageFormat};
 use super::input_process::{TILE, scale_binding, tile_binding};
-use super::operator::ChannelMap;
 use super::output_process::Images;
 use super::{conv_head, simd};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};

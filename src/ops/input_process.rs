@@ -1,7 +1,7 @@
 //! From images to the network's input: repair, expose, transfer function, layout, padding.
 
+use super::channel_map::ChannelMap;
 use super::image::{ImageBinding, ImageFormat};
-use super::operator::ChannelMap;
 use super::tile::Tile;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;

@@ -4,6 +4,7 @@
 pub mod activity;
 pub mod autoexposure;
 pub mod build;
+pub mod channel_map;
 pub mod concat;
 pub mod conv1x1;
 pub mod conv3x3;

@@ -11,8 +11,9 @@
 mod fold;
 
 use self::fold::Folded;
+use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, Variant, Weights};
-use super::operator::{ChannelMap, LayerRequest};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};

@@ -3,9 +3,9 @@
 
 use wgdenoise::internals::model::{INPUT, Layer, Op};
 use wgdenoise::internals::ops::build::build;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::need::{Need, everything};
 use wgdenoise::internals::ops::operator::LayerRequest;
-use wgdenoise::internals::ops::operator::channel_map;
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, KernelSet, Precision, Weights};
 
