@@ -98,6 +98,7 @@ mod profile;
 mod quiet;
 pub mod reference;
 mod requirements;
+pub mod shader;
 mod tile_graph;
 pub mod timing;
 mod unsafe_calls;

@@ -21,6 +21,7 @@ use super::convolution::{Variant, Weights};
 use super::packing::{Taps, storage_buffer};
 use crate::kernel::{Binding, Context, KernelSpec};
 use crate::options::Precision;
+use crate::shader::Source;
 
 /// What the factors of a product are rounded to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -43,13 +44,13 @@ pub struct MatrixShape {
 }
 
 /// Tiles side by side along the pixels of a row that one workgroup makes.
-const COLUMNS: u32 = 2;
+pub const COLUMNS: u32 = 2;
 /// Subgroups of a workgroup.
-const SUBGROUPS: u32 = 4;
+pub const SUBGROUPS: u32 = 4;
 /// Rows of pixels that one subgroup makes.
-const ROWS: u32 = 2;
+pub const ROWS: u32 = 2;
 /// Sums of a subgroup that are on their way to the output at a time.
-const SUMS: u32 = 256;
+pub const SUMS: u32 = 256;
 
 impl MatrixShape {
     /// The shape to use on an adapter, or `None` if it reports none that fits. 32-bit factors
@@ -121,13 +122,21 @@ pub fn spec(shape: MatrixShape, channels: u32) -> KernelSpec {
     let MatrixShape { side, lanes, .. } = shape;
     KernelSpec {
         name: format!("conv3x3_matrix{side}_{}_{lanes}_{channels}", shape.wgsl_type()).into(),
-        source: wgsl::source(shape, channels).into(),
+        source: Source::Generated(wgsl::source(shape, channels)),
+        features: features(shape, channels).into(),
         entry: "main",
         bindings: vec![Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer]
             .into(),
         overrides: &["largest", "relu"],
         workgroup: [lanes * SUBGROUPS, 1, 1],
     }
+}
+
+fn features(shape: MatrixShape, channels: u32) -> Vec<&'static str> {
+    let factor = (shape.factor == Factor::F16).then_some("factor_f16");
+    let side = (shape.side == 16).then_some("side_16");
+    let channels = (channels == 32).then_some("channels_32");
+    [factor, side, channels].into_iter().flatten().collect()
 }
 
 /// The kernel with its weights.

@@ -4,7 +4,7 @@ use super::elementwise::{Elementwise, spec};
 use crate::kernel::{Context, KernelSpec};
 
 /// The kernel.
-pub const SPEC: KernelSpec = spec("max_pool", include_str!("../../shaders/max_pool.wgsl"));
+pub const SPEC: KernelSpec = spec("max_pool");
 
 /// The operator.
 #[must_use]

@@ -4,7 +4,7 @@ use super::elementwise::{Elementwise, spec};
 use crate::kernel::{Context, KernelSpec};
 
 /// The kernel.
-pub const SPEC: KernelSpec = spec("sigmoid", include_str!("../../shaders/sigmoid.wgsl"));
+pub const SPEC: KernelSpec = spec("sigmoid");
 
 /// The operator.
 #[must_use]

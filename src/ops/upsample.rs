@@ -4,7 +4,7 @@ use super::elementwise::{Elementwise, spec};
 use crate::kernel::{Context, KernelSpec};
 
 /// The kernel.
-pub const SPEC: KernelSpec = spec("upsample", include_str!("../../shaders/upsample.wgsl"));
+pub const SPEC: KernelSpec = spec("upsample");
 
 /// The operator.
 #[must_use]

@@ -25,7 +25,7 @@ mod transfer_function;
 mod up_conv;
 mod upsample;
 
-pub use activity::{Activity, activity};
+pub use activity::{Activity, BEND, DARK, activity};
 pub use autoexposure::autoexposure;
 pub use concat::concat;
 pub use conv_head::conv_head;
@@ -38,7 +38,7 @@ pub use input_process::{input_process, input_process_in};
 pub use max_pool::max_pool;
 pub use network::run;
 pub use output_process::{output_process, output_process_in};
-pub use repair::{fill, repair};
+pub use repair::{GREY, MOST, OUTLIER, fill, repair};
 pub use sigmoid::sigmoid;
 pub use tensor::Tensor;
 pub use transfer_function::{LARGEST, decode, encode, pu, pu_inverse};
