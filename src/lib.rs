@@ -88,6 +88,7 @@ mod ops;
 pub mod panics;
 mod plan;
 mod reference;
+mod shader;
 pub mod tza;
 
 pub use denoiser::Denoiser;

@@ -8,8 +8,7 @@ use crate::gpu::kernel::{Context, KernelSpec};
 use crate::model::Params;
 
 /// The kernel.
-pub const PLAIN: KernelSpec =
-    plain_spec("conv1x1", include_str!("../../shaders/conv1x1.wgsl"), &["largest"]);
+pub const PLAIN: KernelSpec = plain_spec("conv1x1", &["largest"]);
 
 /// The operator; weights are `[output][input]`.
 #[must_use]

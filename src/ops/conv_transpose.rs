@@ -8,8 +8,7 @@ use crate::gpu::kernel::{Context, KernelSpec};
 use crate::model::Params;
 
 /// The kernel.
-pub const PLAIN: KernelSpec =
-    plain_spec("conv_transpose", include_str!("../../shaders/conv_transpose.wgsl"), &["largest"]);
+pub const PLAIN: KernelSpec = plain_spec("conv_transpose", &["largest"]);
 
 /// The operator; weights are `[input][output][ky][kx]`, as PyTorch stores them.
 #[must_use]

@@ -5,7 +5,7 @@ use super::operator::LayerRequest;
 use crate::gpu::kernel::{Context, KernelSpec};
 
 /// The kernel.
-pub const SPEC: KernelSpec = spec("max_pool", include_str!("../../shaders/max_pool.wgsl"));
+pub const SPEC: KernelSpec = spec("max_pool");
 
 /// The operator.
 #[must_use]

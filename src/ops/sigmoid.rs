@@ -5,7 +5,7 @@ use super::operator::LayerRequest;
 use crate::gpu::kernel::{Context, KernelSpec};
 
 /// The kernel.
-pub const SPEC: KernelSpec = spec("sigmoid", include_str!("../../shaders/sigmoid.wgsl"));
+pub const SPEC: KernelSpec = spec("sigmoid");
 
 /// The operator.
 #[must_use]

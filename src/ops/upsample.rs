@@ -5,7 +5,7 @@ use super::operator::LayerRequest;
 use crate::gpu::kernel::{Context, KernelSpec};
 
 /// The kernel.
-pub const SPEC: KernelSpec = spec("upsample", include_str!("../../shaders/upsample.wgsl"));
+pub const SPEC: KernelSpec = spec("upsample");
 
 /// The operator.
 #[must_use]

@@ -5,8 +5,8 @@ use crate::model::{INPUT, Network};
 /// Pixels per side of the blocks that [`reach`] and the operator `activity` count in.
 pub const BLOCK: u32 = 16;
 
-/// How many pixels around a pixel the repair of bad ones looks at (`shaders/image/filled.wgsl`).
-const REPAIR: i64 = 2;
+/// How many pixels around a pixel the repair of bad ones looks at (`shaders/common/fill.wgsl`).
+pub const REPAIR: i64 = 2;
 
 /// Pixels that a tile must reach beyond what it stores, on every side, so that what it stores
 /// equals the whole image's result bit for bit. A multiple of the network's alignment.

@@ -8,9 +8,9 @@ use crate::model::{Encoding, TransferFunction};
 /// Pixels per side of a block.
 const BLOCK: usize = 16;
 /// The most that a clean block bends, in the network's numbers.
-const T: f64 = 1.0 / 1024.0;
+pub const BEND: f64 = 1.0 / 1024.0;
 /// What a dark block's first pixel is at most, times the input scale.
-const DARK: f64 = 2e-6;
+pub const DARK: f64 = 2e-6;
 /// The distance where no active block is within the radius.
 const FAR: u32 = 255;
 /// Layer `m` of the map has one value for `2^m × 2^m` blocks.
@@ -185,10 +185,10 @@ fn bends(rows: &[Vec<[f32; 3]>], light: Light) -> bool {
     let v = |x: usize, y: usize, c: usize| light.encode(rows[y][x][c]);
     let (width, height) = (rows[0].len(), rows.len());
     let along_rows = |y: usize, c: usize| {
-        (2..width).any(|x| (v(x - 2, y, c) - 2.0 * v(x - 1, y, c) + v(x, y, c)).abs() > T)
+        (2..width).any(|x| (v(x - 2, y, c) - 2.0 * v(x - 1, y, c) + v(x, y, c)).abs() > BEND)
     };
     let along_columns = |x: usize, c: usize| {
-        (2..height).any(|y| (v(x, y - 2, c) - 2.0 * v(x, y - 1, c) + v(x, y, c)).abs() > T)
+        (2..height).any(|y| (v(x, y - 2, c) - 2.0 * v(x, y - 1, c) + v(x, y, c)).abs() > BEND)
     };
     (0..3).any(|c| (0..height).any(|y| along_rows(y, c)) || (0..width).any(|x| along_columns(x, c)))
 }
@@ -285,7 +285,7 @@ mod tests {
     #[test]
     fn a_block_may_bend_by_the_threshold_along_either_axis() {
         let bent = |c: f64, x: u32| [pu_inverse(0.3 + c / 2.0 * f64::from(x * x)) as f32; 3];
-        for (c, clean) in [(0.99 * T, true), (1.01 * T, false)] {
+        for (c, clean) in [(0.99 * BEND, true), (1.01 * BEND, false)] {
             assert_eq!(whole(&image(16, 16, |x, _| bent(c, x))).clean, [clean], "rows, {c}");
             assert_eq!(whole(&image(16, 16, |_, y| bent(c, y))).clean, [clean], "columns, {c}");
         }

@@ -24,7 +24,7 @@ mod transfer_function;
 mod up_conv;
 mod upsample;
 
-pub use activity::{Activity, TileOfView, View, activity};
+pub use activity::{Activity, BEND, DARK, TileOfView, View, activity};
 pub use autoexposure::autoexposure;
 pub use concat::concat;
 pub use conv_head::conv_head;
@@ -37,7 +37,7 @@ pub use input_process::{input_process, input_process_in};
 pub use max_pool::max_pool;
 pub use network::{apply, run, run_by};
 pub use output_process::{output_process, output_process_in};
-pub use repair::{fill, repair};
+pub use repair::{GREY, MOST, OUTLIER, fill, repair};
 pub use sigmoid::sigmoid;
 pub use tensor::Tensor;
 pub use transfer_function::{LARGEST, decode, encode, pu, pu_inverse};
