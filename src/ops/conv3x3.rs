@@ -29,7 +29,7 @@ pub fn tiled_spec(pools: bool) -> KernelSpec {
 }
 
 /// What the generated variant binds.
-pub const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
+const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
 
 const TILED: [Binding; 6] = bindings(Binding::Buffer);
 const TILED_POOL: [Binding; 7] = {
@@ -40,6 +40,13 @@ const TILED_POOL: [Binding; 7] = {
 const fn bindings(weights: Binding) -> [Binding; 6] {
     let (input, output) = (Binding::TensorIn, Binding::TensorOut);
     [input, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
+}
+
+/// The generated variant for CPU drivers, for so many output quads per invocation.
+#[must_use]
+pub fn simd_spec(out_quads: usize) -> KernelSpec {
+    let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
+    simd::spec(simd::Shape::Conv3x3, out_quads, bindings, &["largest", "relu"])
 }
 
 /// The operator; weights are `[output][input][ky][kx]`. With `pools` it makes the max-pool of
@@ -72,7 +79,7 @@ pub fn conv3x3(
 
 fn generated(context: &Context, taps: &Taps<'_>) -> Variant {
     let shape = simd::Shape::Conv3x3;
-    let spec = simd::conv3x3_spec(shape.quads(taps.outputs));
+    let spec = simd_spec(shape.quads(taps.outputs));
     Variant::simd(spec, shape, generated_weights(context, shape, taps), taps.outputs)
 }
 

@@ -4,6 +4,7 @@
 //! What stays in registers is not rounded to the tensors' 16 bits.
 
 use super::channel_map::ChannelMap;
+use super::convolution::TILE;
 use super::head::{self, Head, HeadKernel};
 use super::image::{ImageFormat, result_features};
 use super::packing::{Taps, storage_buffer};
@@ -38,8 +39,17 @@ pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
+/// The generated variant for CPU drivers, for so many output quads of the 3×3 convolution.
+#[must_use]
+pub fn simd_spec(quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let bindings = bindings(color, output, Binding::WeightTexture).into();
+    let spec = simd::spec(simd::Shape::ConvHead, quads, bindings, head::OVERRIDES);
+    let name = head::name(&spec.name, color, output).into();
+    KernelSpec { name, features: features(color, output).into(), ..spec }
+}
+
 /// The features of both variants.
-pub(super) fn features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
+fn features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
     let mut features = result_features(color, output);
     features.push("conv_head");
     features
@@ -77,10 +87,15 @@ pub fn conv_head(
     let kernels = kernels.resolve(&context.device);
     let (kernel, weights) = match kernels {
         KernelSet::Simd => {
-            let kernel = HeadKernel::ConvSimd { quads: shape.quads(outputs) };
-            (kernel, conv3x3::generated_weights(context, shape, &taps))
+            let (quads, tile) = (shape.quads(outputs), shape.tile());
+            let weights = conv3x3::generated_weights(context, shape, &taps);
+            (HeadKernel { spec: simd_spec, quads, tile }, weights)
         }
-        _ => (HeadKernel::ConvTiled, conv3x3::tiled_weights(context, &taps)),
+        _ => {
+            let spec = |_, color, output| tiled_spec(color, output);
+            let weights = conv3x3::tiled_weights(context, &taps);
+            (HeadKernel { spec, quads: CHANNELS / 4, tile: [TILE; 2] }, weights)
+        }
     };
     Head {
         kernel,

@@ -5,10 +5,10 @@
 
 use super::activity::Activity;
 use super::channel_map::ChannelMap;
-use super::convolution::{TILE, Weights};
+use super::convolution::Weights;
 use super::image::{ImageFormat, result_features};
 use super::output_process::{Images, result_bindings};
-use super::{conv_head, simd};
+use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
@@ -46,36 +46,34 @@ pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
     format!("{kernel} {} {}", color.source_name(), output.target_name())
 }
 
-/// Which kernel an operator runs.
+/// The generated variant for CPU drivers.
+#[must_use]
+pub fn simd_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let spec = simd::spec(simd::Shape::Head, 1, bindings(color, output).into(), OVERRIDES);
+    let name = name(&spec.name, color, output).into();
+    KernelSpec { name, features: result_features(color, output).into(), ..spec }
+}
+
+/// The kernel of an operator, which depends on the formats of the images.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum HeadKernel {
-    /// [`spec`].
-    Plain,
-    /// The generated one.
-    Simd,
-    /// [`conv_head::tiled_spec`].
-    ConvTiled,
-    /// The generated one of [`conv_head`](mod@super::conv_head), for so many quads.
-    ConvSimd { quads: usize },
+pub(super) struct HeadKernel {
+    /// For a noisy colour and a result in these formats; the number is `quads`.
+    pub(super) spec: fn(usize, ImageFormat, ImageFormat) -> KernelSpec,
+    /// Output quads of the 3×3 convolution.
+    pub(super) quads: usize,
+    /// Pixels per workgroup along x and y.
+    pub(super) tile: [u32; 2],
 }
 
 impl HeadKernel {
-    fn spec(self, color: ImageFormat, output: ImageFormat) -> KernelSpec {
-        match self {
-            Self::Plain => spec(color, output),
-            Self::Simd => simd::head_spec(color, output),
-            Self::ConvTiled => conv_head::tiled_spec(color, output),
-            Self::ConvSimd { quads } => simd::conv_head_spec(quads, color, output),
-        }
-    }
-
-    /// Pixels per workgroup along x and y.
-    fn tile(self) -> [u32; 2] {
-        match self {
-            Self::Plain => [8, 8],
-            Self::ConvTiled => [TILE; 2],
-            Self::Simd => simd::Shape::Head.tile(),
-            Self::ConvSimd { .. } => simd::Shape::ConvHead.tile(),
+    /// The kernel of a head that stands alone.
+    fn alone(kernels: KernelSet) -> Self {
+        match kernels {
+            KernelSet::Simd => {
+                let tile = simd::Shape::Head.tile();
+                Self { spec: |_, color, output| simd_spec(color, output), quads: 0, tile }
+            }
+            _ => Self { spec: |_, color, output| spec(color, output), quads: 0, tile: [8, 8] },
         }
     }
 }
@@ -115,10 +113,7 @@ impl Head {
     /// The operator for the 1×1 convolution's weights `[3][input]` and bias.
     #[must_use]
     pub fn new(context: &Context, kernels: KernelSet, params: &Params, map: &ChannelMap) -> Self {
-        let kernel = match kernels.resolve(&context.device) {
-            KernelSet::Simd => HeadKernel::Simd,
-            _ => HeadKernel::Plain,
-        };
+        let kernel = HeadKernel::alone(kernels.resolve(&context.device));
         let weights = pack(context, params, map);
         Self { kernel, weights, conv: None, macs: params.weight.len(), sigmoid: true }
     }
@@ -148,11 +143,12 @@ impl Head {
         if let Some((bias, weights)) = &self.conv {
             resources.extend([bias.as_entire_binding(), weights.resource()]);
         }
-        let spec = self.kernel.spec(images.color.format(), images.output.format());
+        let spec =
+            (self.kernel.spec)(self.kernel.quads, images.color.format(), images.output.format());
         let mut constants = images.encoding.constants().to_vec();
         constants.push(("sigmoid", f64::from(u8::from(self.sigmoid))));
         let kernel = context.kernel(&spec, &constants);
-        let [x, y] = self.kernel.tile();
+        let [x, y] = self.kernel.tile;
         let workgroups = [input.width.div_ceil(x), input.height.div_ceil(y), 1];
         kernel.dispatch_workgroups(kernel.bind(&context.device, &resources), workgroups)
     }

@@ -18,10 +18,9 @@ mod walk;
 use std::borrow::Cow;
 
 use self::walk::Walk;
-use super::image::{ImageFormat, result_features};
 use super::packing::weight_texture;
-use super::{conv_head, head};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::SIMD_LANES;
 use crate::shader::Source;
 
 /// What the generated kernel computes.
@@ -37,9 +36,8 @@ pub enum Shape {
     ConvHead,
 }
 
-/// Invocations that share a set of weights: the subgroup of llvmpipe with 256-bit vectors, its
-/// default on today's CPUs. Smaller ones must run another variant.
-pub const LANES: u32 = 8;
+/// Invocations that share a set of weights: a subgroup.
+pub const LANES: u32 = SIMD_LANES;
 
 impl Shape {
     fn name(self) -> &'static str {
@@ -92,39 +90,9 @@ impl Shape {
     }
 }
 
-/// The generated kernel of [`super::conv3x3`].
+/// The generated kernel for so many output quads per invocation, without features.
 #[must_use]
-pub fn conv3x3_spec(out_quads: usize) -> KernelSpec {
-    let bindings = Cow::Borrowed(&super::conv3x3::SIMD_BINDINGS[..]);
-    spec(Shape::Conv3x3, out_quads, bindings, &["largest", "relu"])
-}
-
-/// The generated kernel of [`super::up_conv`].
-#[must_use]
-pub fn up_conv_spec(out_quads: usize) -> KernelSpec {
-    let bindings = Cow::Borrowed(&super::up_conv::SIMD_BINDINGS[..]);
-    let spec = spec(Shape::UpConv, out_quads, bindings, &["largest", "relu"]);
-    KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
-}
-
-/// The generated kernel of [`super::head`], for a noisy colour and a result in these formats.
-#[must_use]
-pub fn head_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let spec = spec(Shape::Head, 1, head::bindings(color, output).into(), head::OVERRIDES);
-    let name = head::name(&spec.name, color, output).into();
-    KernelSpec { name, features: result_features(color, output).into(), ..spec }
-}
-
-/// The generated kernel of [`super::conv_head`], for a noisy colour and a result in these formats.
-#[must_use]
-pub fn conv_head_spec(out_quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let bindings = conv_head::bindings(color, output, Binding::WeightTexture).into();
-    let spec = spec(Shape::ConvHead, out_quads, bindings, head::OVERRIDES);
-    let name = head::name(&spec.name, color, output).into();
-    KernelSpec { name, features: conv_head::features(color, output).into(), ..spec }
-}
-
-fn spec(
+pub fn spec(
     shape: Shape,
     out_quads: usize,
     bindings: Cow<'static, [Binding]>,

@@ -10,6 +10,8 @@
 
 mod fold;
 
+use std::borrow::Cow;
+
 use self::fold::Folded;
 use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, TILED_QUADS, Variant, Weights};
@@ -22,15 +24,15 @@ use crate::model::Params;
 use crate::shader::Source;
 
 /// What the generated variant binds.
-pub const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
+const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
 
 /// The variant for GPUs.
 pub const TILED: KernelSpec = KernelSpec {
-    name: std::borrow::Cow::Borrowed("up_conv_tiled"),
+    name: Cow::Borrowed("up_conv_tiled"),
     source: Source::Module("up_conv_tiled"),
-    features: std::borrow::Cow::Borrowed(&["up_conv"]),
+    features: Cow::Borrowed(&["up_conv"]),
     entry: "main",
-    bindings: std::borrow::Cow::Borrowed(&bindings(Binding::Buffer)),
+    bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
     overrides: &["largest", "relu"],
     workgroup: [8, 8, 1],
 };
@@ -38,6 +40,14 @@ pub const TILED: KernelSpec = KernelSpec {
 const fn bindings(weights: Binding) -> [Binding; 7] {
     let [skip, low, output] = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
     [skip, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM, low]
+}
+
+/// The generated variant for CPU drivers, for so many output quads per invocation.
+#[must_use]
+pub fn simd_spec(out_quads: usize) -> KernelSpec {
+    let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
+    let spec = simd::spec(simd::Shape::UpConv, out_quads, bindings, &["largest", "relu"]);
+    KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
 }
 
 /// The operator for the skip and the low-resolution tensor, which are stored as `maps` say.
@@ -89,7 +99,7 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let steps = 3 * skip_quads + 4 * low_quads;
     let (shape, outputs) = (simd::Shape::UpConv, skip.outputs);
     let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
-    Variant::simd(simd::up_conv_spec(shape.quads(outputs)), shape, weights, outputs)
+    Variant::simd(simd_spec(shape.quads(outputs)), shape, weights, outputs)
 }
 
 /// `[block][skip quad][9 taps][4 output quads]` matrices, then the same of the low-resolution
