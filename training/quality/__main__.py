@@ -22,7 +22,7 @@ from quality.oidn import QUALITIES, Oidn
 def arguments():
     p = argparse.ArgumentParser(prog="python -m quality", description=__doc__,
                                 formatter_class=argparse.RawDescriptionHelpFormatter)
-    p.add_argument("--test", action="append", required=True, metavar="NAME=DIR", help="test set; the first is the main one")
+    p.add_argument("--test", action="append", required=True, metavar="NAME=DIR", help="test set; the first is the main")
     p.add_argument("--weights", nargs="+", required=True, help="weights files")
     p.add_argument("--program", type=Path, default=Path("../target/release/wgdenoise"))
     p.add_argument("--program-views", type=int, default=8, help="number of renders for half precision")
