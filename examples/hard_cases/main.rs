@@ -1,9 +1,9 @@
-//! Writes `docs/hard-cases.md`: the table of `tests/hard_cases`, with what comes out of the engine, of
-//! the reference, and of another denoiser whose results stand in a file.
+//! Writes `docs/hard-cases.md`: the cases of `tests/hard_cases` with the results of the engine, of the
+//! reference, and of another denoiser, which are read from a file.
 //!
-//! `benches/peers/hard_cases.py` runs all of it: inputs, Open Image Denoise, page.
+//! `benches/peers/hard_cases.py` runs all steps: inputs, Open Image Denoise, page.
 
-#[allow(dead_code, reason = "the tests alone hold cases to bounds")]
+#[allow(dead_code, reason = "only the tests check the bounds")]
 #[path = "../../tests/hard_cases/cases.rs"]
 mod cases;
 #[path = "../../tests/common/mod.rs"]
@@ -25,13 +25,13 @@ use clap::Parser;
 
 use common::random;
 
-/// What can go wrong, as a sentence.
+/// Errors are sentences.
 type Result<T> = std::result::Result<T, String>;
 
 /// Measures the hard cases.
 #[derive(Debug, Parser)]
 enum Command {
-    /// Write the inputs into a safetensors file, `[height, width, 3]` each
+    /// Write the inputs to a safetensors file, `[height, width, 3]` each
     Inputs {
         /// The file
         file: PathBuf,
@@ -40,7 +40,7 @@ enum Command {
     Page {
         /// Another denoiser's results, named and shaped like the inputs
         others: PathBuf,
-        /// The folder with the page
+        /// The folder of the page
         docs: PathBuf,
     },
 }
