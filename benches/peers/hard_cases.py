@@ -1,8 +1,8 @@
-"""Writes docs/hard-cases.md: our engine on the cases of tests/hard_cases, with Open Image Denoise beside it.
+"""Writes docs/hard-cases.md: our engine and Open Image Denoise on the cases of tests/hard_cases.
 
     python benches/peers/hard_cases.py
 
-needs cargo, an adapter, and the packages numpy, safetensors and pyoidn.
+Needs cargo, an adapter, and the packages numpy, safetensors and pyoidn.
 """
 
 import subprocess
@@ -30,7 +30,7 @@ def example(*arguments):
 
 
 def denoise(image):
-    """Linear colour [h,w,3] through the high quality mode, on the CPU."""
+    """Denoises linear colour [h,w,3] in the high quality mode, on the CPU."""
     device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
     device.commit()
     color, output = np.ascontiguousarray(image), np.zeros_like(image)
