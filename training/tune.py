@@ -16,7 +16,7 @@ def tune(o, train):
     study = optuna.create_study(study_name=o.tier, storage=f"sqlite:///{o.out}/tune.db", load_if_exists=True,
                                 sampler=optuna.samplers.TPESampler(), pruner=optuna.pruners.MedianPruner())
     if o.resume:
-        raise SystemExit("--tune starts its own runs and continues a search by itself: leave out --resume")
+        raise SystemExit("--tune does not take --resume: it starts its own runs and always continues the search")
     study.optimize(lambda trial: _trial(trial, o, train), n_trials=o.tune)
     print(f"best of {len(study.trials)} trials: {study.best_params}, L1 denoised/noisy {study.best_value:.4f}")
 

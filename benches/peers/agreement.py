@@ -39,7 +39,7 @@ def arguments():
     p.add_argument("--render", type=Path, default=ROOT / "samples/still_life_8spp.exr", help="EXR file from Blender")
     p.add_argument("--only", default="", help="compare only files whose names contain this")
     p.add_argument("--kernels", nargs="+", default=["auto"], help="kernel sets, as in wgdenoise")
-    p.add_argument("--crop", type=int, nargs=2, default=(293, 217), metavar=("W", "H"), help="size of the render's crop")
+    p.add_argument("--crop", type=int, nargs=2, default=(293, 217), metavar=("W", "H"), help="crop of the render")
     return p.parse_args()
 
 
