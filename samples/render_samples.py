@@ -4,7 +4,7 @@
   pip install bpy==5.0.1                       Blender as a Python module; needs Python 3.11
   python render_samples.py                     still_life_8spp.exr and still_life_reference.exr, next to this file
   python render_samples.py --only noisy        one of the two ("noisy" or "reference")
-  python render_samples.py --small FOLDER      the small renders for tests/data/make_test_files.py
+  python render_samples.py --small FOLDER      the small renders for crates/cli/tests/data/make_test_files.py
 """
 import argparse
 import os

@@ -23,7 +23,7 @@
 //! let weights = Weights::builtin(Quality::Fast)?;
 //! let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())?;
 //! let color = Image::filled(64, 48, [0.5, 0.4, 0.3])?;
-//! let frame = Frame { color: &color, albedo: None, normal: None, input_scale: None };
+//! let frame = Frame::new(&color);
 //! let clean = denoiser.denoise(&frame, &mut |done, of| println!("{done} of {of} tiles"))?;
 //! assert_eq!(clean.size(), (64, 48));
 //! # Ok::<(), wgdenoise::Error>(())
@@ -75,51 +75,40 @@
 //! alone where tensors live and how images are cut into tiles; [`ops`] has one unit per
 //! operator, each with a shader and, in [`mod@reference`], a naive function of the same name.
 
-mod blocking;
-mod calibration;
-#[cfg(feature = "cli")]
-pub mod cli;
 mod denoiser;
-pub mod error;
-#[cfg(feature = "cli")]
-pub mod files;
-mod frame;
+mod error;
 mod gpu;
-mod graph;
 mod image;
-pub mod kernel;
-pub mod metrics;
-pub mod model;
-pub mod ops;
-mod options;
-mod pass;
-pub mod plan;
-mod profile;
-mod quiet;
-pub mod reference;
-mod requirements;
-mod tile_graph;
-pub mod timing;
-mod unsafe_calls;
-mod verify;
-mod wait;
-mod window;
+#[doc(hidden)]
+pub mod internals;
+pub mod measure;
+mod model;
+mod network;
+mod ops;
+pub mod panics;
+mod plan;
+mod reference;
+pub mod tza;
 
-pub use calibration::{Calibration, Cost};
 pub use denoiser::Denoiser;
-pub use error::{Error, Result};
-pub use frame::Frame;
-pub use gpu::Gpu;
-pub use image::Image;
-pub use model::{Inputs, Quality, Weights};
-pub use ops::image::{Element, ImageFormat};
-pub use ops::matrix::MatrixShape;
-pub use ops::tile::Layout;
-pub use options::{KernelSet, Options, Precision};
-pub use pass::{
+pub use denoiser::frame::Frame;
+pub use denoiser::options::Options;
+pub use denoiser::pass::{
     InputScale, NormalEncoding, Pass, PassDescriptor, PassFormats, PassImage, Schedule,
 };
-pub use profile::CallProfile;
-pub use requirements::{matrix_features, required_features, required_limits};
-pub use verify::Verified;
+pub use denoiser::verify::Verified;
+pub use error::{Error, Result};
+pub use gpu::device::Gpu;
+pub use gpu::kernel_set::KernelSet;
+pub use gpu::matrix_shape::{Factor, MatrixShape};
+pub use gpu::pipeline_file::PipelineFile;
+pub use gpu::precision::Precision;
+pub use gpu::requirements::{matrix_features, required_features, required_limits};
+pub use image::{Image, Rect};
+pub use measure::{Calibration, CallProfile, Cost};
+pub use model::{
+    Inputs, MainImage, Metadata, OidnSize, Quality, Topology, TransferFunction, Weights,
+};
+pub use ops::image::{Element, ImageFormat};
+pub use ops::tile::Layout;
 pub use wgpu;

@@ -1,10 +1,10 @@
 //! Proves that the comparisons in `tests/common` fail when they should.
 
-mod common;
-
-use common::{Random, Tolerance, assert_close, check_cases, compare, image_tensor, run_cases};
 use wgdenoise::Image;
-use wgdenoise::reference::Tensor;
+use wgdenoise::internals::reference::Tensor;
+use wgdenoise_testing::{
+    Random, Tolerance, assert_close, check_cases, compare, image_tensor, run_cases,
+};
 
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
 const TENTH: Tolerance = Tolerance { absolute: 0.1, relative: 0.0 };

@@ -3,14 +3,12 @@
 //! Both sides compute in 64 bits and round to 32, so that the operators may differ by one
 //! rounding and no more.
 
-mod common;
-
-use common::Tolerance;
-use common::fixture::Fixture;
 use wgdenoise::Result;
-use wgdenoise::model::Weights;
-use wgdenoise::model::fold::{BatchNorm, fold};
-use wgdenoise::reference::{self, LARGEST, Tensor};
+use wgdenoise::internals::model::Weights;
+use wgdenoise::internals::model::fold::{BatchNorm, fold};
+use wgdenoise::internals::reference::{self, LARGEST, Tensor};
+use wgdenoise_testing::Tolerance;
+use wgdenoise_testing::fixture::Fixture;
 
 /// For what only moves values.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };

@@ -2,8 +2,8 @@
 
 use naga::valid::Capabilities;
 use naga::{AddressSpace, ImageClass, StorageAccess, StorageFormat, TypeInner};
-use wgdenoise::kernel::{Binding, KernelSpec};
-use wgdenoise::ops::{all_specs, autoexposure::Band, tile::Tile};
+use wgdenoise::internals::gpu::kernel::{Binding, KernelSpec};
+use wgdenoise::internals::ops::{all_specs, autoexposure::Band, tile::Tile};
 use wgdenoise::{Precision, wgpu};
 
 type Checked = (naga::Module, naga::valid::ModuleInfo);
@@ -199,7 +199,7 @@ fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
 
 #[test]
 fn a_broken_shader_does_not_pass() {
-    let broken = wgdenoise::ops::max_pool::SPEC
+    let broken = wgdenoise::internals::ops::max_pool::SPEC
         .source_for(Precision::F32)
         .replace("max(upper, lower)", "upper.xyz");
     parse(&broken).unwrap_err();

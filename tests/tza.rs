@@ -1,17 +1,15 @@
 //! Weights of Open Image Denoise: read, and refused with the reason. The files are small ones with
 //! random weights by `training/make_oidn_fixtures.py`.
 
-mod common;
-
 use std::path::Path;
 
-use common::Tolerance;
-use common::fixture::Fixture;
 use proptest::prelude::*;
-use wgdenoise::model::Metadata;
-use wgdenoise::model::tza::{self, KINDS};
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::model::Metadata;
+use wgdenoise::internals::model::tza::{self, KINDS};
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Inputs, Weights};
+use wgdenoise_testing::Tolerance;
+use wgdenoise_testing::fixture::Fixture;
 
 const NAMES: [&str; 3] = ["rt_hdr_alb_nrm", "rt_hdr_alb_nrm_large", "rt_alb"];
 

@@ -11,7 +11,8 @@ mod record;
 mod verify;
 
 use clap::Parser as _;
-use wgdenoise::{Denoiser, Gpu, MatrixShape, Options, Precision, Quality, Result, Weights, timing};
+use wgdenoise::measure;
+use wgdenoise::{Denoiser, Gpu, MatrixShape, Options, Precision, Quality, Result, Weights};
 
 use crate::options::Arguments;
 use crate::record::Record;
@@ -29,7 +30,7 @@ fn main() -> Result<()> {
             let weights = Weights::builtin(quality)?;
             let matrix = MatrixShape::of(&gpu.adapter, precision);
             let kernels = arguments.kernels();
-            let options = Options { precision, kernels, matrix, ..Options::default() };
+            let options = Options::default().precision(precision).kernels(kernels).matrix(matrix);
             let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
             let error = verify::error(&denoiser, &weights, precision)?;
             let kernels = denoiser.kernels();
@@ -55,12 +56,12 @@ fn time(
 ) -> Result<()> {
     for [width, height] in arguments.sizes(&gpu.info) {
         let name = format!("{name} {width}×{height}");
-        let frame = timing::measure(denoiser, width, height, arguments.runs)?;
+        let frame = measure::measure(denoiser, width, height, arguments.runs)?;
         let on_gpu = on_gpu::measure(gpu, denoiser, width, height, arguments.runs)?;
         record.row(&format!("{name}, on the GPU"), &on_gpu, frame.flop);
         record.row(&format!("{name}, with upload and readback"), &frame.seconds, frame.flop);
         if arguments.operators {
-            for call in timing::profile(denoiser, width, height, arguments.runs)? {
+            for call in measure::profile(denoiser, width, height, arguments.runs)? {
                 record.row(&format!("{name}, {}", call.name), &call.seconds, 2.0 * call.macs);
             }
         }

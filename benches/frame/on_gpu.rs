@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use wgdenoise::timing::{repeat, test_card};
+use wgdenoise::measure::{repeat, test_card};
 use wgdenoise::wgpu::{self, util::DeviceExt as _};
 use wgdenoise::{Denoiser, Element, Gpu, Image, Layout, PassDescriptor, PassImage, Result};
 
@@ -19,11 +19,11 @@ pub(crate) fn measure(
     let output = upload(gpu, &Image::filled(width, height, [0.0; 3])?);
     let layout = Layout::packed(width);
     let image = |buffer| PassImage::Buffer { buffer, element: Element::F32, layout };
-    let pass = denoiser.pass(&PassDescriptor {
-        albedo: Some(image(&albedo)),
-        normal: Some(image(&normal)),
-        ..PassDescriptor::new(width, height, image(&color), image(&output))
-    })?;
+    let pass = denoiser.pass(
+        &PassDescriptor::new(width, height, image(&color), image(&output))
+            .albedo(image(&albedo))
+            .normal(image(&normal)),
+    )?;
     repeat(runs, || {
         let begin = Instant::now();
         let mut encoder = gpu.device.create_command_encoder(&Default::default());

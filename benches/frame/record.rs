@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use serde_json::{Map, Value, json};
-use wgdenoise::timing::median;
+use wgdenoise::measure::median;
 use wgdenoise::wgpu::AdapterInfo;
 
 /// The rows of this run and of the one before on the same adapter.

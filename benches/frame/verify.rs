@@ -1,6 +1,7 @@
 //! Whether what is timed is right.
 
-use wgdenoise::{Denoiser, Frame, Image, KernelSet, Precision, Result, Weights, reference};
+use wgdenoise::internals::reference;
+use wgdenoise::{Denoiser, Frame, Image, KernelSet, Precision, Result, Weights};
 
 const SIZE: [u32; 2] = [33, 17];
 
@@ -9,9 +10,8 @@ const SIZE: [u32; 2] = [33, 17];
 pub(crate) fn error(denoiser: &Denoiser, weights: &Weights, precision: Precision) -> Result<f64> {
     let [width, height] = SIZE;
     let color = noise(width, height)?;
-    let frame =
-        Frame { color: &color, albedo: Some(&color), normal: Some(&color), input_scale: None };
-    let found = denoiser.denoise(&frame, &mut |_, _| {})?;
+    let frame = Frame::new(&color).albedo(&color).normal(&color);
+    let found = denoiser.denoise(&frame)?;
     let scale = reference::autoexposure(&color);
     let input = reference::input_process(&color, Some(&color), Some(&color), scale, 16);
     let output = reference::run(weights.network(), |layer| weights.params(layer), &input);

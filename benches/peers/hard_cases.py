@@ -25,7 +25,7 @@ def main():
 
 
 def example(*arguments):
-    command = ["cargo", "run", "--release", "--quiet", "--example", "hard_cases", "--", *map(str, arguments)]
+    command = ["cargo", "run", "--release", "--quiet", "-p", "wgdenoise-testing", "--bin", "hard_cases", "--", *map(str, arguments)]
     subprocess.run(command, cwd=ROOT, check=True)
 
 

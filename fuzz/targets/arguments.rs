@@ -3,7 +3,7 @@
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
-use wgdenoise::cli::fuzzing::{accepts, name_and_back, parse_frames};
+use wgdenoise_cli::fuzzing::{accepts, name_and_back, parse_frames};
 
 fuzz_target!(|text: &str| {
     accepts(std::iter::once("wgdenoise").chain(text.lines()));

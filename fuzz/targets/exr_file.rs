@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use wgdenoise::files::{Description, LayerChoice, Limits, Picture};
+use wgdenoise_files::{Description, LayerChoice, Limits, Picture};
 
 /// A folder in memory, if available.
 static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {

@@ -6,7 +6,7 @@
 use std::path::Path;
 
 use libfuzzer_sys::fuzz_target;
-use wgdenoise::model::{Topology, tza};
+use wgdenoise::internals::model::{Topology, tza};
 use wgdenoise::{Error, Inputs, Weights};
 
 /// Longest error message in bytes; names and values from the file are truncated in it.

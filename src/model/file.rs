@@ -5,9 +5,11 @@ use std::collections::HashSet;
 use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use super::fold::{BatchNorm, fold};
+use super::metadata::Metadata;
+use super::operators::{Axes, Op};
+use super::params::Params;
 use super::shown::shown;
-use super::topology::{Layer, Network, Op};
-use super::{Metadata, Params};
+use super::topology::{Layer, Network};
 use crate::error::{Error, Result};
 
 /// The longest header that is read: that of the largest network has 30 KiB, the rest is for
@@ -25,15 +27,18 @@ impl<'a> WeightsFile<'a> {
     pub(super) fn open(bytes: &'a [u8]) -> Result<Self> {
         check_header(bytes)?;
         let not_safetensors = |e: SafeTensorError| {
-            Error::Weights(format!("not a whole safetensors file: {}", shown(&e.to_string())))
+            let message = format!("not a whole safetensors file: {}", shown(&e.to_string()));
+            Error::Weights { message, source: Some(e.into()) }
         };
         let (_, header) = SafeTensors::read_metadata(bytes).map_err(not_safetensors)?;
         let tensors = SafeTensors::deserialize(bytes).map_err(not_safetensors)?;
         let pairs = header.metadata().as_ref().ok_or_else(|| {
-            Error::Weights("the file has no `__metadata__`; see weights-format.md".into())
+            Error::weights("the file has no `__metadata__`; see weights-format.md")
         })?;
+        // Which hash map this is depends on a feature of safetensors that others may enable.
+        let pairs = pairs.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
         let unread = tensors.names().into_iter().map(str::to_string).collect();
-        Ok(Self { metadata: Metadata::parse(pairs)?, tensors, unread })
+        Ok(Self { metadata: Metadata::parse(&pairs)?, tensors, unread })
     }
 
     /// Weight and bias of a layer, its batch norm folded in.
@@ -41,13 +46,10 @@ impl<'a> WeightsFile<'a> {
         let Layer { name, op, inputs } = &network.layers[index];
         let (input, output) =
             (network.shapes[inputs[0]].channels, network.shapes[index + 1].channels);
-        let shape = match op {
-            Op::Conv3x3 { .. } => [output, input, 3, 3],
-            Op::ConvTranspose => [input, output, 2, 2],
-            Op::Conv1x1 => [output, input, 1, 1],
-            Op::MaxPool | Op::Upsample | Op::Concat | Op::Sigmoid | Op::UpConv { .. } => {
-                unreachable!("a file has no weights of {name}")
-            }
+        let shape = match op.facts().weights {
+            Some(Axes::OutputInput([height, width])) => [output, input, height, width],
+            Some(Axes::InputOutput([height, width])) => [input, output, height, width],
+            Some(Axes::Fused) | None => unreachable!("a file has no weights of {name}"),
         };
         let mut weight = self.take(&format!("{name}.weight"), &shape)?;
         let normed = matches!(op, Op::Conv3x3 { .. })
@@ -66,7 +68,7 @@ impl<'a> WeightsFile<'a> {
     /// Refuses tensors that no layer has asked for.
     pub(super) fn finish(self) -> Result<()> {
         let Some(name) = self.unread.iter().min() else { return Ok(()) };
-        Err(Error::Weights(format!(
+        Err(Error::weights(format!(
             "tensor `{}` (one of {} such) belongs to no layer of widths {:?}; remove it or \
              correct the metadata",
             shown(name),
@@ -77,7 +79,7 @@ impl<'a> WeightsFile<'a> {
 
     fn fold_norm(&mut self, layer: &str, weight: &mut [f32], bias: &mut [f32]) -> Result<()> {
         let eps = self.metadata.norm_eps.ok_or_else(|| {
-            Error::Weights(format!(
+            Error::weights(format!(
                 "`{layer}` has a batch norm, but metadata `norm_eps` is missing"
             ))
         })?;
@@ -85,7 +87,7 @@ impl<'a> WeightsFile<'a> {
         let (gamma, beta) = (take("weight")?, take("bias")?);
         let (mean, variance) = (take("running_mean")?, take("running_var")?);
         if let Some(o) = variance.iter().position(|&v| v < 0.0) {
-            return Err(Error::Weights(format!(
+            return Err(Error::weights(format!(
                 "`{layer}.norm.running_var`[{o}] is {}, expected at least 0",
                 variance[o]
             )));
@@ -99,10 +101,10 @@ impl<'a> WeightsFile<'a> {
     /// Reads a tensor as f32 and checks its name, shape, type and values.
     fn take(&mut self, name: &str, shape: &[usize]) -> Result<Vec<f32>> {
         let tensor = self.tensors.tensor(name).map_err(|_| {
-            Error::Weights(format!("tensor `{name}` is missing, expected shape {shape:?}"))
+            Error::weights(format!("tensor `{name}` is missing, expected shape {shape:?}"))
         })?;
         if tensor.shape() != shape {
-            return Err(Error::Weights(format!(
+            return Err(Error::weights(format!(
                 "tensor `{name}` has shape {}, expected {shape:?}",
                 shown(&format!("{:?}", tensor.shape()))
             )));
@@ -111,7 +113,7 @@ impl<'a> WeightsFile<'a> {
             Dtype::F32 => floats(tensor.data(), |[a, b, c, d]| f32::from_le_bytes([a, b, c, d])),
             Dtype::F16 => floats(tensor.data(), |b| half::f16::from_le_bytes(b).to_f32()),
             other => {
-                return Err(Error::Weights(format!(
+                return Err(Error::weights(format!(
                     "tensor `{name}` has type {other:?}, expected F16 or F32"
                 )));
             }
@@ -125,7 +127,7 @@ impl<'a> WeightsFile<'a> {
 /// Refuses a header that would take long to read, before it is read.
 fn check_header(bytes: &[u8]) -> Result<()> {
     match bytes.first_chunk().copied().map(u64::from_le_bytes) {
-        Some(header @ MAX_HEADER_BYTES..) => Err(Error::Weights(format!(
+        Some(header @ MAX_HEADER_BYTES..) => Err(Error::weights(format!(
             "not a whole safetensors file: its header claims {header} bytes, and fewer than \
              {MAX_HEADER_BYTES} are accepted"
         ))),
@@ -140,7 +142,7 @@ fn floats<const N: usize>(data: &[u8], decode: impl Fn([u8; N]) -> f32) -> Vec<f
 
 fn finite(name: &str, values: &[f32]) -> Result<()> {
     let Some(i) = values.iter().position(|v| !v.is_finite()) else { return Ok(()) };
-    Err(Error::Weights(format!(
+    Err(Error::weights(format!(
         "tensor `{name}` has {} at element {i}, expected finite values",
         values[i]
     )))

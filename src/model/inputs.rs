@@ -31,7 +31,7 @@ impl Inputs {
             "color" => Ok(Self::default()),
             "color,albedo" => Ok(Self { albedo: true, normal: false }),
             "color,albedo,normal" => Ok(Self::ALL),
-            _ => Err(Error::Weights(format!(
+            _ => Err(Error::weights(format!(
                 "metadata `inputs` is `{}`, expected `color`, `color,albedo` or \
                  `color,albedo,normal`",
                 shown(text)

@@ -3,8 +3,11 @@
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
+use super::encoding::{Encoding, TransferFunction};
+use super::inputs::Inputs;
+use super::oidn::OidnSize;
 use super::shown::{is_printable, shown};
-use super::{Encoding, Inputs, Network, OidnSize, TransferFunction};
+use super::topology::Network;
 use crate::error::{Error, Result};
 
 /// The metadata of format version 1.
@@ -20,7 +23,7 @@ pub struct Metadata {
     /// What the network was trained with.
     pub inputs: Inputs,
     /// What the first image is.
-    pub main: Main,
+    pub main: MainImage,
     /// How the first image is encoded.
     pub transfer_function: TransferFunction,
     /// Added to the variance of every batch norm.
@@ -31,7 +34,7 @@ pub struct Metadata {
 
 /// What a network denoises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Main {
+pub enum MainImage {
     /// Colour.
     #[default]
     Color,
@@ -41,7 +44,7 @@ pub enum Main {
     Normal,
 }
 
-impl Main {
+impl MainImage {
     /// As in a weights file.
     #[must_use]
     pub fn name(self) -> &'static str {
@@ -105,7 +108,7 @@ impl Metadata {
             topology,
             widths: widths(get(pairs, "widths")?, topology)?,
             inputs: Inputs::parse(get(pairs, "inputs")?)?,
-            main: pairs.get("main").map_or(Ok(Main::Color), |text| main(text))?,
+            main: pairs.get("main").map_or(Ok(MainImage::Color), |text| main(text))?,
             transfer_function: transfer_function(get(pairs, "transfer_function")?)?,
             norm_eps: pairs.get("norm_eps").map(|text| norm_eps(text)).transpose()?,
             provenance: get(pairs, "provenance")?.to_string(),
@@ -132,7 +135,7 @@ impl Metadata {
 
 fn get<'a>(pairs: &'a HashMap<String, String>, key: &str) -> Result<&'a str> {
     pairs.get(key).map(String::as_str).ok_or_else(|| {
-        Error::Weights(format!(
+        Error::weights(format!(
             "metadata `{key}` is missing; export the file as weights-format.md says"
         ))
     })
@@ -143,7 +146,7 @@ fn expect(pairs: &HashMap<String, String>, key: &str, expected: &str) -> Result<
     if found == expected {
         return Ok(());
     }
-    Err(Error::Weights(format!(
+    Err(Error::weights(format!(
         "metadata `{key}` is `{}`, but this version reads only `{expected}`",
         shown(found)
     )))
@@ -154,7 +157,7 @@ fn name(text: &str) -> Result<String> {
     if (1..=MAX_NAME).contains(&text.chars().count()) && text.chars().all(is_printable) {
         return Ok(text.to_string());
     }
-    Err(Error::Weights(format!(
+    Err(Error::weights(format!(
         "metadata `name` is `{}`, expected 1 to {MAX_NAME} characters that can be printed",
         shown(text)
     )))
@@ -163,7 +166,7 @@ fn name(text: &str) -> Result<String> {
 fn topology(pairs: &HashMap<String, String>) -> Result<Topology> {
     let text = get(pairs, "topology")?;
     Topology::parse(text).ok_or_else(|| {
-        Error::Weights(format!(
+        Error::weights(format!(
             "metadata `topology` is `{}`, but this version reads only `unet`, `oidn` and \
              `oidn-large`",
             shown(text)
@@ -171,10 +174,10 @@ fn topology(pairs: &HashMap<String, String>) -> Result<Topology> {
     })
 }
 
-fn main(text: &str) -> Result<Main> {
-    let all = [Main::Color, Main::Albedo, Main::Normal];
+fn main(text: &str) -> Result<MainImage> {
+    let all = [MainImage::Color, MainImage::Albedo, MainImage::Normal];
     all.into_iter().find(|main| main.name() == text).ok_or_else(|| {
-        Error::Weights(format!(
+        Error::weights(format!(
             "metadata `main` is `{}`, expected `color`, `albedo` or `normal`",
             shown(text)
         ))
@@ -183,7 +186,7 @@ fn main(text: &str) -> Result<Main> {
 
 fn transfer_function(text: &str) -> Result<TransferFunction> {
     TransferFunction::ALL.into_iter().find(|curve| curve.name() == text).ok_or_else(|| {
-        Error::Weights(format!(
+        Error::weights(format!(
             "metadata `transfer_function` is `{}`, but this version reads only `pu`, `log`, \
              `srgb` and `signed`",
             shown(text)
@@ -200,7 +203,7 @@ fn widths(text: &str, topology: Topology) -> Result<Vec<usize>> {
     parsed.filter(valid).ok_or_else(|| {
         let (least, most) = topology.widths().into_inner();
         let count = if least == most { most.to_string() } else { format!("{least} to {most}") };
-        Error::Weights(format!(
+        Error::weights(format!(
             "metadata `widths` is `{}`, expected {count} numbers from 1 to {MAX_WIDTH} with \
              commas between them",
             shown(text)
@@ -211,7 +214,7 @@ fn widths(text: &str, topology: Topology) -> Result<Vec<usize>> {
 fn norm_eps(text: &str) -> Result<f64> {
     let valid = |eps: &f64| *eps > 0.0 && *eps < 1.0;
     text.parse().ok().filter(valid).ok_or_else(|| {
-        Error::Weights(format!(
+        Error::weights(format!(
             "metadata `norm_eps` is `{}`, expected a number between 0 and 1",
             shown(text)
         ))

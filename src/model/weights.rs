@@ -2,19 +2,15 @@
 
 use std::collections::BTreeMap;
 
+use super::cost::macs_per_pixel;
 use super::file::WeightsFile;
-use super::topology::{Network, Op};
-use super::{Inputs, Metadata, Topology, tza};
+use super::inputs::Inputs;
+use super::metadata::{Metadata, Topology};
+use super::operators::{Axes, Op};
+use super::params::Params;
+use super::topology::{Layer, Network};
+use super::tza;
 use crate::error::{Error, Result};
-
-/// Weight and bias of one layer, batch norm folded in.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Params {
-    /// Convolution: `[output][input][ky][kx]`; transposed: `[input][output][ky][kx]`.
-    pub weight: Vec<f32>,
-    /// One value per output channel.
-    pub bias: Vec<f32>,
-}
 
 /// A network with all its weights.
 #[derive(Clone, Debug)]
@@ -40,6 +36,17 @@ pub enum Quality {
 impl Quality {
     /// All of them, by rising cost.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::High];
+
+    /// Those whose weights are built in, by rising cost: each is a feature of the crate.
+    #[must_use]
+    pub fn built_in() -> Vec<Self> {
+        let has = |quality: &Self| match quality {
+            Self::Fast => cfg!(feature = "fast"),
+            Self::Balanced => cfg!(feature = "balanced"),
+            Self::High => cfg!(feature = "high"),
+        };
+        Self::ALL.into_iter().filter(has).collect()
+    }
 
     /// As on the command line: `fast`, `balanced` or `high`.
     #[must_use]
@@ -89,16 +96,27 @@ impl Weights {
         Self::from_bytes(&tza::to_safetensors(bytes, name)?)
     }
 
-    /// The weights that this program carries.
+    /// The built-in weights of a tier.
     ///
     /// # Errors
-    /// Only if the program was built with a broken file; a test holds that it was not.
+    /// If the crate was built without the feature of that tier: `fast`, `balanced` or `high`.
     pub fn builtin(quality: Quality) -> Result<Self> {
-        Self::from_bytes(match quality {
-            Quality::Fast => include_bytes!("../../weights/fast.safetensors"),
-            Quality::Balanced => include_bytes!("../../weights/balanced.safetensors"),
-            Quality::High => include_bytes!("../../weights/high.safetensors"),
-        })
+        let bytes: Option<&[u8]> = match quality {
+            #[cfg(feature = "fast")]
+            Quality::Fast => Some(include_bytes!("../../weights/fast.safetensors")),
+            #[cfg(feature = "balanced")]
+            Quality::Balanced => Some(include_bytes!("../../weights/balanced.safetensors")),
+            #[cfg(feature = "high")]
+            Quality::High => Some(include_bytes!("../../weights/high.safetensors")),
+            #[allow(unreachable_patterns, reason = "with all features, every tier is above")]
+            _ => None,
+        };
+        Self::from_bytes(bytes.ok_or_else(|| {
+            let name = quality.name();
+            Error::weights(format!(
+                "the `{name}` weights are not built in; enable the crate's feature `{name}`"
+            ))
+        })?)
     }
 
     /// What the file says of itself.
@@ -111,6 +129,12 @@ impl Weights {
     #[must_use]
     pub fn network(&self) -> &Network {
         &self.network
+    }
+
+    /// Multiply-accumulates of the whole network per pixel of the image.
+    #[must_use]
+    pub fn macs_per_pixel(&self) -> f64 {
+        macs_per_pixel(&self.network)
     }
 
     /// The weights of a layer; empty for a layer without.
@@ -132,7 +156,7 @@ impl Weights {
     pub fn for_inputs(&self, inputs: Inputs) -> Result<Self> {
         let trained = self.metadata.inputs;
         if inputs.intersection(trained) != inputs {
-            return Err(Error::Weights(format!(
+            return Err(Error::weights(format!(
                 "`{}` was trained with {trained}, but {inputs} was given; leave the others out",
                 self.metadata.name
             )));
@@ -140,7 +164,7 @@ impl Weights {
         if inputs != trained && self.metadata.topology != Topology::Unet {
             let file = tza::for_inputs(&self.metadata, inputs)
                 .map_or_else(String::new, |stem| format!(", such as {stem}.tza"));
-            return Err(Error::Weights(format!(
+            return Err(Error::weights(format!(
                 "`{}` needs {trained}, but {inputs} was given; take weights that need no more{file}",
                 self.metadata.name
             )));
@@ -162,27 +186,28 @@ impl Weights {
 fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
     let mut kept = vec![input];
     for (i, layer) in network.layers.iter().enumerate() {
-        let first = &kept[layer.inputs[0]];
-        kept.push(match layer.op {
-            Op::MaxPool | Op::Upsample | Op::Sigmoid => first.clone(),
-            Op::Concat => {
-                let offset = network.shapes[layer.inputs[0]].channels;
-                let second = kept[layer.inputs[1]].iter().map(|c| c + offset);
-                first.iter().copied().chain(second).collect()
-            }
-            Op::Conv3x3 { .. } | Op::ConvTranspose | Op::UpConv { .. } | Op::Conv1x1 => {
-                (0..network.shapes[i + 1].channels).collect()
-            }
-        });
+        let all = (0..network.shapes[i + 1].channels).collect();
+        kept.push(if layer.op.has_weights() { all } else { joined(network, layer, &kept) });
     }
     kept
+}
+
+/// The channels that remain of a layer that only passes its inputs' on, one input behind the other.
+fn joined(network: &Network, layer: &Layer, kept: &[Vec<usize>]) -> Vec<usize> {
+    let mut first = 0;
+    let of_input = |&input: &usize| {
+        let offset = first;
+        first += network.shapes[input].channels;
+        kept[input].iter().map(|c| c + offset).collect::<Vec<_>>()
+    };
+    layer.inputs.iter().flat_map(of_input).collect()
 }
 
 /// A layer's weight without the input channels that are not in `kept`.
 fn slice(op: Op, params: &Params, kept: &[usize], all: usize) -> Vec<f32> {
     let outputs = params.bias.len();
     let per_input = params.weight.len() / all;
-    if op == Op::ConvTranspose {
+    if matches!(op.facts().weights, Some(Axes::InputOutput(_))) {
         let of = |&c: &usize| &params.weight[c * per_input..][..per_input];
         return kept.iter().flat_map(of).copied().collect();
     }

@@ -3,7 +3,7 @@
 
 use super::image::ImageFormat;
 use super::input_process::{Sources, TILE, reading, scale_binding, source_names, tile_binding};
-use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 pub use crate::plan::halo::BLOCK;
 
 /// Finds the even blocks of colour, albedo and normal in these formats.

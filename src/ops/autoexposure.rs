@@ -3,7 +3,7 @@
 
 use super::image::{ImageBinding, ImageFormat};
 use super::tile::Layout;
-use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 
 /// Makes the bins of a band of rows of an image in this format.
 #[must_use]
@@ -138,7 +138,7 @@ pub fn autoexposure(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::denoiser::MAX_SIDE;
+    use crate::plan::tiles::MAX_SIDE;
     use proptest::prelude::*;
 
     proptest! {

@@ -2,8 +2,9 @@
 //! layers of one texture (see [`crate::plan::storage`]), the second at a multiple of four
 //! channels, and the reader's weights follow the [`ChannelMap`] of the result.
 
-use super::{ChannelMap, Io, Operator};
-use crate::kernel::Dispatch;
+use super::channel_map::ChannelMap;
+use super::operator::{Io, LayerRequest, Operator};
+use crate::gpu::kernel::Dispatch;
 
 /// The operator.
 #[derive(Debug)]
@@ -21,4 +22,9 @@ impl Operator for Concat {
     fn dispatch(&self, _: &wgpu::Device, _: &Io<'_>) -> Option<Dispatch> {
         None
     }
+}
+
+/// The operator of a layer.
+pub(super) fn operator(_: &LayerRequest<'_>) -> Concat {
+    Concat
 }

@@ -1,11 +1,13 @@
 //! 3×3 convolution with zero padding of 1, bias (into which batch norm is folded), and ReLU.
 
+use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, Variant, Weights, plain_spec};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{ChannelMap, matrix, need, simd};
-use crate::kernel::{Binding, Context, KernelSpec};
-use crate::model::Params;
-use crate::options::KernelSet;
+use super::{matrix, need, simd};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
+use crate::model::{Op, Params};
 
 /// The readable definition.
 pub const PLAIN: KernelSpec =
@@ -63,7 +65,7 @@ const fn bindings(weights: Binding) -> [Binding; 6] {
 const TILED_QUADS: usize = 4;
 
 /// The operator; weights are `[output][input][ky][kx]`. With `pools` it makes the max-pool of
-/// its output too, where the variant can, which [`Operator::pools`](super::Operator::pools)
+/// its output too, where the variant can, which [`Operator::pools`](super::operator::Operator::pools)
 /// tells.
 #[must_use]
 pub fn conv3x3(
@@ -117,4 +119,10 @@ pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> Weights {
 /// `[block of output quads][in_quad][tap][out_quad]` matrices.
 pub(super) fn tiled_matrices(taps: &Taps<'_>) -> Vec<f32> {
     taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS)
+}
+
+/// The operator of a layer, with the max-pool that follows where the variant can include it.
+pub(super) fn operator(layer: &LayerRequest<'_>, relu: bool) -> Convolution {
+    let pools = layer.next == Some(Op::MaxPool);
+    conv3x3(layer.context, layer.kernels, layer.params, layer.maps[0], relu, pools)
 }

@@ -3,13 +3,14 @@
 //!
 //! What stays in registers is not rounded to the tensors' 16 bits.
 
+use super::channel_map::ChannelMap;
 use super::head::{self, Head, HeadKernel};
 use super::image::ImageFormat;
 use super::packing::{Taps, storage_buffer};
-use super::{ChannelMap, conv3x3, simd};
-use crate::kernel::{Binding, Context, KernelSpec};
+use super::{conv3x3, simd};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
 use crate::model::{Network, Op, Params};
-use crate::options::KernelSet;
 
 /// Channels of the 3×3 convolution that an invocation holds at most.
 const CHANNELS: usize = 16;
@@ -102,7 +103,7 @@ fn bias(context: &Context, conv: &Params) -> wgpu::Buffer {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ops::matrix::{Factor, MatrixShape};
+    use crate::gpu::matrix_shape::{Factor, MatrixShape};
 
     #[test]
     fn it_ends_networks_whose_last_convolution_an_invocation_can_hold() {

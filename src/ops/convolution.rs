@@ -3,9 +3,10 @@
 
 use std::borrow::Cow;
 
+use super::operator::{Io, Operator};
 use super::packing::{Taps, plain_buffer};
-use super::{Io, Operator, simd};
-use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+use super::simd;
+use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 
 /// A convolution with its weights, ready for tensors of any size.
 #[derive(Debug)]

@@ -1,7 +1,7 @@
 //! What the operators without weights share: a kernel bound to input and output.
 
-use super::{Io, Operator};
-use crate::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+use super::operator::{Io, Operator};
+use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 
 /// A kernel that makes one output texel per invocation.
 #[derive(Debug)]

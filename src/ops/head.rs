@@ -4,14 +4,16 @@
 //! [`output_process`]: mod@super::output_process
 
 use super::activity::Activity;
+use super::channel_map::ChannelMap;
 use super::convolution::Weights;
 use super::image::{BLEND, ImageFormat};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use super::output_process::Images;
-use super::{ChannelMap, GpuTensor, conv_head, simd};
-use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use super::{conv_head, simd};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::tensor::GpuTensor;
 use crate::model::Params;
-use crate::options::KernelSet;
 
 /// The variant for GPUs, for a noisy colour and a result in these formats.
 #[must_use]

@@ -5,7 +5,7 @@
 
 use std::num::NonZeroU64;
 
-use crate::kernel::Binding;
+use crate::gpu::kernel::Binding;
 
 /// What the elements of an image in a buffer are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

@@ -6,14 +6,15 @@
 //!
 //! [`input_process`]: mod@super::input_process
 
+use super::conv3x3;
 use super::image::ImageFormat;
 use super::input_process::{self, Sources, declarations, resources, source_names};
 use super::need::{self, Need};
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{GpuTensor, conv3x3};
-use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::tensor::GpuTensor;
 use crate::model::{INPUT, Network, Op, Params};
-use crate::options::KernelSet;
 
 /// Channels that a workgroup makes. With more, several would encode the same pixels.
 const CHANNELS: usize = 16;

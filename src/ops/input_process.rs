@@ -1,9 +1,10 @@
 //! From images to the network's input: repair, expose, transfer function, layout, padding.
 
+use super::channel_map::ChannelMap;
 use super::image::{ImageBinding, ImageFormat};
 use super::tile::Tile;
-use super::{ChannelMap, GpuTensor};
-use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::tensor::GpuTensor;
 use crate::model::{Encoding, Inputs};
 
 /// The kernel for colour, albedo and normal in these formats.

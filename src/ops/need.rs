@@ -6,7 +6,7 @@
 
 use super::activity::{self, LAYERS};
 use super::packing::filled_buffer;
-use crate::kernel::Binding;
+use crate::gpu::kernel::Binding;
 use crate::plan::halo::BLOCK;
 
 /// What a layer needs to know.

@@ -1,11 +1,10 @@
 //! From the network's output to the image: inverse transfer function, exposure, crop, store.
 
-use super::GpuTensor;
-use super::image::{BLEND, ImageFormat};
+use super::image::{BLEND, ImageBinding, ImageFormat};
 use super::input_process::{TILE, scale_binding, tile_binding};
-use crate::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::tensor::GpuTensor;
 use crate::model::Encoding;
-use crate::ops::image::ImageBinding;
 
 /// The kernel for a noisy colour and a result in these formats.
 #[must_use]

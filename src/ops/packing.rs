@@ -2,8 +2,8 @@
 
 use wgpu::util::DeviceExt as _;
 
-use super::ChannelMap;
-use crate::kernel::Context;
+use super::channel_map::ChannelMap;
+use crate::gpu::kernel::Context;
 
 /// Weights by `(output channel, input channel, tap)`, from whatever layout the file has.
 pub struct Taps<'a> {

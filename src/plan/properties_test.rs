@@ -8,8 +8,8 @@ use super::halo::{halo, reach};
 use super::memory::Footprint;
 use super::storage::{Placement, Storage};
 use super::tiles::{Constraints, Placed, TilePlan};
-use crate::denoiser::MAX_SIDE;
 use crate::model::{INPUT, Network, OidnSize, Op, TensorId};
+use crate::plan::tiles::MAX_SIDE;
 
 fn area(size: [u32; 2]) -> u64 {
     u64::from(size[0]) * u64::from(size[1])

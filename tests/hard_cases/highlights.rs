@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use wgdenoise::files::{LayerChoice, Picture};
-use wgdenoise::{Image, reference};
+use wgdenoise::Image;
+use wgdenoise::internals::reference;
+use wgdenoise_files::{LayerChoice, Picture};
 
 /// Rec. 709.
 fn luminance([r, g, b]: [f32; 3]) -> f64 {

@@ -1,22 +1,15 @@
 //! Inputs that break denoisers, and what must come out: the table is in `cases.rs`, its results beside
 //! Open Image Denoise's in `docs/hard-cases.md`.
 
-#[path = "../common/mod.rs"]
-mod common;
-
-mod cases;
-mod engines;
-mod growth;
 mod highlights;
-mod measure;
 
 use wgdenoise::{Image, Precision, Quality, Weights};
 
-use cases::{By, Case, cases, noisy};
-use common::gpu::gpu;
-use common::{random, run_cases};
-use engines::{engine, on_cpu};
-use measure::measure;
+use wgdenoise_testing::gpu::gpu;
+use wgdenoise_testing::hard_cases::cases::{By, cases, noisy};
+use wgdenoise_testing::hard_cases::engines::{engine, on_cpu};
+use wgdenoise_testing::hard_cases::measure::measure;
+use wgdenoise_testing::run_cases;
 
 fn weights(quality: Quality) -> Weights {
     Weights::builtin(quality).expect("they are built in")
@@ -62,12 +55,6 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
         if same { Ok(()) } else { Err("tiles change the result".into()) }
     });
     assert!(cut > 40, "only {cut} pictures are cut");
-}
-
-impl std::fmt::Debug for Case {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.name)
-    }
 }
 
 /// The picture beside and above itself, so that it needs several tiles.

@@ -2,8 +2,8 @@
 
 use wgdenoise::{Denoiser, Gpu, Inputs, KernelSet, Options, wgpu};
 
-use crate::common::gpu::gpu;
 use crate::support::{frame, images, run, same_bits, tiny};
+use wgdenoise_testing::gpu::gpu;
 
 #[test]
 fn a_device_without_features_and_with_default_limits_will_do() {
@@ -15,10 +15,9 @@ fn a_device_without_features_and_with_default_limits_will_do() {
     let images = images(40, 30);
     let frame = frame(&images, Inputs::ALL);
     let denoiser = Denoiser::new(&device, &queue, &tiny(), &Options::default()).unwrap();
-    let found = denoiser.denoise(&frame, &mut |_, _| {}).unwrap();
-    same_bits(&found, &run(&Options { kernels: KernelSet::Tiled, ..Options::default() }, &frame))
-        .unwrap();
-    let simd = Options { kernels: KernelSet::Simd, ..Options::default() };
+    let found = denoiser.denoise(&frame).unwrap();
+    same_bits(&found, &run(&Options::default().kernels(KernelSet::Tiled), &frame)).unwrap();
+    let simd = Options::default().kernels(KernelSet::Simd);
     let error = Denoiser::new(&device, &queue, &tiny(), &simd).unwrap_err().to_string();
     assert!(error.contains("SUBGROUP"), "{error}");
 }

@@ -1,9 +1,6 @@
 //! The whole network on the adapter: against the reference, tiled against whole, with fewer
 //! inputs against zeros, in a caller's encoder against the blocking call.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod device;
 mod faults;
 mod oidn;

@@ -1,12 +1,13 @@
 //! Networks of the shape of Open Image Denoise's: the input is a skip, too.
 
-use wgdenoise::model::tza;
-use wgdenoise::{Denoiser, Frame, Image, Inputs, Options, Weights, reference};
+use wgdenoise::internals::model::tza;
+use wgdenoise::internals::reference;
+use wgdenoise::{Denoiser, Frame, Image, Inputs, Options, Weights};
 
-use crate::common::gpu::{gpu, variants};
-use crate::common::{Tolerance, compare, image_tensor, run_cases};
 use crate::overflow::times;
 use crate::support::{encoded, expected, frame, images, same_bits, tolerance};
+use wgdenoise_testing::gpu::{gpu, variants};
+use wgdenoise_testing::{Tolerance, compare, image_tensor, run_cases};
 
 /// Small ones with random weights, by `training/make_oidn_fixtures.py`.
 fn networks() -> [Weights; 2] {
@@ -25,7 +26,7 @@ pub(crate) fn color_network(name: &str) -> Weights {
 fn run(weights: &Weights, options: &Options, images: &[Image; 3]) -> Image {
     let denoiser = Denoiser::new(&gpu().device, &gpu().queue, weights, options);
     let frame = frame(images, Inputs::ALL);
-    let denoised = denoiser.expect("the device works").denoise(&frame, &mut |_, _| {});
+    let denoised = denoiser.expect("the device works").denoise(&frame);
     denoised.expect("the frame is fine")
 }
 
@@ -38,7 +39,7 @@ fn every_variant_equals_the_reference() {
         let expected = encoded(&expected(weights, &frame), scale);
         run_cases(variants(), |&(kernels, precision)| {
             let found =
-                run(weights, &Options { kernels, precision, ..Options::default() }, &images);
+                run(weights, &Options::default().kernels(kernels).precision(precision), &images);
             compare(&encoded(&found, scale), &expected, tolerance(kernels, precision))
         });
     }
@@ -49,8 +50,8 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
     let images = images(250, 130);
     for weights in &networks() {
         run_cases(variants(), |&(kernels, precision)| {
-            let options = Options { kernels, precision, ..Options::default() };
-            let tiled = Options { tile: Some(240), ..options.clone() };
+            let options = Options::default().kernels(kernels).precision(precision);
+            let tiled = options.clone().tile(240);
             same_bits(&run(weights, &tiled, &images), &run(weights, &options, &images))
         });
     }
@@ -69,11 +70,11 @@ fn results_in_every_encoding_are_verified_and_wrong_ones_refused() {
         run_cases(variants(), |&(kernels, precision)| {
             let color = if name == "rt_nrm" { &noise } else { &images[1] };
             let input_scale = is_hdr.then_some(1e9);
-            let frame = Frame { color, albedo: None, normal: None, input_scale };
-            let options = Options { kernels, precision, ..Options::default() };
+            let frame = Frame::new(color).input_scale(input_scale);
+            let options = Options::default().kernels(kernels).precision(precision);
             let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &weights, &options);
             let denoiser = denoiser.expect("the device works");
-            let mut result = denoiser.denoise(&frame, &mut |_, _| {}).map_err(|e| e.to_string())?;
+            let mut result = denoiser.denoise(&frame).map_err(|e| e.to_string())?;
             let verified = denoiser.verify(&frame, &result).map_err(|e| e.to_string())?;
             let verified = verified.ok_or("there is noise")?;
             println!("{name}, {kernels}, {precision:?}: {verified}");
@@ -100,7 +101,8 @@ fn display_colour_is_neither_exposed_nor_encoded_as_light() {
     let weights = Weights::from_tza(bytes, "rt_ldr_alb_nrm").expect("the fixture is whole");
     let expected = image_tensor(&expected(&weights, &frame(&images, Inputs::ALL)));
     run_cases(variants(), |&(kernels, precision)| {
-        let found = run(&weights, &Options { kernels, precision, ..Options::default() }, &images);
+        let found =
+            run(&weights, &Options::default().kernels(kernels).precision(precision), &images);
         // The curve back to linear light is 2.3 times as steep as a line at most.
         let encoded = tolerance(kernels, precision);
         let allowed = Tolerance { absolute: 2.3 * encoded.absolute, ..encoded };

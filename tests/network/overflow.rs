@@ -3,12 +3,12 @@
 use half::f16;
 use safetensors::SafeTensors;
 use safetensors::tensor::{Dtype, TensorView, serialize};
-use wgdenoise::model::tza;
-use wgdenoise::{Denoiser, Frame, Inputs, Options, Weights};
+use wgdenoise::internals::model::tza;
+use wgdenoise::{Denoiser, Inputs, Options, Weights};
 
-use crate::common::gpu::{gpu, variants};
-use crate::common::run_cases;
 use crate::support::{frame, images};
+use wgdenoise_testing::gpu::{gpu, variants};
+use wgdenoise_testing::run_cases;
 
 /// Networks that end in a sigmoid and in a ReLU, and the most light that can go in, exposed.
 fn networks() -> [(Vec<u8>, f32); 2] {
@@ -47,15 +47,15 @@ pub(crate) fn times(file: &[u8], factor: f32) -> Weights {
 fn no_weights_make_a_pixel_that_is_no_number_or_brighter_than_what_goes_in() {
     let images = images(37, 22);
     let frame = frame(&images, Inputs::ALL);
-    let frame = Frame { input_scale: Some(0.5), ..frame };
+    let frame = frame.input_scale(0.5);
     let networks = networks();
     let factors = |file| [1e8, 1e19, 1e36].map(|factor| (file, factor));
     let weights = networks.iter().flat_map(factors);
     let cases = weights.flat_map(|w| variants().into_iter().map(move |v| (w, v)));
     run_cases(cases, |&(((file, most), factor), (kernels, precision))| {
-        let options = Options { kernels, precision, ..Options::default() };
+        let options = Options::default().kernels(kernels).precision(precision);
         let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &times(file, factor), &options);
-        let result = denoiser.expect("it fits").denoise(&frame, &mut |_, _| {}).expect("it runs");
+        let result = denoiser.expect("it fits").denoise(&frame).expect("it runs");
         // But for the rounding of the inverse transfer function.
         let bad = |p: &&[f32; 3]| !p.iter().all(|v| (0.0..=most / 0.5 * 1.001).contains(v));
         match result.pixels().iter().filter(bad).count() {

@@ -2,14 +2,14 @@
 
 use wgdenoise::{CallProfile, Inputs, KernelSet, Options, Precision, Quality, Weights};
 
-use crate::common::gpu::{fused_sets, gpu};
 use crate::support::{denoiser, frame, images};
+use wgdenoise_testing::gpu::{fused_sets, gpu};
 
 #[test]
 fn a_profile_has_every_call_in_order_and_the_work_of_the_fused_network() {
     let weights = Weights::builtin(Quality::Balanced).unwrap();
     for kernels in fused_sets(Precision::F16) {
-        let options = Options { kernels, precision: Precision::F16, ..Options::default() };
+        let options = Options::default().kernels(kernels).precision(Precision::F16);
         let denoiser =
             wgdenoise::Denoiser::new(&gpu().device, &gpu().queue, &weights, &options).unwrap();
         let images = images(64, 48);
@@ -56,7 +56,7 @@ fn tiles_add_up() {
     let images = images(150, 90);
     let frame = frame(&images, Inputs::ALL);
     let whole = denoiser(&Options::default()).profile(&frame, 1).unwrap();
-    let options = Options { tile: Some(96), ..Options::default() };
+    let options = Options::default().tile(96);
     let tiled = denoiser(&options).profile(&frame, 1).unwrap();
     assert_eq!(whole.len(), tiled.len());
     let sum = |rows: &[CallProfile]| rows.iter().map(|row| row.macs).sum::<f64>();

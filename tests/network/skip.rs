@@ -2,9 +2,9 @@
 
 use wgdenoise::{Image, Inputs, Options, Precision};
 
-use crate::common::gpu::{fused_sets, variants_of};
-use crate::common::{Random, run_cases};
 use crate::support::{denoiser, frame, images, run, same_bits};
+use wgdenoise_testing::gpu::{fused_sets, variants_of};
+use wgdenoise_testing::{Random, run_cases};
 
 const SIZE: [u32; 2] = [420, 260];
 
@@ -34,9 +34,9 @@ fn clean_blocks_keep_their_bits_and_the_others_get_the_same_as_without_skipping(
     for inputs in [Inputs::ALL, Inputs::default()] {
         let frame = frame(&images, inputs);
         run_cases(fused_sets(Precision::F16), |&kernels| {
-            let options = Options { kernels, ..Options::default() };
+            let options = Options::default().kernels(kernels);
             let skipping = run(&options, &frame);
-            let full = run(&Options { skip_clean: false, ..options }, &frame);
+            let full = run(&options.skip_clean(false), &frame);
             let (mut kept, mut changed) = (0, 0);
             for (i, found) in skipping.pixels().iter().enumerate() {
                 let expected = if is_noisy(i) { full.pixels()[i] } else { images[0].pixels()[i] };
@@ -60,8 +60,8 @@ fn tiles_skip_the_same_blocks_as_the_whole_image() {
     let images = disc();
     let frame = frame(&images, Inputs::ALL);
     run_cases(variants_of(fused_sets), |&(kernels, precision)| {
-        let options = Options { kernels, precision, ..Options::default() };
-        let tiled = Options { tile: Some(112), ..options.clone() };
+        let options = Options::default().kernels(kernels).precision(precision);
+        let tiled = options.clone().tile(112);
         let plan = denoiser(&tiled).tile_plan(SIZE[0], SIZE[1], Inputs::ALL).unwrap();
         assert!(plan.tiles.len() > 8, "{} tiles", plan.tiles.len());
         same_bits(&run(&tiled, &frame), &run(&options, &frame))
@@ -86,6 +86,6 @@ fn a_noisy_image_is_denoised_everywhere() {
         *pixel = [1.0 + 0.05 * random.value(); 3];
     }
     let frame = frame(&images, Inputs::ALL);
-    let full = run(&Options { skip_clean: false, ..Options::default() }, &frame);
+    let full = run(&Options::default().skip_clean(false), &frame);
     same_bits(&run(&Options::default(), &frame), &full).unwrap();
 }

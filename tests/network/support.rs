@@ -1,10 +1,10 @@
 //! A small network, frames for it, and what the reference makes of them.
 
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Denoiser, Frame, Image, Inputs, KernelSet, Options, Precision, Weights};
 
-use crate::common::gpu::gpu;
-use crate::common::{Random, Tolerance, image_tensor};
+use wgdenoise_testing::gpu::gpu;
+use wgdenoise_testing::{Random, Tolerance, image_tensor};
 
 /// Three widths (two poolings, alignment 4), nine inputs, batch norm stored raw.
 pub(crate) fn tiny() -> Weights {
@@ -15,7 +15,7 @@ pub(crate) fn tiny() -> Weights {
 pub(crate) fn denoiser(options: &Options) -> Denoiser {
     let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &tiny(), options);
     let denoiser = denoiser.expect("the device works");
-    assert_eq!(denoiser.notices(), [""; 0], "what was asked for must run");
+    assert_eq!(denoiser.take_notices(), [""; 0], "what was asked for must run");
     denoiser
 }
 
@@ -29,16 +29,13 @@ pub(crate) fn images(width: u32, height: u32) -> [Image; 3] {
 }
 
 pub(crate) fn frame(images: &[Image; 3], inputs: Inputs) -> Frame<'_> {
-    Frame {
-        color: &images[0],
-        albedo: inputs.albedo.then_some(&images[1]),
-        normal: inputs.normal.then_some(&images[2]),
-        input_scale: None,
-    }
+    Frame::new(&images[0])
+        .albedo(inputs.albedo.then_some(&images[1]))
+        .normal(inputs.normal.then_some(&images[2]))
 }
 
 pub(crate) fn run(options: &Options, frame: &Frame<'_>) -> Image {
-    denoiser(options).denoise(frame, &mut |_, _| {}).expect("the frame is fine")
+    denoiser(options).denoise(frame).expect("the frame is fine")
 }
 
 /// What the naive functions make of a frame, from its pixels to the result's.

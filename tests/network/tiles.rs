@@ -5,9 +5,9 @@ use wgdenoise::{
     Weights, wgpu,
 };
 
-use crate::common::gpu::{gpu, kernel_sets};
-use crate::common::run_cases;
 use crate::support::{denoiser, frame, images, run, same_bits, tiny};
+use wgdenoise_testing::gpu::{gpu, kernel_sets};
+use wgdenoise_testing::run_cases;
 
 #[test]
 fn tiles_make_the_same_bits_as_the_whole_image() {
@@ -16,8 +16,8 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
     run_cases(cases, |&(kernels, (width, height))| {
         let images = images(width, height);
         let frame = frame(&images, Inputs::ALL);
-        let whole = run(&Options { kernels, ..Options::default() }, &frame);
-        let options = Options { kernels, tile: Some(80), ..Options::default() };
+        let whole = run(&Options::default().kernels(kernels), &frame);
+        let options = Options::default().kernels(kernels).tile(80);
         let tiles = denoiser(&options).tile_plan(width, height, Inputs::ALL).unwrap().tiles.len();
         if tiles < 2 {
             return Err(format!("{tiles} tile tests nothing"));
@@ -32,13 +32,11 @@ fn the_built_in_weights_make_the_same_bits_in_tiles() {
     for precision in [Precision::F32, Precision::F16] {
         let weights = Weights::builtin(Quality::Fast).unwrap();
         let run = |tile| {
-            let options = Options { precision, tile, ..Options::default() };
+            let options = Options::default().precision(precision).tile(tile);
             let (device, queue) = (&gpu().device, &gpu().queue);
             let denoiser = Denoiser::new(device, queue, &weights, &options).unwrap();
-            let mut tiles = 0;
-            let frame = frame(&images, Inputs::ALL);
-            let image = denoiser.denoise(&frame, &mut |_, of| tiles = of).unwrap();
-            (image, tiles)
+            let tiles = denoiser.tile_plan(400, 230, Inputs::ALL).unwrap().tiles.len();
+            (denoiser.denoise(&frame(&images, Inputs::ALL)).unwrap(), tiles)
         };
         let ((whole, one), (tiled, many)) = (run(None), run(Some(224)));
         assert!(one == 1 && many > 4, "{one} and {many} tiles");
@@ -50,11 +48,11 @@ fn the_built_in_weights_make_the_same_bits_in_tiles() {
 fn the_memory_budget_does_not_change_the_result() {
     let images = images(200, 150);
     let frame = frame(&images, Inputs::ALL);
-    let denoiser = denoiser(&Options { memory_bytes: 2 << 20, ..Options::default() });
+    let denoiser = denoiser(&Options::default().memory_bytes(2 << 20));
     let planned = denoiser.memory_bytes(200, 150, Inputs::ALL).unwrap();
     assert!(planned <= 2 << 20, "{planned} bytes");
     assert!(denoiser.tile_plan(200, 150, Inputs::ALL).unwrap().tiles.len() > 1);
-    let found = denoiser.denoise(&frame, &mut |_, _| {}).unwrap();
+    let found = denoiser.denoise(&frame).unwrap();
     same_bits(&found, &run(&Options::default(), &frame)).unwrap();
 }
 
@@ -67,7 +65,7 @@ fn what_a_pass_allocates_is_what_was_planned() {
         gpu.device.generate_allocator_report().expect("this backend reports").total_allocated_bytes
     };
     let budget = 4 << 20;
-    let options = Options { memory_bytes: budget, ..Options::default() };
+    let options = Options::default().memory_bytes(budget);
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &tiny(), &options).unwrap();
     let [noisy, clean] = [(); 2].map(|()| pass_buffer(&gpu.device));
     let before = allocated();
@@ -100,7 +98,7 @@ fn pass_buffer(device: &wgpu::Device) -> wgpu::Buffer {
 
 #[test]
 fn a_budget_below_the_smallest_tile_is_refused_with_what_it_needs() {
-    let denoiser = denoiser(&Options { memory_bytes: 10_000, ..Options::default() });
+    let denoiser = denoiser(&Options::default().memory_bytes(10_000));
     let error = denoiser.tile_plan(500, 500, Inputs::ALL).unwrap_err().to_string();
     assert!(error.contains("memory") && error.contains("MiB"), "{error}");
 }

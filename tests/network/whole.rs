@@ -1,14 +1,15 @@
 //! The blocking call against the reference.
 
-use wgdenoise::model::INPUT;
-use wgdenoise::reference::Tensor;
-use wgdenoise::{Frame, Inputs, KernelSet, Options, Precision, Weights, reference};
+use wgdenoise::internals::model::INPUT;
+use wgdenoise::internals::reference;
+use wgdenoise::internals::reference::Tensor;
+use wgdenoise::{Inputs, KernelSet, Options, Precision, Weights};
 
-use crate::common::gpu::{context, kernel_sets, variants};
-use crate::common::{Random, compare, run_cases};
 use crate::support::{
     F32, SETS, denoiser, encoded, expected, frame, images, run, same_bits, tiny, tolerance,
 };
+use wgdenoise_testing::gpu::{context, kernel_sets, variants};
+use wgdenoise_testing::{Random, compare, run_cases};
 
 #[test]
 fn every_variant_equals_the_reference_for_every_input_set() {
@@ -16,7 +17,7 @@ fn every_variant_equals_the_reference_for_every_input_set() {
     let cases = SETS.iter().flat_map(|&inputs| variants().into_iter().map(move |v| (inputs, v)));
     run_cases(cases, |&(inputs, (kernels, precision))| {
         let frame = frame(&images, inputs);
-        let found = run(&Options { kernels, precision, ..Options::default() }, &frame);
+        let found = run(&Options::default().kernels(kernels).precision(precision), &frame);
         let expected = expected(&tiny(), &frame);
         let scale = reference::autoexposure(frame.color);
         let allowed = tolerance(kernels, precision);
@@ -49,14 +50,14 @@ fn absent_inputs_make_the_same_bits_as_zeros() {
 
 /// The only layer that reads the network's input.
 fn first_layer(weights: &Weights, kernels: KernelSet, input: &Tensor) -> Tensor {
-    use wgdenoise::ops::{conv3x3::conv3x3, input_process::channel_map};
+    use wgdenoise::internals::ops::{conv3x3::conv3x3, input_process::channel_map};
     let readers = weights.network().layers.iter().filter(|l| l.inputs.contains(&INPUT));
     assert_eq!(readers.map(|l| l.name.as_str()).collect::<Vec<_>>(), ["enc_conv0a"]);
     let params = weights.params("enc_conv0a");
     let (context, map) = (context(Precision::F32), channel_map(input.channels));
     let operator = conv3x3(context, kernels, &params, &map, true, false);
     let shape = [params.bias.len(), input.height, input.width];
-    crate::common::run::run(context, &operator, input, &map, shape)
+    wgdenoise_testing::run::run(context, &operator, input, &map, shape)
 }
 
 #[test]
@@ -72,8 +73,8 @@ fn the_same_input_makes_the_same_bits_every_time() {
 #[test]
 fn an_input_scale_replaces_the_measured_exposure() {
     let images = images(37, 22);
-    let frame = Frame { input_scale: Some(0.05), ..frame(&images, Inputs::ALL) };
-    let options = Options { precision: Precision::F32, ..Options::default() };
+    let frame = frame(&images, Inputs::ALL).input_scale(0.05);
+    let options = Options::default().precision(Precision::F32);
     let found = run(&options, &frame);
     let expected = expected(&tiny(), &frame);
     compare(&encoded(&found, 0.05), &encoded(&expected, 0.05), F32).unwrap();
@@ -83,10 +84,10 @@ fn an_input_scale_replaces_the_measured_exposure() {
 fn frames_that_do_not_fit_together_are_refused() {
     let denoiser = denoiser(&Options::default());
     let (color, small) = (images(8, 8), images(8, 7));
-    let frame = Frame { albedo: Some(&small[1]), ..frame(&color, Inputs::default()) };
-    let error = denoiser.denoise(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    let frame = frame(&color, Inputs::default()).albedo(&small[1]);
+    let error = denoiser.denoise(&frame).unwrap_err().to_string();
     assert!(error.contains("albedo is 8×7, but the colour is 8×8"), "{error}");
-    let frame = Frame { albedo: None, input_scale: Some(f32::NAN), ..frame };
-    let error = denoiser.denoise(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    let frame = frame.input_scale(f32::NAN);
+    let error = denoiser.denoise(&frame).unwrap_err().to_string();
     assert!(error.contains("input scale is NaN"), "{error}");
 }

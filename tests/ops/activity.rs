@@ -1,14 +1,16 @@
 use std::collections::BTreeSet;
 
-use wgdenoise::model::{Encoding, TransferFunction};
-use wgdenoise::ops::activity::{Activity, FAR, LAYERS, activity};
-use wgdenoise::ops::input_process::Sources;
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::plan::tiles::{Placed, Rect};
-use wgdenoise::{Frame, Image, Precision, reference, wgpu};
+use wgdenoise::Rect;
+use wgdenoise::internals::model::{Encoding, TransferFunction};
+use wgdenoise::internals::ops::activity::{Activity, FAR, LAYERS, activity};
+use wgdenoise::internals::ops::input_process::Sources;
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::plan::tiles::Placed;
+use wgdenoise::internals::reference::{self, TileOfView, View};
+use wgdenoise::{Frame, Image, Precision, wgpu};
 
-use crate::common::gpu::{buffer, context, read_back, submit};
-use crate::common::{Random, run_cases};
+use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
+use wgdenoise_testing::{Random, run_cases};
 
 /// What a clean block may bend by, as defined.
 const T: f64 = 1.0 / 1024.0;
@@ -180,7 +182,7 @@ fn what_is_black_beside_noise_is_clean_only_where_albedo_and_normal_are() {
     let images = [None, Some(&surface)];
     let cases = images.into_iter().flat_map(|albedo| images.map(|normal| (albedo, normal)));
     for (albedo, normal) in cases {
-        let frame = Frame { albedo, normal, ..alone(&black) };
+        let frame = alone(&black).albedo(albedo).normal(normal);
         let found = run_frame(&frame, &Setup::whole(size));
         let clean = found.clean.iter().filter(|&&clean| clean).count();
         let given = albedo.or(normal).is_some();
@@ -235,7 +237,7 @@ fn decode(v: f64) -> f32 {
 }
 
 fn alone(color: &Image) -> Frame<'_> {
-    Frame { color, albedo: None, normal: None, input_scale: None }
+    Frame::new(color)
 }
 
 fn compare(found: &reference::Activity, image: &Image, setup: &Setup) -> Result<(), String> {
@@ -248,7 +250,9 @@ fn compare_frame(
     setup: &Setup,
 ) -> Result<(), String> {
     let Setup { placed, tile, radius, skip, encoding, .. } = setup;
-    let expected = reference::activity(frame, *encoding, SCALE, placed, *tile, *radius, *skip);
+    let view = View { color: frame.color, albedo: frame.albedo, normal: frame.normal };
+    let tile = TileOfView { origin: placed.origin, size: *tile, stores: placed.stores };
+    let expected = reference::activity(&view, *encoding, SCALE, &tile, *radius, *skip);
     let message = || format!("found {found:?}, expected {expected:?}");
     (*found == expected).then_some(()).ok_or_else(message)
 }

@@ -1,9 +1,10 @@
-use wgdenoise::ops::autoexposure::{Band, autoexposure};
-use wgdenoise::ops::tile::Layout;
-use wgdenoise::{Image, Precision, reference};
+use wgdenoise::internals::ops::autoexposure::{Band, autoexposure};
+use wgdenoise::internals::ops::tile::Layout;
+use wgdenoise::internals::reference;
+use wgdenoise::{Image, Precision};
 
-use crate::common::gpu::{buffer, context, read_back, submit};
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// Sums of up to 256 values in f32 (1e-5) under a logarithm, whose mean is an exponent.
 const TOLERANCE: Tolerance = Tolerance { absolute: 0.0, relative: 5e-5 };

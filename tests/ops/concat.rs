@@ -1,9 +1,14 @@
 use proptest::prelude::*;
-use wgdenoise::ops::{GpuTensor, Io, Operator as _, channel_map, concat, conv1x1::conv1x1};
-use wgdenoise::{Precision, model::Params, reference};
+use wgdenoise::Precision;
+use wgdenoise::internals::gpu::tensor::GpuTensor;
+use wgdenoise::internals::model::Params;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::operator::{Io, Operator as _};
+use wgdenoise::internals::ops::{concat, conv1x1::conv1x1};
+use wgdenoise::internals::reference;
 
-use crate::common::gpu::{context, download, submit, upload};
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{context, download, submit, upload};
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// A convolution by the identity multiplies by 1 and adds 0: nothing is rounded.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
@@ -40,7 +45,11 @@ fn check(first: usize, second: usize) -> Result<(), String> {
 }
 
 /// Writes a tensor through a kernel, as the network does.
-fn copy(context: &wgdenoise::kernel::Context, tensor: &reference::Tensor, target: &GpuTensor) {
+fn copy(
+    context: &wgdenoise::internals::gpu::kernel::Context,
+    tensor: &reference::Tensor,
+    target: &GpuTensor,
+) {
     let n = tensor.channels;
     let weight = (0..n * n).map(|i| if i % (n + 1) == 0 { 1.0 } else { 0.0 }).collect();
     let identity = Params { weight, bias: vec![0.0; n] };

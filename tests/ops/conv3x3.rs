@@ -1,17 +1,19 @@
 use proptest::prelude::*;
 use proptest::sample;
-use wgdenoise::model::Params;
-use wgdenoise::ops::need::Need;
-use wgdenoise::ops::{Operator as _, channel_map, concat, conv3x3::conv3x3};
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::model::Params;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::need::Need;
+use wgdenoise::internals::ops::operator::Operator as _;
+use wgdenoise::internals::ops::{concat, conv3x3::conv3x3};
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
-use crate::common::gpu::{
+use wgdenoise_testing::gpu::{
     PRECISIONS, context, factors, fused_sets, kernel_sets, stored, sum_tolerance, variants,
     variants_of,
 };
-use crate::common::run::{activity_map, run, run_pooling, run_where};
-use crate::common::{Random, compare, run_cases};
+use wgdenoise_testing::run::{activity_map, run, run_pooling, run_where};
+use wgdenoise_testing::{Random, compare, run_cases};
 
 /// Channels in and out, rows, columns, ReLU.
 type Case = (usize, usize, usize, usize, bool);

@@ -1,18 +1,19 @@
 use proptest::prelude::*;
 use proptest::sample;
-use wgdenoise::model::{Network, Params};
-use wgdenoise::ops::conv_head::conv_head;
-use wgdenoise::ops::need::Need;
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::ops::{channel_map, conv3x3::conv3x3, head::Head};
-use wgdenoise::plan::halo;
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::model::{Network, Params};
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::conv_head::conv_head;
+use wgdenoise::internals::ops::need::Need;
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::ops::{conv3x3::conv3x3, head::Head};
+use wgdenoise::internals::plan::halo;
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, KernelSet, Precision};
 
 use super::head::store;
-use crate::common::gpu::{context, kernel_sets, stored, sum_tolerance, variants_of};
-use crate::common::run::{activity_map, run, run_where};
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{context, kernel_sets, stored, sum_tolerance, variants_of};
+use wgdenoise_testing::run::{activity_map, run, run_where};
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// Channels in and out, size of the images, the tile's first pixel in them. The tile has whole
 /// blocks and covers the rest of the images; a border of one pixel is not stored.

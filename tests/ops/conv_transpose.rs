@@ -1,12 +1,14 @@
 use proptest::prelude::*;
 use proptest::sample;
-use wgdenoise::model::Params;
-use wgdenoise::ops::{channel_map, conv_transpose::conv_transpose};
-use wgdenoise::{Precision, reference};
+use wgdenoise::Precision;
+use wgdenoise::internals::model::Params;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::conv_transpose::conv_transpose;
+use wgdenoise::internals::reference;
 
-use crate::common::gpu::{PRECISIONS, context, stored, sum_tolerance};
-use crate::common::run::run;
-use crate::common::{Random, compare, run_cases};
+use wgdenoise_testing::gpu::{PRECISIONS, context, stored, sum_tolerance};
+use wgdenoise_testing::run::run;
+use wgdenoise_testing::{Random, compare, run_cases};
 
 /// Channels in and out, rows and columns of the input.
 type Case = (usize, usize, usize, usize);

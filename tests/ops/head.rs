@@ -1,18 +1,18 @@
-use wgdenoise::kernel::Context;
-use wgdenoise::model::{Encoding, Params};
-use wgdenoise::ops::activity::Activity;
-use wgdenoise::ops::channel_map;
-use wgdenoise::ops::head::Head;
-use wgdenoise::ops::need::everything;
-use wgdenoise::ops::output_process::Images;
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::gpu::kernel::Context;
+use wgdenoise::internals::model::{Encoding, Params};
+use wgdenoise::internals::ops::activity::Activity;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::head::Head;
+use wgdenoise::internals::ops::need::everything;
+use wgdenoise::internals::ops::output_process::Images;
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, KernelSet, Precision};
 
-use crate::common::gpu::{
+use wgdenoise_testing::gpu::{
     buffer, context, fused_sets, read_back, stored, submit, upload, variants_of,
 };
-use crate::common::{Random, Tolerance, compare, image_tensor, run_cases};
+use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
 /// As for `output_process`, and the rounding of up to 40 products that the steep end of the
 /// curve multiplies by 16.

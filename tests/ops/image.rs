@@ -1,18 +1,19 @@
 //! Images of every format, as the first and the last kernel see them.
 
-use wgdenoise::model::Encoding;
-use wgdenoise::ops::image::{Element, ImageBinding, ImageFormat};
-use wgdenoise::ops::input_process::{self, Sources, input_process};
-use wgdenoise::ops::output_process::{Images, output_process};
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::ops::{GpuTensor, channel_map};
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::gpu::tensor::GpuTensor;
+use wgdenoise::internals::model::Encoding;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::image::{Element, ImageBinding, ImageFormat};
+use wgdenoise::internals::ops::input_process::{self, Sources, input_process};
+use wgdenoise::internals::ops::output_process::{Images, output_process};
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{PassImage, Precision, wgpu};
 
-use crate::common::gpu::{buffer, context, download, submit, upload};
-use crate::common::image::{GpuImage, Pixel, cpu_image, quantised};
-use crate::common::{Random, Tolerance, compare, image_tensor, run_cases};
+use wgdenoise_testing::gpu::{buffer, context, download, submit, upload};
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantised};
+use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
 const SIZE: [u32; 2] = [13, 7];
 
@@ -122,7 +123,7 @@ fn every_format_is_written_with_the_blend_and_the_alpha_of_the_colour() {
         let found = output.read(|_| {});
         let mut expected = denoised.clone();
         for (pixel, noisy) in expected.pixels_mut().iter_mut().zip(pixels()) {
-            *pixel = [0, 1, 2].map(|c| reference::image::blend(pixel[c], noisy[c], share));
+            *pixel = [0, 1, 2].map(|c| wgdenoise_testing::pixels::blend(pixel[c], noisy[c], share));
         }
         let colors = [cpu_image(&found, SIZE), expected].map(|image| image_tensor(&image));
         compare(&colors[0], &colors[1], STORED)?;

@@ -1,17 +1,21 @@
 //! The first convolution of the tiled kernels, which reads the images.
 
-use wgdenoise::model::{Encoding, Params};
-use wgdenoise::ops::input_conv::InputConv;
-use wgdenoise::ops::input_process::{self, Sources, input_process};
-use wgdenoise::ops::need::{Need, everything};
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::ops::{GpuTensor, channel_map, conv3x3::conv3x3};
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::gpu::tensor::GpuTensor;
+use wgdenoise::internals::model::{Encoding, Params};
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::conv3x3::conv3x3;
+use wgdenoise::internals::ops::input_conv::InputConv;
+use wgdenoise::internals::ops::input_process::{self, Sources, input_process};
+use wgdenoise::internals::ops::need::{Need, everything};
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, Inputs, KernelSet, Precision};
 
-use crate::common::gpu::{PRECISIONS, buffer, context, download, submit, sum_tolerance, upload};
-use crate::common::run::{activity_map, run};
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{
+    PRECISIONS, buffer, context, download, submit, sum_tolerance, upload,
+};
+use wgdenoise_testing::run::{activity_map, run};
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// What the images are multiplied by.
 const SCALE: f32 = 0.7;
@@ -86,7 +90,7 @@ impl Problem {
     fn record<T>(
         &self,
         precision: Precision,
-        make: impl FnOnce(&wgdenoise::kernel::Context, &Sources<'_>, [usize; 2]) -> T,
+        make: impl FnOnce(&wgdenoise::internals::gpu::kernel::Context, &Sources<'_>, [usize; 2]) -> T,
     ) -> T {
         let context = context(precision);
         let (width, height) = self.color.size();

@@ -1,12 +1,13 @@
-use wgdenoise::kernel::Context;
-use wgdenoise::model::{Encoding, TransferFunction};
-use wgdenoise::ops::GpuTensor;
-use wgdenoise::ops::input_process::{Sources, channel_map, input_process};
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::{Image, Precision, reference};
+use wgdenoise::internals::gpu::kernel::Context;
+use wgdenoise::internals::gpu::tensor::GpuTensor;
+use wgdenoise::internals::model::{Encoding, TransferFunction};
+use wgdenoise::internals::ops::input_process::{Sources, channel_map, input_process};
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::reference;
+use wgdenoise::{Image, Precision};
 
-use crate::common::gpu::{buffer, context, download, submit};
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{buffer, context, download, submit};
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// `log` and `pow` of WGSL are good to about 1e-6 of what they return here, and the transfer
 /// function adds a few terms of size 1.

@@ -1,8 +1,5 @@
 //! Every operator on the adapter against its CPU reference.
 
-#[path = "../common/mod.rs"]
-mod common;
-
 mod activity;
 mod autoexposure;
 mod concat;

@@ -1,10 +1,12 @@
 use proptest::prelude::*;
-use wgdenoise::ops::{channel_map, max_pool::max_pool};
-use wgdenoise::{Precision, reference};
+use wgdenoise::Precision;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::max_pool::max_pool;
+use wgdenoise::internals::reference;
 
-use crate::common::gpu::{context, stored};
-use crate::common::run::run;
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{context, stored};
+use wgdenoise_testing::run::run;
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// The maximum is one of the stored values, so nothing is rounded.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };

@@ -1,13 +1,12 @@
-use wgdenoise::model::{Encoding, TransferFunction};
-use wgdenoise::ops::tile::{Layout, Tile};
-use wgdenoise::ops::{
-    channel_map,
-    output_process::{Images, output_process},
-};
-use wgdenoise::{Precision, reference};
+use wgdenoise::Precision;
+use wgdenoise::internals::model::{Encoding, TransferFunction};
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::output_process::{Images, output_process};
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::reference;
 
-use crate::common::gpu::{buffer, context, read_back, stored, submit, upload};
-use crate::common::{Random, Tolerance, compare, image_tensor, run_cases};
+use wgdenoise_testing::gpu::{buffer, context, read_back, stored, submit, upload};
+use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
 /// The bright part of the curve is `exp(16.3·x)`: an error of 1e-7 in `x` and the few units
 /// that WGSL allows `exp` come to a few 1e-6 of the result.
@@ -71,7 +70,7 @@ fn only_the_pixels_of_the_tile_are_stored() {
 }
 
 fn run(
-    context: &wgdenoise::kernel::Context,
+    context: &wgdenoise::internals::gpu::kernel::Context,
     encoding: Encoding,
     tensor: &reference::Tensor,
     size: [u32; 2],
@@ -86,7 +85,7 @@ fn run(
 
 /// What the kernel leaves in a buffer of `count` times −1.
 fn store(
-    context: &wgdenoise::kernel::Context,
+    context: &wgdenoise::internals::gpu::kernel::Context,
     encoding: Encoding,
     tensor: &reference::Tensor,
     tile: &Tile,

@@ -1,8 +1,9 @@
 use wgdenoise::Precision;
-use wgdenoise::ops::{conv3x3::conv3x3, self_test::self_test};
+use wgdenoise::internals::ops::conv3x3::conv3x3;
+use wgdenoise::internals::self_test::self_test;
 
-use crate::common::gpu::{context, kernel_sets, variants};
-use crate::common::run_cases;
+use wgdenoise_testing::gpu::{context, kernel_sets, variants};
+use wgdenoise_testing::run_cases;
 
 #[test]
 fn every_set_that_runs_here_passes() {

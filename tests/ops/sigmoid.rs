@@ -1,10 +1,12 @@
 use proptest::prelude::*;
-use wgdenoise::ops::{channel_map, sigmoid::sigmoid};
-use wgdenoise::{Precision, reference};
+use wgdenoise::Precision;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::sigmoid::sigmoid;
+use wgdenoise::internals::reference;
 
-use crate::common::gpu::{context, stored};
-use crate::common::run::run;
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{context, stored};
+use wgdenoise_testing::run::run;
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// WGSL allows `exp` an error of 3 + 2·|x| units in the last place; below 30 that is 4e-6 of
 /// a result of at most 1, and where the result is small its own relative error is the same.

@@ -1,14 +1,15 @@
 use proptest::prelude::*;
 use proptest::sample;
-use wgdenoise::model::Params;
-use wgdenoise::ops::{channel_map, up_conv::up_conv};
-use wgdenoise::reference::{self, Tensor};
+use wgdenoise::internals::model::Params;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::up_conv::up_conv;
+use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
-use crate::common::gpu::{context, fused_sets, stored, sum_tolerance, variants_of};
-use crate::common::run::run_where;
-use crate::common::{Random, Tolerance, compare, run_cases};
-use wgdenoise::ops::need::{Need, everything};
+use wgdenoise::internals::ops::need::{Need, everything};
+use wgdenoise_testing::gpu::{context, fused_sets, stored, sum_tolerance, variants_of};
+use wgdenoise_testing::run::run_where;
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// Channels of skip, low-resolution tensor, upsampled tensor and output, low-resolution rows and
 /// columns, ReLU.

@@ -1,10 +1,12 @@
 use proptest::prelude::*;
-use wgdenoise::ops::{channel_map, upsample::upsample};
-use wgdenoise::{Precision, reference};
+use wgdenoise::Precision;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::upsample::upsample;
+use wgdenoise::internals::reference;
 
-use crate::common::gpu::{context, stored};
-use crate::common::run::run;
-use crate::common::{Random, Tolerance, compare, run_cases};
+use wgdenoise_testing::gpu::{context, stored};
+use wgdenoise_testing::run::run;
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// Values are copied, so nothing is rounded.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };

@@ -69,7 +69,7 @@ impl File {
             let view = TensorView::new(*dtype, shape.clone(), bytes).expect("the sizes agree");
             (name.clone(), view)
         });
-        serialize(views, Some(self.metadata.clone())).expect("it fits")
+        serialize(views, Some(self.metadata.clone().into_iter().collect())).expect("it fits")
     }
 
     #[track_caller]

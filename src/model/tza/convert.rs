@@ -30,11 +30,12 @@ pub fn to_safetensors(bytes: &[u8], name: &str) -> Result<Vec<u8>> {
         Ok((tensor.name, view.map_err(|e| not_written(&e))?))
     });
     let views: BTreeMap<_, _> = views.collect::<Result<_>>()?;
-    serialize(views, Some(metadata(&kind, name, size, &widths))).map_err(|e| not_written(&e))
+    serialize(views, Some(metadata(&kind, name, size, &widths).into_iter().collect()))
+        .map_err(|e| not_written(&e))
 }
 
 fn not_written(error: &dyn std::fmt::Display) -> Error {
-    Error::Weights(format!("the weights file cannot be made: {error}"))
+    Error::weights(format!("the weights file cannot be made: {error}"))
 }
 
 /// Which network it is, by the number of its convolutions, and what each of them makes.
@@ -45,16 +46,16 @@ fn shape_of(tensors: &[Tensor<'_>]) -> Result<(OidnSize, Vec<usize>)> {
         .find(|size| size.convolutions() == weights().count())
         .ok_or_else(|| {
             let count = weights().count();
-            Error::Weights(format!("{count} convolutions, expected 16 (base, small) or 19 (large)"))
+            Error::weights(format!("{count} convolutions, expected 16 (base, small) or 19 (large)"))
         })?;
     let outputs = |name: &str| {
         let found = tensors.iter().find(|tensor| tensor.name == format!("{name}.weight"));
         let found = found.filter(|tensor| tensor.shape.len() == 4).ok_or_else(|| {
-            Error::Weights(format!("tensor `{name}.weight` is missing, expected a convolution"))
+            Error::weights(format!("tensor `{name}.weight` is missing, expected a convolution"))
         })?;
         let width = found.shape[0];
         (1..=MAX_WIDTH).contains(&width).then_some(width).ok_or_else(|| {
-            Error::Weights(format!("`{name}` makes {width} channels, expected 1 to {MAX_WIDTH}"))
+            Error::weights(format!("`{name}` makes {width} channels, expected 1 to {MAX_WIDTH}"))
         })
     };
     let widths = size.names().map(outputs).collect::<Result<_>>()?;
@@ -69,7 +70,7 @@ fn check_inputs(kind: &Kind, tensors: &[Tensor<'_>], size: OidnSize) -> Result<(
     if found == expected {
         return Ok(());
     }
-    Err(Error::Weights(format!(
+    Err(Error::weights(format!(
         "the file's network reads {found} channels, but by its name, {}, it should read {expected} \
          ({}); give the file the name that it came with",
         kind.stem, kind.inputs
@@ -86,7 +87,7 @@ fn skip_first(network: &Network, tensor: &Tensor<'_>) -> Result<Vec<u8>> {
     let Some(concat) = concat else { return Ok(tensor.data.to_vec()) };
     let [skip, up] = [0, 1].map(|i| network.shapes[concat.inputs[i]].channels);
     if tensor.shape.get(1..) != Some(&[skip + up, 3, 3]) {
-        return Err(Error::Weights(format!(
+        return Err(Error::weights(format!(
             "tensor `{}` has shape {:?}, expected {} input channels and 3×3 taps",
             tensor.name,
             tensor.shape,

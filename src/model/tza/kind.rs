@@ -1,7 +1,7 @@
 //! What a network of Open Image Denoise is for: a file says it by its name alone.
 
 use crate::error::{Error, Result};
-use crate::model::Main::{self, Albedo, Color, Normal};
+use crate::model::MainImage::{self, Albedo, Color, Normal};
 use crate::model::TransferFunction::{self, Log, Pu, Signed, Srgb};
 use crate::model::{Inputs, Metadata};
 
@@ -13,7 +13,7 @@ pub struct Kind {
     /// What the network reads.
     pub inputs: Inputs,
     /// What the first image is.
-    pub main: Main,
+    pub main: MainImage,
     /// How it is encoded.
     pub transfer: TransferFunction,
 }
@@ -21,7 +21,12 @@ pub struct Kind {
 const ALBEDO: Inputs = Inputs { albedo: true, normal: false };
 const NONE: Inputs = Inputs { albedo: false, normal: false };
 
-const fn kind(stem: &'static str, inputs: Inputs, main: Main, transfer: TransferFunction) -> Kind {
+const fn kind(
+    stem: &'static str,
+    inputs: Inputs,
+    main: MainImage,
+    transfer: TransferFunction,
+) -> Kind {
     Kind { stem, inputs, main, transfer }
 }
 
@@ -50,7 +55,7 @@ impl Kind {
         let stem = name.strip_suffix("_small").or_else(|| name.strip_suffix("_large"));
         let stem = stem.unwrap_or(name);
         KINDS.into_iter().find(|kind| kind.stem == stem).ok_or_else(|| {
-            Error::Weights(format!(
+            Error::weights(format!(
                 "`{name}` is no name of Open Image Denoise's weights, and a TZA file says only by \
                  its name what it is for; give the file the name that it came with, such as \
                  rt_hdr_alb_nrm.tza"

@@ -153,9 +153,9 @@ fn slice(bytes: &[u8], at: usize, count: usize) -> Option<&[u8]> {
 }
 
 fn cut_off(what: &str) -> Error {
-    Error::Weights(format!("not a whole TZA file: {what}"))
+    Error::weights(format!("not a whole TZA file: {what}"))
 }
 
 fn wrong(what: &str) -> Error {
-    Error::Weights(format!("TZA file: {what}"))
+    Error::weights(format!("TZA file: {what}"))
 }

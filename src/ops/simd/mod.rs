@@ -20,7 +20,7 @@ use self::walk::Walk;
 use super::image::ImageFormat;
 use super::packing::weight_texture;
 use super::{conv_head, head};
-use crate::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
 
 /// What the generated kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

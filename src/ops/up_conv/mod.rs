@@ -11,12 +11,14 @@
 mod fold;
 
 use self::fold::Folded;
+use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, Variant, Weights};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{ChannelMap, need, simd};
-use crate::kernel::{Binding, Context, KernelSpec};
+use super::{need, simd};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
 use crate::model::Params;
-use crate::options::KernelSet;
 
 /// What the generated variant binds.
 pub const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
@@ -100,4 +102,10 @@ fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
         [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
     let weights = Weights::Buffer(storage_buffer(context, "weights", &data));
     Variant::tiled(TILED, weights, blocks)
+}
+
+/// The operator of a layer.
+pub(super) fn operator(layer: &LayerRequest<'_>, ups: usize, relu: bool) -> Convolution {
+    let maps = [layer.maps[0], layer.maps[1]];
+    up_conv(layer.context, layer.kernels, layer.params, maps, ups, relu)
 }

@@ -1,15 +1,12 @@
 //! What changes from frame to frame: the blend, and an exposure of the caller's.
 
-use wgdenoise::{
-    Frame, Image, InputScale, Inputs, KernelSet, Layout, Options, PassDescriptor, Precision,
-    reference,
-};
+use wgdenoise::{Image, InputScale, Inputs, KernelSet, Layout, Options, Precision};
 
 use super::{F32, Scene};
-use crate::common::gpu::{buffer, context, kernel_sets};
-use crate::common::image::cpu_image;
-use crate::common::{Tolerance, compare, image_tensor, run_cases};
 use crate::support::{denoiser, frame, images, run, same_bits};
+use wgdenoise_testing::gpu::{buffer, context, kernel_sets};
+use wgdenoise_testing::image::cpu_image;
+use wgdenoise_testing::{Tolerance, compare, image_tensor, run_cases};
 
 /// Two products and a sum, each rounded once.
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-12, relative: 4.0 * f32::EPSILON };
@@ -23,7 +20,7 @@ fn the_result_is_a_mixture_of_the_denoised_and_the_noisy_colour() {
     let sets = kernel_sets(Precision::F32);
     let cases = sets.iter().flat_map(|&set| shares.map(|share| (set, share)));
     run_cases(cases, |&(kernels, share)| {
-        let options = Options { kernels, precision: Precision::F32, ..Options::default() };
+        let options = Options::default().kernels(kernels).precision(Precision::F32);
         let scene = Scene::new(&frame, F32, Layout::packed(50));
         let denoiser = denoiser(&options);
         let pass = denoiser.pass(&scene.descriptor()).expect("the images fit");
@@ -38,7 +35,7 @@ fn the_result_is_a_mixture_of_the_denoised_and_the_noisy_colour() {
 fn mixture(denoised: &Image, noisy: &Image, share: f32) -> Image {
     let mut mixture = denoised.clone();
     for (pixel, noisy) in mixture.pixels_mut().iter_mut().zip(noisy.pixels()) {
-        *pixel = [0, 1, 2].map(|c| reference::image::blend(pixel[c], noisy[c], share));
+        *pixel = [0, 1, 2].map(|c| wgdenoise_testing::pixels::blend(pixel[c], noisy[c], share));
     }
     mixture
 }
@@ -73,14 +70,13 @@ fn the_exposure_may_come_from_a_buffer_that_changes() {
     let queue = &context(Precision::F32).queue;
     let scale = buffer(context(Precision::F32), bytemuck::bytes_of(&0.3_f32));
     let scene = Scene::new(&frame(&images, Inputs::ALL), F32, Layout::packed(50));
-    let descriptor =
-        PassDescriptor { input_scale: InputScale::Buffer(&scale), ..scene.descriptor() };
-    let denoiser = denoiser(&Options { kernels: KernelSet::Auto, ..Options::default() });
+    let descriptor = scene.descriptor().input_scale(InputScale::Buffer(&scale));
+    let denoiser = denoiser(&Options::default().kernels(KernelSet::Auto));
     let pass = denoiser.pass(&descriptor).unwrap();
     for value in [0.3_f32, 2.0] {
         queue.write_buffer(&scale, 0, bytemuck::bytes_of(&value));
         let found = cpu_image(&scene.output.read(|encoder| pass.encode(encoder)), [50, 40]);
-        let frame = Frame { input_scale: Some(value), ..frame(&images, Inputs::ALL) };
+        let frame = frame(&images, Inputs::ALL).input_scale(value);
         same_bits(&found, &run(&Options::default(), &frame)).unwrap();
     }
 }

@@ -1,16 +1,17 @@
 //! Every format of every image, in a mix.
 
+use wgdenoise::internals::reference;
 use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{
     Element, Image, ImageFormat, InputScale, Inputs, KernelSet, Layout, NormalEncoding, Options,
-    PassDescriptor, Precision, reference,
+    Precision,
 };
 
 use super::{F32, Scene};
-use crate::common::gpu::kernel_sets;
-use crate::common::image::{GpuImage, Pixel, cpu_image, quantised};
-use crate::common::{Tolerance, compare, run_cases};
 use crate::support::{denoiser, encoded, frame, images, run, same_bits};
+use wgdenoise_testing::gpu::kernel_sets;
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantised};
+use wgdenoise_testing::{Tolerance, compare, run_cases};
 
 const SIZE: [u32; 2] = [45, 31];
 const F16: ImageFormat = ImageFormat::Buffer(Element::F16);
@@ -87,7 +88,7 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
         normal_encoding: normal.2,
         output: image(&vec![[0.0; 4]; colors.len()], output),
     };
-    let options = Options { kernels, precision: Precision::F32, ..Options::default() };
+    let options = Options::default().kernels(kernels).precision(Precision::F32);
     let found = scene.run(&denoiser(&options));
     let colors = quantised(&colors, color.0);
     let normals = quantised(&encoded_normals, normal.0);
@@ -159,7 +160,7 @@ fn bad_pixels_are_filled_in_every_format() {
                 Scene { size: SIZE, color, albedo: None, normal: None, normal_encoding, output };
             // A measured exposure leaves bad pixels out, and counts those that fill them.
             let input_scale = InputScale::Value(0.3);
-            let descriptor = PassDescriptor { input_scale, ..scene.descriptor() };
+            let descriptor = scene.descriptor().input_scale(input_scale);
             let pass = denoiser.pass(&descriptor).expect("the images fit");
             scene.output.read(|encoder| pass.encode(encoder))
         };

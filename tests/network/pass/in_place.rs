@@ -1,12 +1,12 @@
 //! Outputs that stand where an input stands.
 
 use wgdenoise::wgpu::TextureFormat as Texture;
-use wgdenoise::{Element, ImageFormat, Inputs, Layout, Options, PassDescriptor};
+use wgdenoise::{Element, ImageFormat, Inputs, Layout, Options};
 
 use super::{F32, Scene};
-use crate::common::image::GpuImage;
-use crate::common::run_cases;
 use crate::support::{denoiser, frame, images};
+use wgdenoise_testing::image::GpuImage;
+use wgdenoise_testing::run_cases;
 
 fn formats() -> [(ImageFormat, Layout); 4] {
     [
@@ -33,10 +33,10 @@ fn check(
     place: fn(&Scene) -> &GpuImage,
 ) -> Result<(), String> {
     let images = images(90, 70);
-    let denoiser = denoiser(&Options { tile: Some(80), ..Options::default() });
+    let denoiser = denoiser(&Options::default().tile(80));
     let scene = Scene::new(&frame(&images, Inputs::ALL), format, layout);
     let expected = scene.run(&denoiser);
-    let descriptor = PassDescriptor { output: place(&scene).as_pass(), ..scene.descriptor() };
+    let descriptor = scene.descriptor().output(place(&scene).as_pass());
     let pass = denoiser.pass(&descriptor).map_err(|error| error.to_string())?;
     let found = place(&scene).read(|encoder| pass.encode(encoder));
     if bits(&found) == bits(&expected) { Ok(()) } else { Err("the result differs".into()) }
@@ -48,13 +48,13 @@ fn a_pass_in_place_reads_what_stands_there_in_each_frame() {
     let images = images(90, 70);
     let denoiser = denoiser(&Options::default());
     let scene = Scene::new(&frame(&images, Inputs::ALL), F32, Layout::packed(90));
-    let descriptor = PassDescriptor { output: scene.color.as_pass(), ..scene.descriptor() };
+    let descriptor = scene.descriptor().output(scene.color.as_pass());
     let pass = denoiser.pass(&descriptor).unwrap();
     let once = scene.color.read(|encoder| pass.encode(encoder));
     let twice = scene.color.read(|encoder| pass.encode(encoder));
     let again = Scene::new(&frame(&images, Inputs::ALL), F32, Layout::packed(90));
     let both = denoiser
-        .pass(&PassDescriptor { output: again.color.as_pass(), ..again.descriptor() })
+        .pass(&again.descriptor().output(again.color.as_pass()))
         .map(|pass| again.color.read(|encoder| (0..2).for_each(|_| pass.encode(encoder))))
         .unwrap();
     assert_ne!(bits(&once), bits(&twice), "the second frame changed nothing");

@@ -11,9 +11,9 @@ use wgdenoise::{
     Options, Pass, PassDescriptor,
 };
 
-use crate::common::image::{GpuImage, Pixel, cpu_image};
-use crate::common::run_cases;
 use crate::support::{denoiser, frame, images, run, same_bits};
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image};
+use wgdenoise_testing::run_cases;
 
 /// 32-bit floats in a buffer.
 const F32: ImageFormat = ImageFormat::Buffer(Element::F32);
@@ -46,12 +46,10 @@ impl Scene {
 
     fn descriptor(&self) -> PassDescriptor<'_> {
         let [width, height] = self.size;
-        PassDescriptor {
-            albedo: self.albedo.as_ref().map(GpuImage::as_pass),
-            normal: self.normal.as_ref().map(GpuImage::as_pass),
-            normal_encoding: self.normal_encoding,
-            ..PassDescriptor::new(width, height, self.color.as_pass(), self.output.as_pass())
-        }
+        PassDescriptor::new(width, height, self.color.as_pass(), self.output.as_pass())
+            .albedo(self.albedo.as_ref().map(GpuImage::as_pass))
+            .normal(self.normal.as_ref().map(GpuImage::as_pass))
+            .normal_encoding(self.normal_encoding)
     }
 
     /// What the output holds after the pass.
@@ -77,11 +75,11 @@ fn a_pass_in_the_callers_encoder_makes_the_same_bits_as_the_blocking_call() {
         cases.extend(tiles.iter().flat_map(|&t| sets.map(|set| (layout, scale, t, set))));
     }
     run_cases(cases, |&(layout, input_scale, tile, inputs)| {
-        let frame = Frame { input_scale, ..frame(&images, inputs) };
+        let frame = frame(&images, inputs).input_scale(input_scale);
         let scene = Scene::new(&frame, F32, layout);
         let scale = input_scale.map_or(InputScale::Auto, InputScale::Value);
-        let descriptor = PassDescriptor { input_scale: scale, ..scene.descriptor() };
-        let denoiser = denoiser(&Options { tile, ..Options::default() });
+        let descriptor = scene.descriptor().input_scale(scale);
+        let denoiser = denoiser(&Options::default().tile(tile));
         let pass = denoiser.pass(&descriptor).expect("the images fit");
         let found = cpu_image(&scene.output.read(|encoder| pass.encode(encoder)), scene.size);
         same_bits(&found, &run(&Options::default(), &frame))
@@ -92,7 +90,7 @@ fn a_pass_in_the_callers_encoder_makes_the_same_bits_as_the_blocking_call() {
 fn inputs_that_the_weights_do_not_know_are_not_read() {
     let images = images(40, 30);
     let weights = crate::support::tiny().for_inputs(Inputs::default()).expect("colour is known");
-    let gpu = crate::common::gpu::gpu();
+    let gpu = wgdenoise_testing::gpu::gpu();
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default()).unwrap();
     let [all, color] = [Inputs::ALL, Inputs::default()]
         .map(|inputs| Scene::new(&frame(&images, inputs), F32, Layout::packed(40)).run(&denoiser));
@@ -102,16 +100,16 @@ fn inputs_that_the_weights_do_not_know_are_not_read() {
 #[test]
 fn networks_of_open_image_denoise_make_the_same_bits_in_a_pass() {
     let images = images(250, 70);
-    let gpu = crate::common::gpu::gpu();
+    let gpu = wgdenoise_testing::gpu::gpu();
     let names = ["rt_hdr", "rt_ldr", "rt_nrm", "rtlightmap_hdr"];
     let cases = names.iter().flat_map(|&name| [None, Some(240)].map(|tile| (name, tile)));
     run_cases(cases, |&(name, tile)| {
         let weights = crate::oidn::color_network(name);
-        let frame = Frame { input_scale: None, ..frame(&images, Inputs::default()) };
-        let options = Options { tile, ..Options::default() };
+        let frame = frame(&images, Inputs::default());
+        let options = Options::default().tile(tile);
         let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options);
         let denoiser = denoiser.map_err(|e| e.to_string())?;
-        let expected = denoiser.denoise(&frame, &mut |_, _| {}).map_err(|e| e.to_string())?;
+        let expected = denoiser.denoise(&frame).map_err(|e| e.to_string())?;
         let found = Scene::new(&frame, F32, Layout::packed(250)).run(&denoiser);
         same_bits(&cpu_image(&found, [250, 70]), &expected)
     });

@@ -6,9 +6,9 @@ use wgdenoise::{
     Denoiser, Element, InputScale, Layout, NormalEncoding, Options, PassDescriptor, PassImage,
 };
 
-use crate::common::gpu::gpu;
-use crate::common::image::descriptor;
 use crate::support::denoiser;
+use wgdenoise_testing::gpu::gpu;
+use wgdenoise_testing::image::descriptor;
 
 const ALL: TextureUsages = TextureUsages::TEXTURE_BINDING.union(TextureUsages::STORAGE_BINDING);
 
@@ -63,17 +63,17 @@ fn textures_of_a_wrong_format_or_usage_are_refused() {
     let unwritten = texture(Texture::Rgba16Float, TextureUsages::TEXTURE_BINDING);
     let [unread, unwritten] = [&unread, &unwritten].map(PassImage::Texture);
     let cases: [(PassDescriptor<'_>, &[&str]); 8] = [
-        (PassDescriptor { color: bytes, ..fine }, &["color", "Rgba8Unorm", "Rgba16Float or"]),
-        (PassDescriptor { output: bytes, ..fine }, &["output", "Rgba8Unorm", "Rgba32Float"]),
-        (PassDescriptor { albedo: Some(signed), ..fine }, &["albedo", "Rgba8Snorm"]),
-        (PassDescriptor { normal: Some(bytes), ..fine }, &["normal", "NormalEncoding::Unorm"]),
+        (fine.color(bytes), &["color", "Rgba8Unorm", "Rgba16Float or"]),
+        (fine.output(bytes), &["output", "Rgba8Unorm", "Rgba32Float"]),
+        (fine.albedo(signed), &["albedo", "Rgba8Snorm"]),
+        (fine.normal(bytes), &["normal", "NormalEncoding::Unorm"]),
         (
-            PassDescriptor { normal: Some(signed), normal_encoding: NormalEncoding::Unorm, ..fine },
+            fine.normal(signed).normal_encoding(NormalEncoding::Unorm),
             &["normal", "Rgba8Snorm", "Rgb10a2Unorm"],
         ),
-        (PassDescriptor { color: unread, ..fine }, &["color", "TEXTURE_BINDING"]),
-        (PassDescriptor { albedo: Some(unread), ..fine }, &["albedo", "TEXTURE_BINDING"]),
-        (PassDescriptor { output: unwritten, ..fine }, &["output", "STORAGE_BINDING"]),
+        (fine.color(unread), &["color", "TEXTURE_BINDING"]),
+        (fine.albedo(unread), &["albedo", "TEXTURE_BINDING"]),
+        (fine.output(unwritten), &["output", "STORAGE_BINDING"]),
     ];
     for (descriptor, words) in cases {
         fitting.refuses(&descriptor, words);
@@ -95,10 +95,12 @@ fn textures_of_another_size_or_shape_are_refused() {
     {
         let texture = gpu().device.create_texture(&descriptor);
         let color = PassImage::Texture(&texture);
-        fitting.refuses(&PassDescriptor { color, ..fine }, &["color", word]);
+        fitting.refuses(&fine.color(color), &["color", word]);
     }
     for (width, word) in [(0, "at least 1"), (70_000, "at most 65536")] {
-        fitting.refuses(&PassDescriptor { width, ..fine }, &[word]);
+        let mut sized = fine;
+        sized.width = width;
+        fitting.refuses(&sized, &[word]);
     }
 }
 
@@ -127,8 +129,8 @@ fn buffers_that_do_not_fit_are_refused() {
         (f32(&enough, Layout::new(0, u32::MAX, 3)), "kernels count to"),
     ];
     for (image, word) in cases {
-        fitting.refuses(&PassDescriptor { color: image, ..fine }, &["color", word]);
-        fitting.refuses(&PassDescriptor { output: image, ..fine }, &["output", word]);
+        fitting.refuses(&fine.color(image), &["color", word]);
+        fitting.refuses(&fine.output(image), &["output", word]);
     }
 }
 
@@ -138,7 +140,7 @@ fn rows_may_end_with_their_last_pixel() {
     let buffer = storage(256, BufferUsages::STORAGE);
     let layout = Layout::new(0, 15, 4);
     let color = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
-    fitting.denoiser.pass(&PassDescriptor { color, ..fitting.descriptor() }).unwrap();
+    fitting.denoiser.pass(&fitting.descriptor().color(color)).unwrap();
 }
 
 #[test]
@@ -150,7 +152,7 @@ fn an_output_in_place_of_an_input_needs_a_copy() {
     let buffer = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
     for image in [fine.output, buffer] {
         let words = ["COPY_SRC", "albedo and output"];
-        let descriptor = PassDescriptor { albedo: Some(image), output: image, ..fine };
+        let descriptor = fine.albedo(image).output(image);
         fitting.refuses(&descriptor, &words);
     }
 }
@@ -161,18 +163,18 @@ fn an_input_scale_that_is_none_is_refused() {
     let fine = fitting.descriptor();
     for value in [0.0, -1.0, f32::NAN, f32::INFINITY] {
         let input_scale = InputScale::Value(value);
-        fitting.refuses(&PassDescriptor { input_scale, ..fine }, &["input scale"]);
+        fitting.refuses(&fine.input_scale(input_scale), &["input scale"]);
     }
     let (none, unusable) = (storage(0, BufferUsages::STORAGE), storage(4, BufferUsages::UNIFORM));
     for (buffer, word) in [(&none, "0 bytes"), (&unusable, "STORAGE")] {
         let input_scale = InputScale::Buffer(buffer);
-        fitting.refuses(&PassDescriptor { input_scale, ..fine }, &["input scale", word]);
+        fitting.refuses(&fine.input_scale(input_scale), &["input scale", word]);
     }
     let shared = storage(256, BufferUsages::STORAGE);
     let layout = Layout::packed(4);
     let output = PassImage::Buffer { buffer: &shared, element: Element::F32, layout };
     let input_scale = InputScale::Buffer(&shared);
-    fitting.refuses(&PassDescriptor { output, input_scale, ..fine }, &["a buffer of its own"]);
+    fitting.refuses(&fine.output(output).input_scale(input_scale), &["a buffer of its own"]);
 }
 
 #[test]
@@ -195,12 +197,12 @@ fn images_of_another_device_are_refused() {
     ];
     for image in images {
         let words = ["another device", "Denoiser::new"];
-        fitting.refuses(&PassDescriptor { color: image, ..fine }, &words);
-        fitting.refuses(&PassDescriptor { normal: Some(image), ..fine }, &words);
-        fitting.refuses(&PassDescriptor { output: image, ..fine }, &words);
+        fitting.refuses(&fine.color(image), &words);
+        fitting.refuses(&fine.normal(image), &words);
+        fitting.refuses(&fine.output(image), &words);
     }
     let input_scale = InputScale::Buffer(&buffer);
-    fitting.refuses(&PassDescriptor { input_scale, ..fine }, &["input scale", "another device"]);
+    fitting.refuses(&fine.input_scale(input_scale), &["input scale", "another device"]);
 }
 
 #[test]
@@ -213,6 +215,6 @@ fn destroyed_images_are_refused() {
     let layout = Layout::packed(4);
     let buffer = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
     for color in [PassImage::Texture(&texture), buffer] {
-        fitting.refuses(&PassDescriptor { color, ..fitting.descriptor() }, &["color", "destroyed"]);
+        fitting.refuses(&fitting.descriptor().color(color), &["color", "destroyed"]);
     }
 }

@@ -5,19 +5,19 @@ use wgdenoise::{ImageFormat, NormalEncoding, Options, PassFormats};
 
 use crate::support::denoiser;
 
-const FORMATS: PassFormats = PassFormats {
-    color: ImageFormat::Texture(Texture::Rgba16Float),
-    albedo: Some(ImageFormat::Texture(Texture::Rgba8Unorm)),
-    normal: Some(ImageFormat::Texture(Texture::Rgba8Snorm)),
-    normal_encoding: NormalEncoding::Signed,
-    output: ImageFormat::Texture(Texture::Rgba16Float),
-};
+fn formats() -> PassFormats {
+    let half = ImageFormat::Texture(Texture::Rgba16Float);
+    PassFormats::new(half, half)
+        .albedo(ImageFormat::Texture(Texture::Rgba8Unorm))
+        .normal(ImageFormat::Texture(Texture::Rgba8Snorm))
+        .normal_encoding(NormalEncoding::Signed)
+}
 
 #[test]
 fn formats_that_a_pass_takes_can_be_compiled_ahead() {
     let denoiser = denoiser(&Options::default());
-    denoiser.warm_up(&FORMATS).unwrap();
-    let buffers = PassFormats { color: super::F32, albedo: None, normal: None, ..FORMATS };
+    denoiser.warm_up(&formats()).unwrap();
+    let buffers = formats().color(super::F32);
     denoiser.warm_up(&buffers).unwrap();
 }
 
@@ -27,12 +27,12 @@ fn formats_that_no_pass_takes_are_refused() {
     let block = ImageFormat::Texture(Texture::Bc1RgbaUnorm);
     let byte = ImageFormat::Texture(Texture::Rgba8Unorm);
     let denoiser = denoiser(&Options::default());
-    for formats in [
-        PassFormats { color: depth, ..FORMATS },
-        PassFormats { albedo: Some(block), ..FORMATS },
-        PassFormats { normal: Some(byte), ..FORMATS },
-        PassFormats { output: byte, ..FORMATS },
+    for refused in [
+        formats().color(depth),
+        formats().albedo(block),
+        formats().normal(byte),
+        formats().output(byte),
     ] {
-        denoiser.warm_up(&formats).unwrap_err();
+        denoiser.warm_up(&refused).unwrap_err();
     }
 }

@@ -1,0 +1,168 @@
+//! Kernels as the driver compiled them, kept from run to run in a file of the user's cache folder.
+//!
+//! Whatever is wrong with the file or its folder, it is as if nothing had been kept.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::cache;
+use wgdenoise::wgpu::{AdapterInfo, PipelineCache};
+use wgdenoise::{Gpu, Options, PipelineFile};
+
+/// A longer file is not read, and so begun anew: drivers only ever add to what they were given.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The file of an adapter.
+struct Store {
+    path: PathBuf,
+    file: PipelineFile,
+}
+
+impl Store {
+    /// `None` if wgpu keeps nothing for the adapter's backend or the user has no home.
+    fn of_user(info: &AdapterInfo) -> Option<Self> {
+        Self::within(&cache::folder_of_user()?, info)
+    }
+
+    fn within(folder: &Path, info: &AdapterInfo) -> Option<Self> {
+        let file = PipelineFile::of(info)?;
+        Some(Self { path: folder.join(file.name()), file })
+    }
+
+    /// What an earlier run left; nothing if that is not there or too long.
+    fn read(&self) -> Vec<u8> {
+        let short = |metadata: &fs::Metadata| metadata.is_file() && metadata.len() <= MAX_BYTES;
+        let found = fs::metadata(&self.path).ok().filter(short);
+        found.and_then(|_| fs::read(&self.path).ok()).unwrap_or_default()
+    }
+
+    /// A cache that begins with what the file holds.
+    fn cache(&self, Gpu { device, .. }: &Gpu) -> Option<PipelineCache> {
+        self.file.load(device, &self.read())
+    }
+
+    /// Replaces what the file holds if that is something else.
+    fn write(&self, bytes: &[u8]) -> Result<(), String> {
+        if self.read() == bytes { Ok(()) } else { cache::write(&self.path, bytes) }
+    }
+}
+
+/// A cache for the adapter's kernels with what earlier runs left; `None` where it can have none.
+pub(super) fn open(gpu: &Gpu) -> Option<PipelineCache> {
+    Store::of_user(&gpu.info)?.cache(gpu)
+}
+
+/// Keeps what the options' cache holds for the next run. If that cannot be, the next run compiles
+/// again, which nobody needs to be told.
+pub(super) fn keep(gpu: &Gpu, options: &Options) {
+    let bytes = |store: &Store| store.file.save(options.pipeline_cache.as_ref()?);
+    if let Some(store) = Store::of_user(&gpu.info)
+        && let Some(bytes) = bytes(&store)
+    {
+        let _ = store.write(&bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::thread;
+    use std::time::{Duration, SystemTime};
+
+    use super::*;
+    use wgdenoise::wgpu::{Backend, DeviceType};
+    use wgdenoise::{Denoiser, Quality, Weights};
+
+    const BYTES: &[u8] = b"\0compiled\n\xff";
+
+    fn store(folder: &Path) -> Store {
+        let info = AdapterInfo::new(DeviceType::DiscreteGpu, Backend::Vulkan);
+        Store::within(folder, &info).expect("Vulkan has one")
+    }
+
+    #[test]
+    fn what_was_written_is_read_and_a_folder_is_made_for_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = store(&folder.path().join("not/yet"));
+        assert_eq!(store.read(), b"");
+        store.write(BYTES).unwrap();
+        assert_eq!(store.read(), BYTES);
+    }
+
+    #[test]
+    fn a_file_that_has_grown_too_long_is_begun_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = store(folder.path());
+        store.write(&vec![7; MAX_BYTES as usize + 1]).unwrap();
+        assert_eq!(store.read(), b"");
+        store.write(BYTES).unwrap();
+        assert_eq!(store.read(), BYTES);
+    }
+
+    #[test]
+    fn only_what_has_changed_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = store(folder.path());
+        let changed = || fs::metadata(&store.path).unwrap().modified().unwrap();
+        store.write(BYTES).unwrap();
+        let long_ago = SystemTime::UNIX_EPOCH + Duration::from_secs(1);
+        let file = fs::File::options().write(true).open(&store.path).unwrap();
+        file.set_modified(long_ago).unwrap();
+        store.write(BYTES).unwrap();
+        assert_eq!(changed(), long_ago);
+        store.write(b"more").unwrap();
+        assert_ne!(changed(), long_ago);
+    }
+
+    #[test]
+    fn a_reader_sees_what_one_of_many_writers_wrote() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = store(folder.path());
+        let data = |i: u8| vec![i; 1000 + usize::from(i)];
+        store.write(&data(0)).unwrap();
+        thread::scope(|scope| {
+            for i in 0..4 {
+                let store = &store;
+                scope.spawn(move || (0..20).for_each(|_| store.write(&data(i)).unwrap()));
+            }
+            for _ in 0..100 {
+                let seen = store.read();
+                assert_eq!(seen, data(seen[0]));
+            }
+        });
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_folder_that_cannot_be_made_and_a_file_that_is_none_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let blocked_file = store(folder.path());
+        fs::create_dir_all(&blocked_file.path).unwrap();
+        assert_eq!(blocked_file.read(), b"");
+        blocked_file.write(BYTES).unwrap_err();
+        fs::write(folder.path().join("file"), "").unwrap();
+        let blocked = store(&folder.path().join("file"));
+        assert_eq!(blocked.read(), b"");
+        blocked.write(BYTES).unwrap_err();
+    }
+
+    #[test]
+    fn the_adapter_takes_what_it_gave() {
+        let folder = tempfile::tempdir().unwrap();
+        let gpu = Gpu::open(None).expect("the tests need an adapter");
+        let Some(store) = Store::within(folder.path(), &gpu.info) else {
+            assert_ne!(gpu.info.backend, Backend::Vulkan, "only other backends have none");
+            return;
+        };
+        let compile = || {
+            let cache = store.cache(&gpu).expect("Vulkan has one");
+            let options = Options::default().pipeline_cache(cache.clone());
+            let weights = Weights::builtin(Quality::Fast).unwrap();
+            Denoiser::new(&gpu.device, &gpu.queue, &weights, &options).unwrap();
+            store.file.save(&cache).expect("the device works")
+        };
+        let first = compile();
+        store.write(&first).unwrap();
+        assert_eq!(store.read(), first);
+        assert!(compile().len() >= first.len());
+    }
+}

@@ -1,0 +1,177 @@
+//! Runs every configuration, in rounds.
+
+use std::time::Instant;
+
+use super::super::progress::Progress;
+use super::front;
+use wgdenoise::measure::median;
+use wgdenoise::{
+    Denoiser, Frame, Gpu, Image, Inputs, KernelSet, MatrixShape, Options, Precision, Quality,
+    Weights,
+};
+use wgdenoise_metrics::Metrics;
+
+/// A configuration and what came of it.
+pub(super) struct Row {
+    pub(super) quality: Quality,
+    pub(super) precision: Precision,
+    pub(super) inputs: Inputs,
+    /// Or why it failed.
+    pub(super) outcome: Result<Measured, String>,
+    /// No other is both faster and closer to the reference.
+    pub(super) front: bool,
+}
+
+impl Row {
+    pub(super) fn measured(&self) -> Option<&Measured> {
+        self.outcome.as_ref().ok()
+    }
+}
+
+/// What was measured of a configuration.
+pub(super) struct Measured {
+    /// Seconds per run, shortest first.
+    pub(super) seconds: Vec<f64>,
+    /// Of the result.
+    pub(super) metrics: Metrics,
+}
+
+impl Measured {
+    pub(super) fn median(&self) -> f64 {
+        median(&self.seconds)
+    }
+}
+
+/// Measures every configuration: once to warm up and to get the result, then in `runs` rounds in
+/// which each has its turn, so that a clock that drifts drifts for all alike.
+pub(super) fn rows(
+    gpu: &Gpu,
+    options: &Options,
+    frame: &Frame<'_>,
+    reference: &Image,
+    runs: u32,
+) -> Vec<Row> {
+    let inputs = input_sets(frame.inputs());
+    let denoisers = denoisers(gpu, options);
+    let each = || denoisers.iter().flat_map(|d| inputs.iter().map(move |&inputs| (d, inputs)));
+    let frames = each().count() * (1 + runs as usize);
+    let progress = Progress::new(frames, "frames", false);
+    let mut done = 0..;
+    let mut tick = || progress.set(done.next().map_or(0, |d: usize| d + 1), frames);
+    let mut rows: Vec<Row> = Vec::new();
+    for (one, inputs) in each() {
+        rows.push(one.warm_up(&restricted(frame, inputs), reference));
+        tick();
+    }
+    for _ in 0..runs {
+        for ((one, inputs), row) in each().zip(&mut rows) {
+            one.time(&restricted(frame, inputs), row);
+            tick();
+        }
+    }
+    front::mark(&mut rows);
+    rows
+}
+
+/// Colour, then with every other image that there is.
+fn input_sets(given: Inputs) -> Vec<Inputs> {
+    let albedo = Inputs { albedo: given.albedo, normal: false };
+    let mut sets = vec![Inputs::default(), albedo, given];
+    sets.dedup();
+    sets
+}
+
+fn restricted<'a>(frame: &Frame<'a>, inputs: Inputs) -> Frame<'a> {
+    let (albedo, normal) = (frame.albedo, frame.normal);
+    frame.albedo(albedo.filter(|_| inputs.albedo)).normal(normal.filter(|_| inputs.normal))
+}
+
+/// A denoiser, or why there is none.
+struct Contender {
+    quality: Quality,
+    precision: Precision,
+    denoiser: Result<Denoiser, String>,
+}
+
+fn denoisers(gpu: &Gpu, options: &Options) -> Vec<Contender> {
+    let contender = |quality, precision| {
+        let matrix = MatrixShape::of(&gpu.adapter, precision);
+        let kernels = match (options.kernels, matrix) {
+            (KernelSet::Matrix(_), Some(shape)) => KernelSet::Matrix(shape),
+            (kernels, _) => kernels,
+        };
+        let options = options.clone().precision(precision).kernels(kernels).matrix(matrix);
+        let denoiser = Weights::builtin(quality)
+            .and_then(|weights| Denoiser::new(&gpu.device, &gpu.queue, &weights, &options))
+            .map_err(|error| error.to_string());
+        Contender { quality, precision, denoiser }
+    };
+    let both = |quality| [Precision::F32, Precision::F16].map(|p| contender(quality, p));
+    Quality::ALL.into_iter().flat_map(both).collect()
+}
+
+impl Contender {
+    fn warm_up(&self, frame: &Frame<'_>, reference: &Image) -> Row {
+        let outcome = self.run(frame).and_then(|(_, image)| {
+            let metrics =
+                wgdenoise_metrics::compare(&image, reference).map_err(|e| e.to_string())?;
+            Ok(Measured { seconds: Vec::new(), metrics })
+        });
+        let Self { quality, precision, .. } = *self;
+        Row { quality, precision, inputs: frame.inputs(), outcome, front: false }
+    }
+
+    /// Adds a run's time, unless an earlier run has failed.
+    fn time(&self, frame: &Frame<'_>, row: &mut Row) {
+        let Ok(measured) = &mut row.outcome else { return };
+        match self.run(frame) {
+            Ok((seconds, _)) => {
+                let at = measured.seconds.partition_point(|s| *s < seconds);
+                measured.seconds.insert(at, seconds);
+            }
+            Err(error) => row.outcome = Err(error),
+        }
+    }
+
+    fn run(&self, frame: &Frame<'_>) -> Result<(f64, Image), String> {
+        let denoiser = self.denoiser.as_ref().map_err(Clone::clone)?;
+        let begin = Instant::now();
+        let image = denoiser.denoise(frame).map_err(|error| error.to_string())?;
+        Ok((begin.elapsed().as_secs_f64(), image))
+    }
+}
+
+#[cfg(test)]
+impl Row {
+    /// A row of a run of so many seconds and an L1, or of a failure.
+    pub(super) fn made_up(outcome: Result<(f64, f64), &str>) -> Self {
+        let measured = |(seconds, l1)| Measured {
+            seconds: vec![seconds],
+            metrics: Metrics { l1, psnr: 0.0, ssim: 0.0, relmse: 0.0, smape: 0.0, bad: 0 },
+        };
+        Self {
+            quality: Quality::Fast,
+            precision: Precision::F32,
+            inputs: Inputs::ALL,
+            outcome: outcome.map(measured).map_err(String::from),
+            front: false,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_image_is_measured_with_what_it_has() {
+        let names = |albedo, normal| {
+            let sets = input_sets(Inputs { albedo, normal });
+            sets.iter().map(ToString::to_string).collect::<Vec<_>>()
+        };
+        assert_eq!(names(false, false), ["color"]);
+        assert_eq!(names(true, false), ["color", "color, albedo"]);
+        assert_eq!(names(false, true), ["color", "color, normal"]);
+        assert_eq!(names(true, true), ["color", "color, albedo", "color, albedo, normal"]);
+    }
+}

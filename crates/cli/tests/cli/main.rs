@@ -1,0 +1,18 @@
+//! The real binary on files as renderers write them; `tests/data` says how they were made.
+
+mod budget;
+mod commands;
+mod denoise;
+mod failures;
+#[cfg(target_os = "linux")]
+mod faults;
+#[cfg(target_os = "linux")]
+mod hostile;
+mod ldr;
+mod oidn;
+#[cfg(target_os = "linux")]
+mod outputs;
+mod pipelines;
+mod report;
+mod sequence;
+mod support;

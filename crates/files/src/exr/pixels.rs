@@ -1,0 +1,161 @@
+//! The samples within an unpacked block: per row, all of the first channel, then all of the next.
+
+use ::exr::meta::attribute::{IntegerBounds, SampleType};
+use ::exr::meta::header::Header;
+use half::f16;
+
+use super::index::Block;
+use crate::{Problem, guard};
+use wgdenoise::Image;
+use wgdenoise::panics::caught;
+
+/// The largest half.
+const MAX_HALF: f32 = 65504.0;
+
+/// The pixels of a block, counted from the corner of its part's data window.
+pub(super) fn bounds(header: &Header, block: &Block) -> Result<IntegerBounds, Problem> {
+    let bounds = header.get_absolute_block_pixel_coordinates(block.tile).map_err(damaged)?;
+    bounds.validate(Some(header.max_block_pixel_size())).map_err(damaged)?;
+    Ok(bounds)
+}
+
+/// The samples of a block, in the machine's byte order.
+pub(super) fn unpack(
+    header: &Header,
+    block: &Block,
+    packed: Vec<u8>,
+) -> Result<(IntegerBounds, Vec<u8>), Problem> {
+    let bounds = bounds(header, block)?;
+    guard::check_dwa(header, &packed, bounds)?;
+    // B44 has arithmetic that overflows on damaged blocks, which checked builds turn into panics.
+    let decode =
+        || header.compression.decompress_image_section_from_le(header, packed, bounds, false);
+    match caught(decode) {
+        Some(unpacked) => Ok((bounds, unpacked.map_err(damaged)?)),
+        None => Err(Problem::Damaged("is damaged: a block cannot be unpacked".into())),
+    }
+}
+
+/// The reverse of [`unpack`].
+pub(super) fn pack(
+    header: &Header,
+    bounds: IntegerBounds,
+    bytes: Vec<u8>,
+) -> Result<Vec<u8>, Problem> {
+    let packed = header.compression.compress_image_section_to_le(header, bytes, bounds);
+    packed.map_err(|e| Problem::Unsupported(format!("cannot be compressed again: {e}")))
+}
+
+/// Three channels of a block, row by row.
+pub(super) fn extract(
+    header: &Header,
+    bounds: IntegerBounds,
+    bytes: &[u8],
+    channels: [usize; 3],
+) -> Vec<[f32; 3]> {
+    let mut area = vec![[0.0; 3]; bounds.size.area()];
+    for (c, channel) in channels.into_iter().enumerate() {
+        let samples = Samples::of(header, bounds, channel);
+        for (i, pixel) in area.iter_mut().enumerate() {
+            pixel[c] = samples.get(bytes, i);
+        }
+    }
+    area
+}
+
+/// Copies a block's pixels to their place in the image of the whole part.
+pub(super) fn place(image: &mut Image, bounds: IntegerBounds, area: &[[f32; 3]]) {
+    let stride = image.width() as usize;
+    let (x, y) = (bounds.position.x() as usize, bounds.position.y() as usize);
+    for (row, pixels) in area.chunks_exact(bounds.size.width()).enumerate() {
+        let start = (y + row) * stride + x;
+        image.pixels_mut()[start..][..pixels.len()].copy_from_slice(pixels);
+    }
+}
+
+/// Replaces three channels of a block where `color` says what with; returns how many values
+/// were too large for half.
+pub(super) fn replace(
+    header: &Header,
+    bounds: IntegerBounds,
+    bytes: &mut [u8],
+    channels: [usize; 3],
+    color: impl Fn(usize, usize) -> Option<[f32; 3]>,
+) -> u64 {
+    let samples = channels.map(|channel| Samples::of(header, bounds, channel));
+    let mut clamped = 0;
+    for i in 0..bounds.size.area() {
+        let x = bounds.position.x() as usize + i % bounds.size.width();
+        let y = bounds.position.y() as usize + i / bounds.size.width();
+        let Some(pixel) = color(x, y) else { continue };
+        for (samples, value) in samples.iter().zip(pixel) {
+            clamped += u64::from(samples.set(bytes, i, value));
+        }
+    }
+    clamped
+}
+
+/// Where one channel's samples lie in a block.
+struct Samples {
+    kind: SampleType,
+    /// Pixels per row.
+    width: usize,
+    /// Bytes per row, all channels.
+    stride: usize,
+    /// Bytes before the channel in each row.
+    start: usize,
+}
+
+impl Samples {
+    fn of(header: &Header, bounds: IntegerBounds, channel: usize) -> Self {
+        let width = bounds.size.width();
+        let list = &header.channels.list;
+        let before: usize = list[..channel].iter().map(|c| c.sample_type.bytes_per_sample()).sum();
+        let stride = width * header.channels.bytes_per_pixel;
+        Self { kind: list[channel].sample_type, width, stride, start: width * before }
+    }
+
+    fn at(&self, i: usize) -> usize {
+        let column = i % self.width * self.kind.bytes_per_sample();
+        i / self.width * self.stride + self.start + column
+    }
+
+    fn get(&self, bytes: &[u8], i: usize) -> f32 {
+        let at = self.at(i);
+        match self.kind {
+            SampleType::F16 => f16::from_ne_bytes([bytes[at], bytes[at + 1]]).to_f32(),
+            SampleType::F32 => f32::from_bits(word(bytes, at)),
+            SampleType::U32 => word(bytes, at) as f32,
+        }
+    }
+
+    /// Stores a value; true if it was too large and the largest one was stored.
+    fn set(&self, bytes: &mut [u8], i: usize, value: f32) -> bool {
+        let at = self.at(i);
+        match self.kind {
+            SampleType::F16 => {
+                let clamped = value.clamp(-MAX_HALF, MAX_HALF);
+                bytes[at..at + 2].copy_from_slice(&f16::from_f32(clamped).to_ne_bytes());
+                clamped != value
+            }
+            SampleType::F32 => {
+                bytes[at..at + 4].copy_from_slice(&value.to_ne_bytes());
+                false
+            }
+            SampleType::U32 => unreachable!("layers of integers are refused when opened"),
+        }
+    }
+}
+
+fn word(bytes: &[u8], at: usize) -> u32 {
+    u32::from_ne_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+fn damaged(error: ::exr::error::Error) -> Problem {
+    match error {
+        ::exr::error::Error::NotSupported(what) => {
+            Problem::Unsupported(format!("holds pixels that are not supported ({what})"))
+        }
+        error => Problem::Damaged(format!("is damaged: a block cannot be unpacked ({error})")),
+    }
+}

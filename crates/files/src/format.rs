@@ -1,0 +1,55 @@
+//! Which format a file has.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use super::Problem;
+
+/// A format that is read and written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// `OpenEXR`.
+    Exr,
+    /// PNG with 8 or 16 bits.
+    Png,
+    /// JPEG.
+    Jpeg,
+}
+
+/// The format of a file to read, by its first bytes.
+pub(super) fn sniff(path: &Path) -> Result<Format, Problem> {
+    if path.is_dir() {
+        return Err(Problem::Format("is a folder and not an image".into()));
+    }
+    let mut first = Vec::new();
+    let file = File::open(path).map_err(Problem::Read)?;
+    file.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
+    match first.as_slice() {
+        [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Format::Exr),
+        [0x89, b'P', b'N', b'G', ..] => Ok(Format::Png),
+        [0xff, 0xd8, 0xff, ..] => Ok(Format::Jpeg),
+        [] => Err(Problem::Format("is empty".into())),
+        _ => Err(Problem::Format("is not an EXR, PNG or JPEG file by its first bytes".into())),
+    }
+}
+
+impl Format {
+    /// The format of a file to write, by its extension.
+    pub fn of_extension(path: &Path) -> Result<Self, Problem> {
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        match extension.as_str() {
+            "exr" => Ok(Self::Exr),
+            "png" => Ok(Self::Png),
+            "jpg" | "jpeg" => Ok(Self::Jpeg),
+            _ => Err(Problem::Format(
+                "cannot be written: its name must end in .exr, .png, .jpg or .jpeg".into(),
+            )),
+        }
+    }
+
+    /// Whether it holds what a display shows, from 0 to 1, and not light of any size.
+    pub fn is_display_referred(self) -> bool {
+        self != Self::Exr
+    }
+}

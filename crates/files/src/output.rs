@@ -1,0 +1,210 @@
+//! Writing beside the output and only then giving it its name, so that a failure leaves what was
+//! there.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use super::draft::Draft;
+use super::format::Format;
+use super::{FileError, Problem};
+
+/// Where a picture is written to.
+pub type Out<'a> = BufWriter<&'a File>;
+
+/// Checks, before any work is done, that `path` can be an output; returns its format.
+///
+/// # Errors
+/// If its extension says no format, its folder is not there or takes no file, it is not a plain
+/// file, or it exists and `force` is not given.
+pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
+    let format = Format::of_extension(path).map_err(|p| p.at(path))?;
+    if !folder(path).is_dir() {
+        return Err(Problem::Format("cannot be written: its folder is not there".into()).at(path));
+    }
+    if path.exists() && !path.is_file() {
+        return Err(Problem::Format("cannot be written: it is not a plain file".into()).at(path));
+    }
+    if !force && fs::symlink_metadata(path).is_ok() {
+        return Err(Problem::Exists.at(path));
+    }
+    // The file that is made here goes away again at once.
+    draft(&resolved(path)).map_err(|p| p.at(path))?;
+    Ok(format)
+}
+
+/// Lets `write` fill a file in the folder of `path`, then calls it `path`.
+pub fn replace<T>(
+    path: &Path,
+    force: bool,
+    write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
+) -> Result<T, FileError> {
+    replace_resolved(&resolved(path), force, write).map_err(|problem| problem.at(path))
+}
+
+fn replace_resolved<T>(
+    path: &Path,
+    force: bool,
+    write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
+) -> Result<T, Problem> {
+    let draft = draft(path)?;
+    let mut out = BufWriter::with_capacity(1 << 20, draft.file());
+    let result = write(&mut out)?;
+    out.flush().map_err(Problem::Write)?;
+    drop(out);
+    finish(draft.file(), path).map_err(Problem::Write)?;
+    draft.keep(path, force).map_err(|error| match error.kind() {
+        std::io::ErrorKind::AlreadyExists => Problem::Exists,
+        _ => Problem::Write(error),
+    })?;
+    Ok(result)
+}
+
+/// Gives a file the permissions of what it is about to replace, and has it reach the disk before
+/// the new name does.
+fn finish(file: &File, path: &Path) -> std::io::Result<()> {
+    if let Ok(existing) = fs::metadata(path) {
+        file.set_permissions(existing.permissions())?;
+    }
+    file.sync_all()
+}
+
+fn draft(path: &Path) -> Result<Draft, Problem> {
+    Draft::within(folder(path)).map_err(Problem::Write)
+}
+
+/// What a link points to, so that the link stays one.
+fn resolved(path: &Path) -> PathBuf {
+    fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
+}
+
+pub(super) fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{BufRead, BufReader};
+    use std::process::{Command, Stdio};
+
+    use super::*;
+
+    fn entries(folder: &Path) -> usize {
+        fs::read_dir(folder).unwrap().count()
+    }
+
+    #[test]
+    fn a_failed_write_leaves_the_old_file_and_no_other() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.exr");
+        fs::write(&path, "old").unwrap();
+        let failed = replace(&path, true, |out| {
+            out.write_all(b"new").map_err(Problem::Write)?;
+            Err::<(), _>(Problem::Damaged("stops here".into()))
+        });
+        assert_eq!(failed.unwrap_err().to_string(), format!("{}: stops here", path.display()));
+        assert_eq!((fs::read(&path).unwrap(), entries(folder.path())), (b"old".to_vec(), 1));
+    }
+
+    #[test]
+    fn an_existing_file_is_replaced_only_with_force() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.png");
+        fs::write(&path, "old").unwrap();
+        let write = |out: &mut Out<'_>| out.write_all(b"new").map_err(Problem::Write);
+        assert!(matches!(check(&path, false).unwrap_err().problem, Problem::Exists));
+        assert!(matches!(replace(&path, false, write).unwrap_err().problem, Problem::Exists));
+        replace(&path, true, write).unwrap();
+        assert_eq!((fs::read(&path).unwrap(), entries(folder.path())), (b"new".to_vec(), 1));
+    }
+
+    /// Even root cannot make a file in this folder.
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_folder_that_takes_no_file_is_found_before_the_work() {
+        let error = check(Path::new("/proc/x.exr"), false).unwrap_err();
+        assert!(matches!(error.problem, Problem::Write(_)), "{error}");
+        let text = error.to_string();
+        assert!(text.starts_with("/proc/x.exr: cannot be written: ") && !text.contains(".part"));
+        assert!(text.contains("(os error"), "{text}");
+    }
+
+    /// This test is also the process that is killed: it waits in the middle of its writing.
+    #[test]
+    fn a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole() {
+        const OUTPUT: &str = "WGDENOISE_TEST_OUTPUT";
+        const THIS: &str = "files::output::tests::a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole";
+        if let Some(path) = std::env::var_os(OUTPUT) {
+            return write_half_and_wait(Path::new(&path));
+        }
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.exr");
+        fs::write(&path, "old").unwrap();
+        let mut command = Command::new(std::env::current_exe().unwrap());
+        command.args(["--exact", THIS, "--nocapture"]).env(OUTPUT, &path);
+        let mut child = command.stdin(Stdio::piped()).stdout(Stdio::piped()).spawn().unwrap();
+        let mut lines = BufReader::new(child.stdout.take().unwrap()).lines();
+        assert!(lines.any(|line| line.unwrap().ends_with("half is written")));
+        child.kill().unwrap();
+        assert!(!child.wait().unwrap().success());
+        assert_eq!(fs::read(&path).unwrap(), b"old");
+        if cfg!(target_os = "linux") {
+            assert_eq!(entries(folder.path()), 1);
+        }
+    }
+
+    fn write_half_and_wait(path: &Path) {
+        let half = |out: &mut Out<'_>| {
+            out.write_all(&vec![1; 4 << 20]).and_then(|()| out.flush()).map_err(Problem::Write)?;
+            println!("half is written");
+            // Until the other process kills this one or has gone away itself.
+            std::io::stdin().read_line(&mut String::new()).map_err(Problem::Read)
+        };
+        replace(path, true, half).unwrap();
+        panic!("nothing has killed this process");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_stays_a_link_to_what_is_replaced() {
+        let (folder, other) = (tempfile::tempdir().unwrap(), tempfile::tempdir().unwrap());
+        let (link, real) = (folder.path().join("link.exr"), other.path().join("real.exr"));
+        fs::write(&real, "old").unwrap();
+        std::os::unix::fs::symlink(&real, &link).unwrap();
+        assert!(matches!(check(&link, false).unwrap_err().problem, Problem::Exists));
+        replace(&link, true, |out| out.write_all(b"new").map_err(Problem::Write)).unwrap();
+        assert_eq!(
+            (fs::read(&real).unwrap(), fs::read_link(&link).unwrap()),
+            (b"new".into(), real)
+        );
+        assert_eq!((entries(folder.path()), entries(other.path())), (1, 1));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_replaced_file_keeps_its_permissions_even_if_it_is_read_only() {
+        use std::os::unix::fs::PermissionsExt;
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.exr");
+        fs::write(&path, "old").unwrap();
+        fs::set_permissions(&path, fs::Permissions::from_mode(0o440)).unwrap();
+        assert_eq!((check(&path, true).unwrap(), entries(folder.path())), (Format::Exr, 1));
+        replace(&path, true, |out| out.write_all(b"new").map_err(Problem::Write)).unwrap();
+        let mode = fs::metadata(&path).unwrap().permissions().mode();
+        assert_eq!((fs::read(&path).unwrap(), mode & 0o777), (b"new".to_vec(), 0o440));
+    }
+
+    #[test]
+    fn an_output_must_have_a_known_extension_and_a_folder_and_be_a_plain_file() {
+        let text = |path: &str| check(Path::new(path), true).unwrap_err().to_string();
+        assert!(text("picture.tiff").contains(".exr, .png, .jpg or .jpeg"));
+        assert!(text("no/such/folder/x.exr").contains("its folder is not there"));
+        let folder = tempfile::tempdir().unwrap();
+        let inner = folder.path().join("folder.exr");
+        fs::create_dir(&inner).unwrap();
+        assert!(text(inner.to_str().unwrap()).contains("not a plain file"));
+    }
+}

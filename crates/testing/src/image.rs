@@ -1,0 +1,177 @@
+//! Images on the GPU in every format that a pass takes.
+
+use wgdenoise::{Image, ImageFormat, Layout, PassImage, wgpu};
+
+use super::gpu::{buffer, context, read_back};
+use super::pixels::{decode, encode};
+
+/// A pixel: red, green, blue, alpha.
+pub type Pixel = [f32; 4];
+
+/// An image on the GPU; what lies between the pixels of a buffer is filled with `0xff`.
+pub struct GpuImage {
+    place: Place,
+    format: ImageFormat,
+    layout: Layout,
+    size: [u32; 2],
+}
+
+enum Place {
+    Texture(wgpu::Texture),
+    Buffer(wgpu::Buffer),
+}
+
+impl GpuImage {
+    /// `pixels` of an image `size`, width first. The layout counts for buffers.
+    pub fn new(pixels: &[Pixel], size: [u32; 2], format: ImageFormat, layout: Layout) -> Self {
+        let place = match format {
+            ImageFormat::Texture(texture) => Place::Texture(upload(pixels, size, texture)),
+            ImageFormat::Buffer(element) => {
+                let bytes = layout.elements(size[0], size[1]) as usize * element.bytes() as usize;
+                let mut contents = vec![0xff; bytes.next_multiple_of(4)];
+                for (range, pixel) in ranges(size, element.bytes(), layout).zip(pixels) {
+                    let length = range.len();
+                    contents[range].copy_from_slice(&encode(format, *pixel)[..length]);
+                }
+                Place::Buffer(buffer(context(wgdenoise::Precision::F32), &contents))
+            }
+        };
+        Self { place, format, layout, size }
+    }
+
+    pub fn as_pass(&self) -> PassImage<'_> {
+        match (&self.place, self.format) {
+            (Place::Buffer(buffer), ImageFormat::Buffer(element)) => {
+                PassImage::Buffer { buffer, element, layout: self.layout }
+            }
+            (Place::Texture(texture), _) => PassImage::Texture(texture),
+            _ => unreachable!("a buffer has the format of one"),
+        }
+    }
+
+    /// The pixels after `record`ed work; alpha is NaN where the layout has none.
+    pub fn read(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Vec<Pixel> {
+        match &self.place {
+            Place::Texture(texture) => self.read_texture(texture, record),
+            Place::Buffer(buffer) => {
+                let bytes = read_buffer(buffer, record);
+                let ImageFormat::Buffer(element) = self.format else { unreachable!() };
+                let pixel = |range: std::ops::Range<usize>| {
+                    let mut four = encode(self.format, [f32::NAN; 4]);
+                    four[..range.len()].copy_from_slice(&bytes[range]);
+                    decode(self.format, &four)
+                };
+                ranges(self.size, element.bytes(), self.layout).map(pixel).collect()
+            }
+        }
+    }
+
+    /// Whether every byte between the pixels of a buffer is as it was.
+    pub fn gaps_are_untouched(&self) -> bool {
+        let (Place::Buffer(buffer), ImageFormat::Buffer(element)) = (&self.place, self.format)
+        else {
+            return true;
+        };
+        let mut bytes = read_buffer(buffer, |_| {});
+        ranges(self.size, element.bytes(), self.layout).for_each(|range| bytes[range].fill(0xff));
+        bytes.iter().all(|&byte| byte == 0xff)
+    }
+
+    fn read_texture(
+        &self,
+        texture: &wgpu::Texture,
+        record: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Vec<Pixel> {
+        let [width, height] = self.size;
+        let texel = texel_bytes(texture.format());
+        let row = (width * texel).next_multiple_of(256);
+        let context = context(wgdenoise::Precision::F32);
+        let bytes = read_back(context, u64::from(row * height), |encoder, buffer| {
+            record(encoder);
+            let layout = copy_layout(row, height);
+            let target = wgpu::TexelCopyBufferInfo { buffer, layout };
+            encoder.copy_texture_to_buffer(texture.as_image_copy(), target, texture.size());
+        });
+        let rows = bytes.chunks_exact(row as usize).map(|row| &row[..(width * texel) as usize]);
+        let texels = rows.flat_map(|row| row.chunks_exact(texel as usize));
+        texels.map(|texel| decode(self.format, texel)).collect()
+    }
+}
+
+fn read_buffer(buffer: &wgpu::Buffer, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Vec<u8> {
+    read_back(context(wgdenoise::Precision::F32), buffer.size(), |encoder, target| {
+        record(encoder);
+        encoder.copy_buffer_to_buffer(buffer, 0, target, 0, buffer.size());
+    })
+}
+
+/// What is left of pixels in a format.
+pub fn quantised(pixels: &[Pixel], format: ImageFormat) -> Vec<Pixel> {
+    pixels.iter().map(|&pixel| decode(format, &encode(format, pixel))).collect()
+}
+
+/// The colours of pixels as an image on the CPU.
+pub fn cpu_image(pixels: &[Pixel], [width, height]: [u32; 2]) -> Image {
+    let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]);
+    Image::new(width, height, rgb.collect()).expect("the count is right")
+}
+
+/// The bytes of each pixel in a buffer.
+fn ranges(
+    [width, height]: [u32; 2],
+    element_bytes: u32,
+    layout: Layout,
+) -> impl Iterator<Item = std::ops::Range<usize>> {
+    let at = move |x: u32, y: u32| {
+        let first = layout.offset + y * layout.row_stride + x * layout.pixel_stride;
+        let [begin, end] = [first, first + layout.channels()].map(|i| (i * element_bytes) as usize);
+        begin..end
+    };
+    (0..height).flat_map(move |y| (0..width).map(move |x| at(x, y)))
+}
+
+fn upload(
+    pixels: &[Pixel],
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+) -> wgpu::Texture {
+    let context = context(wgdenoise::Precision::F32);
+    let mut usage = wgpu::TextureUsages::TEXTURE_BINDING
+        | wgpu::TextureUsages::COPY_SRC
+        | wgpu::TextureUsages::COPY_DST;
+    let float = [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba32Float];
+    usage.set(wgpu::TextureUsages::STORAGE_BINDING, float.contains(&format));
+    let texture = context.device.create_texture(&descriptor([width, height], format, usage));
+    let encode = |pixel: &Pixel| encode(ImageFormat::Texture(format), *pixel);
+    let bytes: Vec<u8> = pixels.iter().flat_map(encode).collect();
+    let layout = copy_layout(width * texel_bytes(format), height);
+    context.queue.write_texture(texture.as_image_copy(), &bytes, layout, texture.size());
+    texture
+}
+
+/// A texture of two dimensions.
+pub fn descriptor(
+    [width, height]: [u32; 2],
+    format: wgpu::TextureFormat,
+    usage: wgpu::TextureUsages,
+) -> wgpu::TextureDescriptor<'static> {
+    wgpu::TextureDescriptor {
+        label: None,
+        size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
+        mip_level_count: 1,
+        sample_count: 1,
+        dimension: wgpu::TextureDimension::D2,
+        format,
+        usage,
+        view_formats: &[],
+    }
+}
+
+fn texel_bytes(format: wgpu::TextureFormat) -> u32 {
+    format.block_copy_size(None).expect("a colour format")
+}
+
+fn copy_layout(row: u32, height: u32) -> wgpu::TexelCopyBufferLayout {
+    let (bytes_per_row, rows_per_image) = (Some(row), Some(height));
+    wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image }
+}

@@ -1,0 +1,239 @@
+//! The blocking call: images on the CPU, tile by tile through the GPU.
+
+use crate::denoiser::Denoiser;
+use crate::denoiser::frame::Frame;
+use crate::denoiser::tile_buffers::TileBuffers;
+use crate::error::{Error, Result};
+use crate::gpu::wait::wait;
+use crate::image::Image;
+use crate::image::Rect;
+use crate::network::compile::CompiledNetwork;
+use crate::ops::autoexposure::{Band, autoexposure};
+use crate::ops::tile::{Layout, Tile};
+use crate::plan::tiles::{Placed, TilePlan};
+
+/// Runs the network on what a tile's buffers hold; its second argument takes the number of calls
+/// that are done.
+pub(crate) type RunTile<'r> =
+    &'r mut dyn FnMut(&TileBuffers<'_>, &mut dyn FnMut(usize)) -> Result<()>;
+
+impl Denoiser {
+    /// Denoises a frame and waits for the result, which is linear and in the colour's exposure.
+    /// Images that the weights were not trained with are ignored.
+    ///
+    /// If the adapter runs out of memory, tiles shrink to half their pixels for this frame, which
+    /// starts over, and all that follow; the result is the same, and
+    /// [`take_notices`](Self::take_notices) reports it.
+    ///
+    /// # Errors
+    /// If the images do not fit together, the memory does not suffice for the smallest tile, or the
+    /// device fails: is lost, or takes longer than [`Options::timeout`](crate::Options::timeout).
+    pub fn denoise(&self, frame: &Frame<'_>) -> Result<Image> {
+        self.denoise_with_progress(frame, &mut |_, _| {})
+    }
+
+    /// [`denoise`](Self::denoise), calling `progress(done, total)` as the network's calls finish,
+    /// those of all tiles together; at the end both are equal. Where tiles shrink, it starts over.
+    ///
+    /// # Errors
+    /// Those of [`denoise`](Self::denoise).
+    pub fn denoise_with_progress(
+        &self,
+        frame: &Frame<'_>,
+        progress: &mut dyn FnMut(usize, usize),
+    ) -> Result<Image> {
+        self.denoise_by(frame, progress, &mut |tile, done| tile.run(done))
+    }
+
+    /// The same, with the network run on each tile's buffers by `run`.
+    pub(crate) fn denoise_by(
+        &self,
+        frame: &Frame<'_>,
+        progress: &mut dyn FnMut(usize, usize),
+        run: RunTile<'_>,
+    ) -> Result<Image> {
+        let frame = self.readable(frame)?;
+        let (width, height) = frame.color.size();
+        let inputs = frame.inputs();
+        let mut plan = self.tile_plan(width, height, inputs)?;
+        let network = self.network(inputs)?;
+        let mut result = Image::filled(width, height, [0.0; 3])?;
+        while let Err(error) = self.run_plan(&frame, &plan, &network, &mut result, progress, run) {
+            let Error::OutOfMemory(_) = error else { return Err(error) };
+            // What failed is freed first.
+            self.context.catch(|| wait(&self.context))?;
+            plan = self.halved(&plan, [width, height], inputs)?;
+        }
+        Ok(result)
+    }
+
+    /// The frame without the images that the weights cannot read.
+    pub(crate) fn readable<'a>(&self, frame: &Frame<'a>) -> Result<Frame<'a>> {
+        frame.check()?;
+        let inputs = frame.inputs().intersection(self.weights().metadata().inputs);
+        Ok(frame
+            .albedo(frame.albedo.filter(|_| inputs.albedo))
+            .normal(frame.normal.filter(|_| inputs.normal)))
+    }
+
+    /// Fills the result tile by tile.
+    fn run_plan(
+        &self,
+        frame: &Frame<'_>,
+        plan: &TilePlan,
+        network: &CompiledNetwork,
+        result: &mut Image,
+        progress: &mut dyn FnMut(usize, usize),
+        run: RunTile<'_>,
+    ) -> Result<()> {
+        let (context, width, skip) = (&self.context, result.width(), self.options.skip_clean);
+        let buffers = context
+            .catch(|| Ok(TileBuffers::new(context, network, plan, width, frame.inputs(), skip)))?;
+        context.catch(|| self.expose(frame, &buffers))?;
+        let calls = buffers.calls().len();
+        let total = calls * plan.tiles.len();
+        for (i, placed) in plan.tiles.iter().enumerate() {
+            context.catch(|| {
+                let tile = self.upload(frame, placed, plan.tile, &buffers)?;
+                run(&buffers, &mut |done| progress(i * calls + done, total))?;
+                buffers.download(&tile, result, placed)
+            })?;
+            progress((i + 1) * calls, total);
+        }
+        Ok(())
+    }
+
+    /// What colour is multiplied by, unless it is measured.
+    pub(crate) fn known_scale(&self, frame: &Frame<'_>) -> Option<f32> {
+        let measured = self.weights().metadata().transfer_function.is_hdr();
+        frame.input_scale.or((!measured).then_some(1.0))
+    }
+
+    /// Leaves the input scale in the tile's buffers.
+    fn expose(&self, frame: &Frame<'_>, buffers: &TileBuffers<'_>) -> Result<()> {
+        if let Some(scale) = self.known_scale(frame) {
+            self.context.queue.write_buffer(&buffers.input_scale, 0, bytemuck::bytes_of(&scale));
+            return Ok(());
+        }
+        let (width, height) = frame.color.size();
+        let bands = Band::split(width, height, buffers.rows_of(width));
+        let [color, scale] = [&buffers.color, &buffers.input_scale];
+        let calls = autoexposure(&self.context, &bands[0], &buffers.band, color.into(), scale);
+        for band in &bands {
+            let rows = band.rows();
+            let rect = Rect { begin: [0, rows.start], end: [width, rows.end] };
+            buffers.upload(&buffers.color, frame.color, &rect)?;
+            self.context.queue.write_buffer(&buffers.band, 0, bytemuck::bytes_of(band));
+            buffers.submit(|pass| calls.bins.record(pass));
+            wait(&self.context)?;
+        }
+        buffers.submit(|pass| calls.reduce.record(pass));
+        Ok(())
+    }
+
+    /// Fills the buffers with a tile of the frame.
+    fn upload(
+        &self,
+        frame: &Frame<'_>,
+        placed: &Placed,
+        tile: [u32; 2],
+        buffers: &TileBuffers<'_>,
+    ) -> Result<Tile> {
+        let (width, height) = frame.color.size();
+        let rect = read_rect(placed, tile, [width, height]);
+        for (buffer, image) in buffers.images(frame) {
+            buffers.upload(buffer, image, &rect)?;
+        }
+        let tile = tile_in_window(placed, &rect);
+        self.context.queue.write_buffer(&buffers.tile, 0, bytemuck::bytes_of(&tile));
+        Ok(tile)
+    }
+}
+
+/// The part of a tile that is in the image.
+fn read_rect(placed: &Placed, tile: [u32; 2], size: [u32; 2]) -> Rect {
+    let end = std::array::from_fn(|axis| (placed.origin[axis] + tile[axis]).min(size[axis]));
+    Rect { begin: placed.origin, end }
+}
+
+/// The tile as the kernels see it when only `rect` of the image is bound.
+fn tile_in_window(placed: &Placed, rect: &Rect) -> Tile {
+    let image_size = rect.size();
+    let relative = |p: [u32; 2]| [p[0] - rect.begin[0], p[1] - rect.begin[1]];
+    let layout = Layout::packed(image_size[0]);
+    Tile {
+        image_size,
+        origin: [0, 0],
+        begin: relative(placed.stores.begin),
+        end: relative(placed.stores.end),
+        color: layout,
+        albedo: layout,
+        normal: layout,
+        output: layout,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gpu, Inputs, Options, Weights};
+
+    fn denoiser() -> Denoiser {
+        let Gpu { device, queue, .. } = Gpu::open(None).expect("the tests need an adapter");
+        let weights = include_bytes!("../../tests/fixtures/unet_tiny.safetensors");
+        let weights = Weights::from_bytes(weights).expect("the fixture follows the format");
+        Denoiser::new(&device, &queue, &weights, &Options::default()).expect("the device works")
+    }
+
+    /// Denoises where tiles of more than `most` pixels find no memory, half-way through.
+    fn denoise(denoiser: &Denoiser, most: u32) -> Result<Image> {
+        let pixel = |i: u32| [0, 1, 2].map(|c| ((i * 7919 + c * 31) % 256) as f32 / 256.0);
+        let color = Image::new(300, 200, (0..300 * 200).map(pixel).collect())?;
+        denoiser.denoise_by(&Frame::new(&color), &mut |_, _| {}, &mut |tile, progress| {
+            tile.run(progress)?;
+            if tile.rows_of(1) > most { Err(Error::OutOfMemory("none".into())) } else { Ok(()) }
+        })
+    }
+
+    #[test]
+    fn tiles_are_halved_until_they_fit_and_stay_so() {
+        let denoiser = denoiser();
+        let whole = denoise(&denoiser, u32::MAX).unwrap();
+        assert_eq!(denoiser.take_notices(), [""; 0]);
+        assert_eq!(denoise(&denoiser, 20_000).unwrap(), whole);
+        let notices = denoiser.take_notices();
+        assert!(
+            notices.len() == 2 && notices[0].contains("tiles of 304×208 pixels"),
+            "{notices:?}"
+        );
+        let [width, height] = denoiser.tile_plan(300, 200, Inputs::default()).unwrap().tile;
+        assert!(width * height <= 20_000, "{width}×{height}");
+        assert_eq!(denoise(&denoiser, 20_000).unwrap(), whole);
+        assert_eq!(denoiser.take_notices(), [""; 0]);
+    }
+
+    #[test]
+    fn the_smallest_tile_is_the_end_and_the_next_frame_is_tried_again() {
+        let denoiser = denoiser();
+        let error = denoise(&denoiser, 0).unwrap_err().to_string();
+        let network = denoiser.network(Inputs::default()).unwrap();
+        let side = 2 * network.halo + network.alignment;
+        assert!(error.contains(&format!("even with tiles of {side}×{side} pixels")), "{error}");
+        assert!(denoiser.take_notices().len() > 2);
+        denoise(&denoiser, u32::MAX).unwrap();
+    }
+
+    #[test]
+    fn progress_rises_call_by_call_over_all_tiles_to_the_total() {
+        let denoiser = denoiser();
+        let color = Image::filled(300, 200, [0.5; 3]).unwrap();
+        let mut steps = Vec::new();
+        denoiser
+            .denoise_with_progress(&Frame::new(&color), &mut |done, of| steps.push((done, of)))
+            .unwrap();
+        let total = steps[0].1;
+        assert!(steps.is_sorted() && steps.iter().all(|step| step.1 == total), "{steps:?}");
+        assert_eq!(steps.last(), Some(&(total, total)));
+        assert!(total > 20, "{total} calls in a network of 22 layers and more");
+    }
+}

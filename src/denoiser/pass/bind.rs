@@ -1,0 +1,193 @@
+//! From a descriptor that was checked to a pass.
+
+use super::held::{Held, Rescue};
+use super::image::Role;
+use super::{InputScale, Pass, PassDescriptor, PassImage};
+use crate::denoiser::Denoiser;
+use crate::error::{Error, Result};
+use crate::gpu::kernel::{Binding, binding_type};
+use crate::gpu::scopes::catch;
+use crate::network::bind::{Bound, TileCalls};
+use crate::network::compile::CompiledNetwork;
+use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
+use crate::ops::input_process::{Sources, scale_binding};
+use crate::ops::packing::filled_buffer;
+use crate::ops::tile::Tile;
+use crate::plan::tiles::TilePlan;
+
+/// Dynamic uniform offsets are multiples of this on every adapter.
+const TILE_STRIDE: usize = 256;
+
+/// The images as the kernels bind them.
+struct Images {
+    color: Held,
+    albedo: Option<Held>,
+    normal: Option<Held>,
+    output: Held,
+    rescues: Vec<Rescue>,
+}
+
+impl Denoiser {
+    pub(super) fn bind(
+        &self,
+        d: &PassDescriptor<'_>,
+        network: &CompiledNetwork,
+        plan: &TilePlan,
+    ) -> Result<Pass> {
+        let images = self.hold(d)?;
+        self.context.catch(|| Ok(self.bind_images(d, images, network, plan)))
+    }
+
+    /// Refuses images of other devices.
+    fn hold(&self, d: &PassDescriptor<'_>) -> Result<Images> {
+        let device = &self.context.device;
+        let mut rescues = Vec::new();
+        let mut hold = |role: Role, image: PassImage<'_>| {
+            let binding = match role {
+                Role::Output => image.format().target_binding(),
+                _ => image.format().source_binding(),
+            };
+            let held = check_device(device, &role, || {
+                let held = Held::new(&image, d.size(), &device.limits());
+                try_bind(device, binding, held.binding().resource());
+                held
+            })?;
+            if role == Role::Output || !image.shares_memory(&d.output) {
+                return Ok(held);
+            }
+            let (held, rescue) = catch(device, || Ok(held.rescued(device)))?;
+            rescues.push(rescue);
+            Ok(held)
+        };
+        let of_normal = Role::Normal { unorm: d.unorm_normal() };
+        let color = hold(Role::Color, d.color)?;
+        let albedo = d.albedo.map(|image| hold(Role::Albedo, image)).transpose()?;
+        let normal = d.normal.map(|image| hold(of_normal, image)).transpose()?;
+        let output = hold(Role::Output, d.output)?;
+        if let InputScale::Buffer(buffer) = d.input_scale {
+            let bind = || try_bind(device, Binding::Buffer, scale_binding(buffer));
+            check_device(device, &"input scale", bind)?;
+        }
+        Ok(Images { color, albedo, normal, output, rescues })
+    }
+
+    fn bind_images(
+        &self,
+        d: &PassDescriptor<'_>,
+        images: Images,
+        network: &CompiledNetwork,
+        plan: &TilePlan,
+    ) -> Pass {
+        let (context, device) = (&self.context, &self.context.device);
+        let scale = scale_buffer(device, &d.input_scale);
+        let blend = uniform(device, bytemuck::bytes_of(&0.0_f32));
+        let tiles = uniform(device, &tile_bytes(d.size(), &images, plan));
+        let sources = Sources {
+            tiles: &tiles,
+            color: images.color.binding(),
+            albedo: images.albedo.as_ref().map(Held::binding),
+            normal: images.normal.as_ref().map(Held::binding),
+            unorm_normal: d.unorm_normal(),
+            input_scale: &scale,
+            encoding: network.encoding,
+        };
+        let bound = Bound {
+            tile: plan.tile,
+            sources,
+            output: images.output.binding(),
+            blend: &blend,
+            skip_clean: self.options.skip_clean,
+        };
+        let graph = TileCalls::new(context, network, &bound);
+        let exposure = self.exposure(d, &images.color, &scale);
+        let tiles = (0..plan.tiles.len()).map(|i| (i * TILE_STRIDE) as u32).collect();
+        let queue = context.queue.clone();
+        Pass { rescues: images.rescues, exposure, graph, tiles, blend, queue }
+    }
+
+    /// The measurement of the exposure, if the caller does not bring one.
+    fn exposure(
+        &self,
+        d: &PassDescriptor<'_>,
+        color: &Held,
+        scale: &wgpu::Buffer,
+    ) -> Option<Autoexposure> {
+        if !matches!(d.input_scale, InputScale::Auto)
+            || !self.weights().metadata().transfer_function.is_hdr()
+        {
+            return None;
+        }
+        let band = Band::whole(d.width, d.height, color.layout);
+        let uniform = uniform(&self.context.device, bytemuck::bytes_of(&band));
+        Some(autoexposure(&self.context, &band, &uniform, color.binding(), scale))
+    }
+}
+
+/// Runs `bind`, after all that can be asked of an image was checked.
+fn check_device<T>(
+    device: &wgpu::Device,
+    name: &dyn std::fmt::Display,
+    bind: impl FnOnce() -> T,
+) -> Result<T> {
+    catch(device, || Ok(bind())).map_err(|report| {
+        Error::Image(format!(
+            "{name} cannot be bound on the denoiser's device: it belongs to another device or was \
+             destroyed; create it on the device that Denoiser::new was given ({report})"
+        ))
+    })
+}
+
+/// Lets the device look at a resource.
+fn try_bind(device: &wgpu::Device, binding: Binding, resource: wgpu::BindingResource<'_>) {
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: None,
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: binding_type(binding, wgpu::TextureFormat::Rgba32Float),
+            count: None,
+        }],
+    });
+    let _ = device.create_bind_group(&wgpu::BindGroupDescriptor {
+        label: None,
+        layout: &layout,
+        entries: &[wgpu::BindGroupEntry { binding: 0, resource }],
+    });
+}
+
+/// All tiles of a plan, one every [`TILE_STRIDE`] bytes.
+fn tile_bytes(image_size: [u32; 2], images: &Images, plan: &TilePlan) -> Vec<u8> {
+    let layout = |image: &Option<Held>| image.as_ref().map(|held| held.layout).unwrap_or_default();
+    let mut bytes = vec![0; plan.tiles.len() * TILE_STRIDE];
+    for (slot, placed) in bytes.chunks_exact_mut(TILE_STRIDE).zip(&plan.tiles) {
+        let tile = Tile {
+            image_size,
+            origin: placed.origin,
+            begin: placed.stores.begin,
+            end: placed.stores.end,
+            color: images.color.layout,
+            albedo: layout(&images.albedo),
+            normal: layout(&images.normal),
+            output: images.output.layout,
+        };
+        slot[..size_of::<Tile>()].copy_from_slice(bytemuck::bytes_of(&tile));
+    }
+    bytes
+}
+
+/// A uniform buffer.
+fn uniform(device: &wgpu::Device, contents: &[u8]) -> wgpu::Buffer {
+    let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
+    filled_buffer(device, "uniform", contents, usage)
+}
+
+/// The buffer of the input scale: the caller's, or one with the caller's value or none yet.
+fn scale_buffer(device: &wgpu::Device, scale: &InputScale<'_>) -> wgpu::Buffer {
+    let value = match *scale {
+        InputScale::Buffer(buffer) => return buffer.clone(),
+        InputScale::Value(value) => value,
+        InputScale::Auto => 1.0,
+    };
+    let value = bytemuck::bytes_of(&value);
+    filled_buffer(device, "input_scale", value, wgpu::BufferUsages::STORAGE)
+}

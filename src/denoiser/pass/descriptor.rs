@@ -1,0 +1,181 @@
+//! What a pass is asked to do.
+
+use super::PassImage;
+use super::image::{Role, refuse_unless};
+use crate::denoiser::frame::check_input_scale;
+use crate::error::{Error, Result};
+use crate::model::Inputs;
+use crate::plan::tiles::MAX_SIDE;
+
+/// What colour is multiplied by for the network, which was trained at one exposure.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum InputScale<'a> {
+    /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance; 1 for
+    /// weights that do not read light of any size ([`TransferFunction::is_hdr`]).
+    ///
+    /// [`TransferFunction::is_hdr`]: crate::model::TransferFunction::is_hdr
+    #[default]
+    Auto,
+    /// The same in every frame, above 0.
+    Value(f32),
+    /// The 32-bit float at the start of a storage buffer, read in every frame, for a renderer that
+    /// measures its exposure itself. A positive, finite, normal number; any other spoils the frame.
+    Buffer(&'a wgpu::Buffer),
+}
+
+/// How normals are stored.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum NormalEncoding {
+    /// As they are: components in `[−1, 1]`, 0 where there is no surface.
+    #[default]
+    Signed,
+    /// As `0.5 n + 0.5`: components in `[0, 1]`, all 0 or all 0.5 where there is no surface.
+    Unorm,
+}
+
+/// What a pass reads and writes, in any mix of textures and buffers.
+///
+/// | image | texture formats | alpha |
+/// |---|---|---|
+/// | colour, output | `Rgba16Float`, `Rgba32Float` | carried over from colour, 1 if it has none |
+/// | albedo | the same, `Rgba8Unorm`, `Rgba8UnormSrgb` | ignored |
+/// | normal | the same as colour, `Rgba8Snorm`; in [`NormalEncoding::Unorm`] `Rgba8Unorm`, `Rgb10a2Unorm` | ignored |
+///
+/// The output may be the colour's own texture or buffer, or that of another input: such an input,
+/// which then needs the usage `COPY_SRC`, is first copied into memory of the pass's.
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct PassDescriptor<'a> {
+    /// Pixels per row of every image, from 1 to 65536.
+    pub width: u32,
+    /// Rows of every image, from 1 to 65536.
+    pub height: u32,
+    /// Linear, scene-referred colour in any exposure. Pixels that are NaN or infinite are filled from
+    /// those around them.
+    pub color: PassImage<'a>,
+    /// Albedo in `[0, 1]`, if there is one: the surface's reflectance, 0 where there is none.
+    pub albedo: Option<PassImage<'a>>,
+    /// Normal of the first surface, if there is one, in world or camera space.
+    pub normal: Option<PassImage<'a>>,
+    /// How the normal is stored.
+    pub normal_encoding: NormalEncoding,
+    /// Where the denoised colour goes, in the colour's exposure. Finite values that a 16-bit format
+    /// cannot hold become ±65504.
+    pub output: PassImage<'a>,
+    /// What colour is multiplied by for the network.
+    pub input_scale: InputScale<'a>,
+}
+
+impl<'a> PassDescriptor<'a> {
+    /// Colour alone, exposure measured.
+    #[must_use]
+    pub fn new(width: u32, height: u32, color: PassImage<'a>, output: PassImage<'a>) -> Self {
+        Self {
+            width,
+            height,
+            color,
+            albedo: None,
+            normal: None,
+            normal_encoding: NormalEncoding::Signed,
+            output,
+            input_scale: InputScale::Auto,
+        }
+    }
+
+    /// With this colour.
+    #[must_use]
+    pub fn color(self, color: PassImage<'a>) -> Self {
+        Self { color, ..self }
+    }
+
+    /// With this output.
+    #[must_use]
+    pub fn output(self, output: PassImage<'a>) -> Self {
+        Self { output, ..self }
+    }
+
+    /// With this albedo, or none.
+    #[must_use]
+    pub fn albedo(self, albedo: impl Into<Option<PassImage<'a>>>) -> Self {
+        Self { albedo: albedo.into(), ..self }
+    }
+
+    /// With this normal, or none.
+    #[must_use]
+    pub fn normal(self, normal: impl Into<Option<PassImage<'a>>>) -> Self {
+        Self { normal: normal.into(), ..self }
+    }
+
+    /// With normals stored this way.
+    #[must_use]
+    pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
+        Self { normal_encoding, ..self }
+    }
+
+    /// With this exposure.
+    #[must_use]
+    pub fn input_scale(self, input_scale: InputScale<'a>) -> Self {
+        Self { input_scale, ..self }
+    }
+
+    /// Which images there are.
+    pub(super) fn inputs(&self) -> Inputs {
+        Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
+    }
+
+    pub(super) fn size(&self) -> [u32; 2] {
+        [self.width, self.height]
+    }
+
+    pub(super) fn unorm_normal(&self) -> bool {
+        self.normal_encoding == NormalEncoding::Unorm
+    }
+
+    pub(super) fn check(&self, limits: &wgpu::Limits) -> Result<()> {
+        let [width, height] = self.size();
+        let sides = 1..=MAX_SIDE;
+        refuse_unless(sides.contains(&width) && sides.contains(&height), || {
+            format!("{width}×{height}: both sides must be at least 1 and at most {MAX_SIDE}")
+        })?;
+        self.output.check(Role::Output, self.size(), limits)?;
+        for (role, image) in self.sources() {
+            image.check(role, self.size(), limits)?;
+            if image.shares_memory(&self.output) {
+                image.check_copy(role)?;
+            }
+        }
+        self.check_input_scale()
+    }
+
+    fn sources(&self) -> impl Iterator<Item = (Role, PassImage<'a>)> + use<'a> {
+        let normal = Role::Normal { unorm: self.unorm_normal() };
+        let all =
+            [(Role::Color, Some(self.color)), (Role::Albedo, self.albedo), (normal, self.normal)];
+        all.into_iter().filter_map(|(role, image)| Some((role, image?)))
+    }
+
+    fn check_input_scale(&self) -> Result<()> {
+        match self.input_scale {
+            InputScale::Auto => Ok(()),
+            InputScale::Value(scale) => check_input_scale(Some(scale)),
+            InputScale::Buffer(buffer) => check_scale_buffer(buffer, &self.output),
+        }
+    }
+}
+
+fn check_scale_buffer(buffer: &wgpu::Buffer, output: &PassImage<'_>) -> Result<()> {
+    refuse_unless(buffer.size() >= 4, || {
+        format!("the buffer of the input scale has {} bytes, expected at least 4", buffer.size())
+    })?;
+    refuse_unless(buffer.usage().contains(wgpu::BufferUsages::STORAGE), || {
+        "the buffer of the input scale was created without the usage STORAGE; add it".into()
+    })?;
+    match output {
+        PassImage::Buffer { buffer: output, .. } if *output == buffer => Err(Error::Image(
+            "the input scale stands in the buffer of the output, which no kernel can write while \
+             it reads the scale; give the scale a buffer of its own"
+                .into(),
+        )),
+        _ => Ok(()),
+    }
+}

@@ -1,0 +1,177 @@
+//! Compiling ahead.
+
+use super::held::texture;
+use super::image::{Role, check_format};
+use super::{InputScale, NormalEncoding, PassDescriptor, PassImage};
+use crate::denoiser::Denoiser;
+use crate::error::Result;
+use crate::gpu::scopes::catch;
+use crate::ops::image::ImageFormat;
+use crate::ops::tile::Layout;
+
+/// How the images of a pass to come are stored.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub struct PassFormats {
+    /// Of colour.
+    pub color: ImageFormat,
+    /// Of albedo, if there is one.
+    pub albedo: Option<ImageFormat>,
+    /// Of the normal, if there is one.
+    pub normal: Option<ImageFormat>,
+    /// How the normal is stored.
+    pub normal_encoding: NormalEncoding,
+    /// Of the output.
+    pub output: ImageFormat,
+}
+
+impl PassFormats {
+    /// Colour alone.
+    #[must_use]
+    pub fn new(color: ImageFormat, output: ImageFormat) -> Self {
+        let normal_encoding = NormalEncoding::Signed;
+        Self { color, albedo: None, normal: None, normal_encoding, output }
+    }
+
+    /// With a colour in this format.
+    #[must_use]
+    pub fn color(self, color: ImageFormat) -> Self {
+        Self { color, ..self }
+    }
+
+    /// With an output in this format.
+    #[must_use]
+    pub fn output(self, output: ImageFormat) -> Self {
+        Self { output, ..self }
+    }
+
+    /// With an albedo in this format, or none.
+    #[must_use]
+    pub fn albedo(self, albedo: impl Into<Option<ImageFormat>>) -> Self {
+        Self { albedo: albedo.into(), ..self }
+    }
+
+    /// With a normal in this format, or none.
+    #[must_use]
+    pub fn normal(self, normal: impl Into<Option<ImageFormat>>) -> Self {
+        Self { normal: normal.into(), ..self }
+    }
+
+    /// With normals stored this way.
+    #[must_use]
+    pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
+        Self { normal_encoding, ..self }
+    }
+}
+
+/// An image of one pixel.
+enum Pixel {
+    Texture(wgpu::Texture),
+    Buffer(wgpu::Buffer),
+}
+
+impl Denoiser {
+    /// Compiles what a [`pass`](Self::pass) over images in these formats needs, of any size, so
+    /// that making one later takes no longer than its memory does. Worth a thread of its own at
+    /// the start of a program: compiling takes up to seconds.
+    ///
+    /// # Errors
+    /// If a pass would refuse the formats.
+    pub fn warm_up(&self, formats: &PassFormats) -> Result<()> {
+        let unorm = formats.normal_encoding == NormalEncoding::Unorm;
+        let color = self.pixel(Role::Color, formats.color)?;
+        let albedo = formats.albedo.map(|format| self.pixel(Role::Albedo, format)).transpose()?;
+        let normal = formats.normal.map(|format| self.pixel(Role::Normal { unorm }, format));
+        let normal = normal.transpose()?;
+        let output = self.pixel(Role::Output, formats.output)?;
+        self.pass(&PassDescriptor {
+            width: 1,
+            height: 1,
+            color: color.image(formats.color),
+            albedo: albedo.as_ref().zip(formats.albedo).map(|(pixel, format)| pixel.image(format)),
+            normal: normal.as_ref().zip(formats.normal).map(|(pixel, format)| pixel.image(format)),
+            normal_encoding: formats.normal_encoding,
+            output: output.image(formats.output),
+            input_scale: InputScale::Auto,
+        })?;
+        Ok(())
+    }
+
+    fn pixel(&self, role: Role, format: ImageFormat) -> Result<Pixel> {
+        let device = &self.context.device;
+        let (usage, _) = role.texture_usage();
+        if let ImageFormat::Texture(format) = format {
+            check_format(role, format)?;
+        }
+        catch(device, || {
+            Ok(match format {
+                ImageFormat::Texture(format) => {
+                    Pixel::Texture(texture(device, [1, 1], format, usage))
+                }
+                ImageFormat::Buffer(_) => {
+                    Pixel::Buffer(device.create_buffer(&wgpu::BufferDescriptor {
+                        label: Some("warm-up"),
+                        size: 16,
+                        usage: wgpu::BufferUsages::STORAGE,
+                        mapped_at_creation: false,
+                    }))
+                }
+            })
+        })
+    }
+}
+
+impl Pixel {
+    fn image(&self, format: ImageFormat) -> PassImage<'_> {
+        match (self, format) {
+            (Self::Buffer(buffer), ImageFormat::Buffer(element)) => {
+                PassImage::Buffer { buffer, element, layout: Layout::packed(1) }
+            }
+            (Self::Texture(texture), _) => PassImage::Texture(texture),
+            (Self::Buffer(_), ImageFormat::Texture(_)) => {
+                unreachable!("it was made for its format")
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{Gpu, Options, Quality, Weights};
+    use wgpu::TextureFormat::{Rgba8Snorm, Rgba8Unorm, Rgba16Float, Rgba32Float};
+
+    fn formats() -> PassFormats {
+        PassFormats::new(ImageFormat::Texture(Rgba32Float), ImageFormat::Texture(Rgba16Float))
+            .albedo(ImageFormat::Texture(Rgba8Unorm))
+            .normal(ImageFormat::Texture(Rgba8Snorm))
+    }
+
+    /// Kernels that are compiled for a pass of this size, on top of those that there are.
+    fn compiles(denoiser: &Denoiser, width: u32, height: u32) -> usize {
+        let before = denoiser.context.compiled();
+        let create =
+            |format, usage| texture(&denoiser.context.device, [width, height], format, usage);
+        let input = |format| create(format, wgpu::TextureUsages::TEXTURE_BINDING);
+        let [color, albedo, normal] = [Rgba32Float, Rgba8Unorm, Rgba8Snorm].map(input);
+        let output = create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
+        let [color, albedo, normal, output] =
+            [&color, &albedo, &normal, &output].map(PassImage::Texture);
+        let pass = denoiser
+            .pass(&PassDescriptor::new(width, height, color, output).albedo(albedo).normal(normal));
+        pass.expect("the images fit");
+        denoiser.context.compiled() - before
+    }
+
+    #[test]
+    fn after_a_warm_up_and_after_another_size_nothing_is_left_to_compile() {
+        let gpu = Gpu::open(None).expect("the tests need an adapter");
+        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
+        let denoiser = || Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default());
+        let [cold, warm] = [denoiser(), denoiser()].map(|denoiser| denoiser.expect("it works"));
+        warm.warm_up(&formats()).expect("a pass takes them");
+        assert_eq!([compiles(&warm, 40, 30), compiles(&warm, 64, 16)], [0, 0]);
+        assert!(compiles(&cold, 40, 30) > 0);
+        assert_eq!(compiles(&cold, 64, 16), 0);
+    }
+}

@@ -1,0 +1,184 @@
+//! Buffers on the GPU for the part of an image that one tile reads and writes.
+
+use crate::denoiser::frame::Frame;
+use crate::error::{Error, Result};
+use crate::gpu::kernel::Context;
+use crate::gpu::wait::{read, wait_for};
+use crate::image::Image;
+use crate::image::Rect;
+use crate::model::Inputs;
+use crate::network::bind::{Bound, Call, TileCalls};
+use crate::network::compile::CompiledNetwork;
+use crate::ops::autoexposure::{BIN, Band};
+use crate::ops::input_process::Sources;
+use crate::ops::tile::Tile;
+use crate::plan::tiles::{Placed, TilePlan};
+
+const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
+
+/// The buffers and the calls on them.
+pub(crate) struct TileBuffers<'a> {
+    context: &'a Context,
+    calls: TileCalls,
+    pub(crate) color: wgpu::Buffer,
+    albedo: Option<wgpu::Buffer>,
+    normal: Option<wgpu::Buffer>,
+    output: wgpu::Buffer,
+    readback: wgpu::Buffer,
+    pub(crate) input_scale: wgpu::Buffer,
+    /// Uniform of one [`Tile`].
+    pub(crate) tile: wgpu::Buffer,
+    /// Uniform of one [`Band`].
+    pub(crate) band: wgpu::Buffer,
+}
+
+impl<'a> TileBuffers<'a> {
+    /// Buffers for the plan's tiles and for bands of an image that is `width` pixels wide.
+    pub(crate) fn new(
+        context: &'a Context,
+        network: &CompiledNetwork,
+        plan: &TilePlan,
+        width: u32,
+        inputs: Inputs,
+        skip_clean: bool,
+    ) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let create = |label, size, usage| {
+            let descriptor = wgpu::BufferDescriptor {
+                label: Some(label),
+                size,
+                usage,
+                mapped_at_creation: false,
+            };
+            context.device.create_buffer(&descriptor)
+        };
+        let tile_bytes = u64::from(plan.tile[0]) * u64::from(plan.tile[1]) * PIXEL_BYTES;
+        let band_bytes = u64::from(BIN) * u64::from(width) * PIXEL_BYTES;
+        let image = |label, bytes| create(label, bytes, Usage::STORAGE | Usage::COPY_DST);
+        let uniform = |label, bytes| create(label, bytes as u64, Usage::UNIFORM | Usage::COPY_DST);
+        let color = image("color", tile_bytes.max(band_bytes));
+        let albedo = inputs.albedo.then(|| image("albedo", tile_bytes));
+        let normal = inputs.normal.then(|| image("normal", tile_bytes));
+        let output = create("output", tile_bytes, Usage::STORAGE | Usage::COPY_SRC);
+        let readback = create("readback", tile_bytes, Usage::MAP_READ | Usage::COPY_DST);
+        let input_scale = image("input_scale", 4);
+        let tile = uniform("tile", size_of::<Tile>());
+        let band = uniform("band", size_of::<Band>());
+        let sources = Sources {
+            tiles: &tile,
+            color: (&color).into(),
+            albedo: albedo.as_ref().map(Into::into),
+            normal: normal.as_ref().map(Into::into),
+            unorm_normal: false,
+            input_scale: &input_scale,
+            encoding: network.encoding,
+        };
+        // New buffers are zero: the noisy colour has no share.
+        let blend = uniform("blend", size_of::<f32>());
+        let (output_image, blend) = ((&output).into(), &blend);
+        let bound = Bound { tile: plan.tile, sources, output: output_image, blend, skip_clean };
+        let calls = TileCalls::new(context, network, &bound);
+        Self { context, calls, color, albedo, normal, output, readback, input_scale, tile, band }
+    }
+
+    /// Submits the whole network on what was uploaded, in parts, and waits for all but the last
+    /// one: that is waited for with the result. Each part has a time-out of its own. After each
+    /// part, `progress` gets the number of calls that are done.
+    pub(crate) fn run(&self, progress: &mut dyn FnMut(usize)) -> Result<()> {
+        let submit = |batch: &[Call]| {
+            (batch.len(), self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0))))
+        };
+        let mut parts: Vec<_> = self.calls.batches().map(submit).collect();
+        parts.pop();
+        let mut done = 0;
+        for (calls, part) in parts {
+            wait_for(self.context, Some(part))?;
+            done += calls;
+            progress(done);
+        }
+        Ok(())
+    }
+
+    /// How many rows of an image of this width the colour buffer holds.
+    pub(crate) fn rows_of(&self, width: u32) -> u32 {
+        let rows = self.color.size() / PIXEL_BYTES / u64::from(width);
+        u32::try_from(rows).unwrap_or(u32::MAX)
+    }
+
+    /// The images of a frame with the buffers they go to.
+    pub(crate) fn images<'b>(
+        &'b self,
+        frame: &Frame<'b>,
+    ) -> impl Iterator<Item = (&'b wgpu::Buffer, &'b Image)> {
+        let auxiliary =
+            [(self.albedo.as_ref(), frame.albedo), (self.normal.as_ref(), frame.normal)];
+        let present = auxiliary.into_iter().filter_map(|(buffer, image)| buffer.zip(image));
+        std::iter::once((&self.color, frame.color)).chain(present)
+    }
+
+    /// Uploads a part of an image, packed, through a buffer of its own: where there is no memory for
+    /// what `Queue::write_buffer` makes instead, wgpu gives the device up.
+    pub(crate) fn upload(&self, buffer: &wgpu::Buffer, image: &Image, rect: &Rect) -> Result<()> {
+        let [width, height] = rect.size().map(u64::from);
+        let device = &self.context.device;
+        let staging = device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("staging"),
+            size: width * height * PIXEL_BYTES,
+            usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
+            mapped_at_creation: true,
+        });
+        let refused = |error| Error::device("nothing can be uploaded", error);
+        let mut bytes = staging.get_mapped_range_mut(..).map_err(refused)?;
+        let columns = rect.begin[0] as usize..rect.end[0] as usize;
+        let row_bytes = (width * PIXEL_BYTES) as usize;
+        for (i, y) in (rect.begin[1]..rect.end[1]).enumerate() {
+            let row = bytemuck::cast_slice(&image.row(y)[columns.clone()]);
+            bytes.slice(i * row_bytes..(i + 1) * row_bytes).copy_from_slice(row);
+        }
+        drop(bytes);
+        staging.unmap();
+        let mut encoder = device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&staging, 0, buffer, 0, staging.size());
+        self.context.queue.submit([encoder.finish()]);
+        Ok(())
+    }
+
+    /// Submits one compute pass.
+    pub(crate) fn submit(
+        &self,
+        record: impl FnOnce(&mut wgpu::ComputePass<'_>),
+    ) -> wgpu::SubmissionIndex {
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        record(&mut encoder.begin_compute_pass(&Default::default()));
+        self.context.queue.submit([encoder.finish()])
+    }
+
+    /// Waits for the tile and copies what it stores into the result.
+    pub(crate) fn download(&self, tile: &Tile, result: &mut Image, placed: &Placed) -> Result<()> {
+        let [width, height] = tile.image_size.map(u64::from);
+        let bytes = width * height * PIXEL_BYTES;
+        let mut encoder = self.context.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(&self.output, 0, &self.readback, 0, bytes);
+        self.context.queue.submit([encoder.finish()]);
+        read(self.context, &self.readback, |window| {
+            copy_rows(bytemuck::cast_slice(window), tile, result, placed);
+        })
+    }
+
+    /// Every kernel call of a tile, in order.
+    pub(crate) fn calls(&self) -> &[Call] {
+        self.calls.calls()
+    }
+}
+
+fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &Placed) {
+    let [columns, rows] = placed.stores.size().map(|side| side as usize);
+    let result_width = result.width() as usize;
+    for row in 0..rows {
+        let from =
+            (tile.begin[1] as usize + row) * tile.image_size[0] as usize + tile.begin[0] as usize;
+        let to = (placed.stores.begin[1] as usize + row) * result_width
+            + placed.stores.begin[0] as usize;
+        result.pixels_mut()[to..to + columns].copy_from_slice(&window[from..from + columns]);
+    }
+}

@@ -1,0 +1,58 @@
+//! Plans of a denoiser, for sizes and budgets that nobody chose.
+
+use std::sync::Mutex;
+
+use proptest::prelude::*;
+use proptest::test_runner::TestRunner;
+
+use super::*;
+use crate::{Gpu, Options, Quality, Weights};
+
+fn sizes() -> impl Strategy<Value = (u32, u32)> {
+    let (long, short) = (1..=MAX_SIDE + 9, 1_u32..300);
+    prop_oneof![(1_u32..2000, 1_u32..2000), (long.clone(), short.clone()), (short, long)]
+}
+
+/// From bytes to more than there is.
+fn budgets() -> impl Strategy<Value = u64> {
+    prop_oneof![(0_u32..40).prop_map(|bits| 3 << bits), 1_u64 << 22..1 << 28, any::<u64>()]
+}
+
+/// What the blocking call allocates for a tile, and as much again of images on their way.
+fn allocated(denoiser: &Denoiser, tile: [u32; 2], width: u32, inputs: Inputs) -> u64 {
+    let network = denoiser.network(inputs).unwrap();
+    let image = u64::from(tile[0]) * u64::from(tile[1]) * PIXEL_BYTES;
+    let color = image.max(16 * u64::from(width) * PIXEL_BYTES);
+    let others = 1 + u64::from(inputs.albedo) + u64::from(inputs.normal);
+    network.bytes(tile, denoiser.precision().texel_bytes()) + 2 * (color + others * image)
+}
+
+#[test]
+fn no_plan_takes_more_memory_than_the_budget_and_every_refusal_says_why() {
+    let Gpu { device, queue, .. } = Gpu::open(None).expect("the tests need an adapter");
+    let weights = Weights::builtin(Quality::Fast).unwrap();
+    let denoiser = Denoiser::new(&device, &queue, &weights, &Options::default()).unwrap();
+    let denoiser = Mutex::new(denoiser);
+    let tiles = prop::option::of(prop_oneof![1_u32..1000, any::<u32>()]);
+    let cases = (sizes(), budgets(), tiles, any::<bool>());
+    let check = |((width, height), budget, tile, all): (_, _, Option<u32>, bool)| {
+        let mut denoiser = denoiser.lock().unwrap();
+        denoiser.options.memory_bytes = budget;
+        denoiser.options.tile = tile;
+        let inputs = if all { Inputs::ALL } else { Inputs::default() };
+        match denoiser.tile_plan(width, height, inputs) {
+            Ok(plan) => {
+                let bytes = denoiser.memory_bytes(width, height, inputs).unwrap();
+                prop_assert!(bytes <= budget, "{} of {} bytes", bytes, budget);
+                prop_assert_eq!(bytes, allocated(&denoiser, plan.tile, width, inputs));
+                let side = plan.tile[0].max(plan.tile[1]);
+                prop_assert!(side <= tile.unwrap_or(u32::MAX), "{:?}", plan.tile);
+            }
+            Err(Error::Image(_)) => prop_assert!(width.max(height) > MAX_SIDE),
+            Err(Error::Budget(text)) => prop_assert!(text.ends_with("raise that limit"), "{text}"),
+            Err(other) => prop_assert!(false, "{other}"),
+        }
+        Ok(())
+    };
+    TestRunner::default().run(&cases, check).unwrap();
+}

@@ -1,0 +1,271 @@
+//! Whether what came back is what the CPU makes of the same pixels.
+
+use std::num::NonZero;
+use std::thread;
+
+use crate::denoiser::Denoiser;
+use crate::denoiser::frame::Frame;
+use crate::error::{Error, Result};
+use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::precision::Precision;
+use crate::image::Image;
+use crate::image::Rect;
+use crate::model::{Encoding, Op, Params, TransferFunction};
+use crate::plan::halo::{BLOCK, halo};
+use crate::reference::{self, Tensor};
+
+/// What [`Denoiser::verify`] found, in the network's numbers: colour encoded into `[0, 1]`; light
+/// that is encoded beyond 1 counts by its share.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Verified {
+    /// The pixels that were compared.
+    pub rect: Rect,
+    /// The largest difference of a value.
+    pub largest: f64,
+    /// The root of the mean of all squared differences.
+    pub rms: f64,
+}
+
+impl std::fmt::Display for Verified {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let Self { rect: Rect { begin: [x, y], .. }, largest, rms } = self;
+        let [width, height] = self.rect.size();
+        write!(
+            f,
+            "verified {width}×{height} pixels at ({x}, {y}): they differ from the CPU's by {largest:.1e} of \
+             the encoded range at most, {rms:.1e} on average"
+        )
+    }
+}
+
+/// Blocks whose noise is measured, at most: a tenth of a second.
+const MOST_BLOCKS: usize = 4096;
+
+/// A block that bends more than this on average is not clean, see [`crate::ops::activity`], and the
+/// network has worked on it.
+const NOISY: f64 = 1.0 / 512.0;
+
+impl Denoiser {
+    /// Holds a result of [`denoise`](Self::denoise) against the naive functions of
+    /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels, of up to 4096 spread over the
+    /// frame: these work in 64 bits on the CPU, on the block and all around it that it depends on.
+    /// `None` if the frame has no noise.
+    ///
+    /// # Errors
+    /// If the images do not fit together or are not all that the weights need, or the result differs by
+    /// more than rounding explains.
+    pub fn verify(&self, frame: &Frame<'_>, result: &Image) -> Result<Option<Verified>> {
+        let frame = self.readable(frame)?;
+        if result.size() != frame.color.size() {
+            let ((w, h), (width, height)) = (result.size(), frame.color.size());
+            return Err(Error::Image(format!(
+                "the result to verify is {w}×{h}, but the frame is {width}×{height}"
+            )));
+        }
+        let measure = || reference::autoexposure(frame.color);
+        let exposure = Exposure {
+            encoding: self.weights().metadata().encoding(),
+            scale: self.known_scale(&frame).unwrap_or_else(measure),
+        };
+        let Some(rect) = noisiest(frame.color, exposure) else { return Ok(None) };
+        let (expected, crop) = self.expected(&frame, exposure.scale, &rect)?;
+        let verified = compare(result, exposure, &rect, &expected, crop.begin);
+        self.tolerance().judge(&verified)?;
+        Ok(Some(verified))
+    }
+
+    /// What the reference makes of a part of the frame that is large enough for `rect`.
+    fn expected(&self, frame: &Frame<'_>, scale: f32, rect: &Rect) -> Result<(Tensor, Rect)> {
+        let weights = self.weights().for_inputs(frame.inputs())?;
+        let network = weights.network();
+        let alignment = network.alignment().max(BLOCK);
+        let crop = around(rect, halo(network), alignment, frame.color.size());
+        let [color, albedo, normal] = [Some(frame.color), frame.albedo, frame.normal]
+            .map(|image| image.map(|image| cut(image, &crop)));
+        let color = color.expect("a frame has a colour");
+        let (albedo, normal) = (albedo.as_ref(), normal.as_ref());
+        let encoding = weights.metadata().encoding();
+        let input = reference::input_process_in(encoding, &color, albedo, normal, scale, alignment);
+        let params = |layer: &str| weights.params(layer);
+        Ok((reference::run_by(network, params, &input, on_all_cores), crop))
+    }
+
+    fn tolerance(&self) -> Tolerance {
+        match (self.kernels(), self.precision()) {
+            (KernelSet::Matrix(_), _) | (_, Precision::F16) => F16,
+            _ => F32,
+        }
+    }
+}
+
+/// By how much a result may differ: far more than drivers that are right do
+/// (`docs/reliability.md`), and far less than 5 % of a middle grey, which are 3e-3.
+struct Tolerance {
+    largest: f64,
+    rms: f64,
+}
+
+/// A logarithm of Vulkan's may be off by 2⁻²¹ and a power by 2⁻¹⁹ of it: some 1e-6 at each end of
+/// the network, and as much by the exposure. Ten times that, and more for a single value.
+const F32: Tolerance = Tolerance { largest: 1e-4, rms: 3e-5 };
+
+/// Each of up to twenty layers rounds what it stores by up to 2⁻¹¹ of it, up or down, which comes to
+/// some 1e-4. Four times that; a single value may have the worst of every layer.
+const F16: Tolerance = Tolerance { largest: 2e-3, rms: 4e-4 };
+
+impl Tolerance {
+    /// Not "too far" but "not close", since every comparison with NaN is false.
+    fn judge(&self, found: &Verified) -> Result<()> {
+        if found.largest <= self.largest && found.rms <= self.rms {
+            return Ok(());
+        }
+        let [x, y] = found.rect.begin;
+        Err(Error::WrongResult(format!(
+            "the result differs from the CPU's by up to {:.1e} of the encoded range around pixel \
+             ({x}, {y}), {:.1e} on average, where {:.1e} and {:.1e} are expected at most: the device \
+             or its driver computes wrong results; try 32-bit tensors, plain kernels or another \
+             adapter",
+            found.largest, found.rms, self.largest, self.rms
+        )))
+    }
+}
+
+/// The reference of a layer, its output channels shared among the cores, as they do not depend on
+/// each other.
+fn on_all_cores(op: Op, params: &Params, inputs: &[&Tensor]) -> Tensor {
+    let Op::Conv3x3 { .. } = op else { return reference::apply(op, params, inputs) };
+    let outputs = params.bias.len();
+    let share = outputs.div_ceil(thread::available_parallelism().map_or(1, NonZero::get));
+    let filters = params.weight.chunks(params.weight.len() / outputs * share);
+    let parts: Vec<Tensor> = thread::scope(|scope| {
+        let part = |(weight, bias): (&[f32], &[f32])| {
+            let params = Params { weight: weight.to_vec(), bias: bias.to_vec() };
+            scope.spawn(move || reference::apply(op, &params, inputs))
+        };
+        let parts: Vec<_> = filters.zip(params.bias.chunks(share)).map(part).collect();
+        parts.into_iter().map(|part| part.join().expect("the reference does not panic")).collect()
+    });
+    let (height, width) = (parts[0].height, parts[0].width);
+    Tensor::new(outputs, height, width, parts.into_iter().flat_map(|part| part.data).collect())
+}
+
+/// Between colour and the network's numbers.
+#[derive(Clone, Copy)]
+struct Exposure {
+    encoding: Encoding,
+    scale: f32,
+}
+
+impl Exposure {
+    fn encode(self, value: f32) -> f64 {
+        reference::encode(self.encoding, f64::from(value) * f64::from(self.scale))
+    }
+
+    /// What the brightest light is encoded as.
+    fn most(self) -> f64 {
+        reference::encode(self.encoding, f64::INFINITY)
+    }
+
+    /// Whether the network sees the value as it is.
+    fn is_seen(self, value: f32) -> bool {
+        value.is_finite()
+            && (value >= 0.0 || self.encoding.transfer_function == TransferFunction::Signed)
+    }
+}
+
+/// The block with the most noise, if there is any. Blocks with values that are no light are left
+/// out: what counts there is not what the renderer made.
+fn noisiest(color: &Image, exposure: Exposure) -> Option<Rect> {
+    let (width, height) = color.size();
+    let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
+    let count = columns as usize * rows as usize;
+    let step = (count as f64 / MOST_BLOCKS as f64).sqrt().ceil() as usize;
+    let block = |x: u32, y: u32| {
+        let begin = [x * BLOCK, y * BLOCK];
+        let end = [(begin[0] + BLOCK).min(width), (begin[1] + BLOCK).min(height)];
+        Rect { begin, end }
+    };
+    let noise = |rect: Rect| Some((noise(&cut(color, &rect), exposure)?, rect));
+    let along = |side: u32| (0..side).step_by(step);
+    let blocks = along(rows).flat_map(|y| along(columns).map(move |x| block(x, y)));
+    let noisiest = blocks.filter_map(noise).max_by(|a, b| a.0.total_cmp(&b.0));
+    noisiest.filter(|(noise, _)| *noise > NOISY).map(|(_, rect)| rect)
+}
+
+/// By how much a block bends on average: its second differences along rows and columns, encoded.
+fn noise(block: &Image, exposure: Exposure) -> Option<f64> {
+    if !block.pixels().iter().flatten().all(|&v| exposure.is_seen(v)) {
+        return None;
+    }
+    let rows: Vec<&[[f32; 3]]> = (0..block.height()).map(|y| block.row(y)).collect();
+    let column = |x: u32| rows.iter().map(|row| row[x as usize]).collect::<Vec<_>>();
+    let columns: Vec<_> = (0..block.width()).map(column).collect();
+    let lines = rows.iter().copied().chain(columns.iter().map(Vec::as_slice));
+    let bend = |w: &[[f32; 3]], c: usize| {
+        let [before, here, after] = [0, 1, 2].map(|i| exposure.encode(w[i][c]));
+        (before - 2.0 * here + after).abs()
+    };
+    let bends = lines.flat_map(|line| line.windows(3)).flat_map(|w| [0, 1, 2].map(|c| bend(w, c)));
+    let bends: Vec<_> = bends.collect();
+    Some(bends.iter().sum::<f64>() / bends.len().max(1) as f64)
+}
+
+/// The pixels that `rect` depends on, from an aligned corner to the image's ends at most.
+fn around(rect: &Rect, halo: u32, alignment: u32, (width, height): (u32, u32)) -> Rect {
+    let begin = rect.begin.map(|at| at.saturating_sub(halo) / alignment * alignment);
+    let end = |at: u32, side: u32| (at + halo).next_multiple_of(alignment).min(side);
+    Rect { begin, end: [end(rect.end[0], width), end(rect.end[1], height)] }
+}
+
+fn cut(image: &Image, rect: &Rect) -> Image {
+    let columns = rect.begin[0] as usize..rect.end[0] as usize;
+    let rows = rect.begin[1]..rect.end[1];
+    let pixels = rows.flat_map(|y| &image.row(y)[columns.clone()]).copied().collect();
+    let [width, height] = rect.size();
+    Image::new(width, height, pixels).expect("the part has pixels")
+}
+
+/// Encodes the result and compares it with a tensor whose first pixel is at `corner`.
+fn compare(
+    result: &Image,
+    exposure: Exposure,
+    rect: &Rect,
+    expected: &Tensor,
+    corner: [u32; 2],
+) -> Verified {
+    let place = |x: u32, y: u32| ((y - corner[1]) as usize, (x - corner[0]) as usize);
+    let columns = || rect.begin[0]..rect.end[0];
+    let pixels = (rect.begin[1]..rect.end[1]).flat_map(|y| columns().map(move |x| (x, y)));
+    let differences = pixels.flat_map(|(x, y)| {
+        let (row, column) = place(x, y);
+        let found = result.row(y)[x as usize];
+        [0, 1, 2].map(|c| {
+            let expected = f64::from(expected.at(c, row, column)).clamp(0.0, exposure.most());
+            // A 16-bit float's step grows with the value.
+            (exposure.encode(found[c]) - expected).abs() / expected.max(1.0)
+        })
+    });
+    let differences: Vec<_> = differences.collect();
+    // Folded by hand, since `f64::max` would drop a NaN.
+    let largest = differences.iter().fold(0.0, |most, &d| if d <= most { most } else { d });
+    let square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
+    Verified { rect: *rect, largest, rms: square.sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cores_that_share_a_layer_make_what_one_core_makes() {
+        let input = Tensor::from_fn(2, 3, 4, |c, y, x| (c * 7 + y * 5 + x * 3) as f32 % 4.0 - 1.5);
+        for outputs in [1, 2, 3, 7] {
+            let weight = (0..outputs * 2 * 9).map(|i| (i * 37 % 11) as f32 - 5.0).collect();
+            let params = Params { weight, bias: (0..outputs).map(|o| o as f32).collect() };
+            let op = Op::Conv3x3 { relu: true };
+            let [shared, alone] =
+                [on_all_cores, reference::apply].map(|f| f(op, &params, &[&input]));
+            assert_eq!(shared, alone, "{outputs} channels");
+        }
+    }
+}

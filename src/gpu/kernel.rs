@@ -1,0 +1,323 @@
+//! From a shader and its constants to a pipeline, and from a pipeline to a dispatch.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+use std::sync::Mutex;
+use std::time::Duration;
+
+use super::precision::Precision;
+use super::scopes::catch;
+use crate::error::Result;
+
+/// What a kernel binds at one index of bind group 0.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Binding {
+    /// Tensor to read: a storage texture array, four channels per layer.
+    TensorIn,
+    /// Tensor to write.
+    TensorOut,
+    /// Weights as a read-only storage texture array of 32-bit floats.
+    WeightTexture,
+    /// Map of activity to read: a texture array of one `u32` per block.
+    ActivityIn,
+    /// The same to write, as a storage texture.
+    ActivityOut,
+    /// An image to read, as a texture of floats.
+    Image,
+    /// An image to write, as a storage texture of this format.
+    ImageOut(wgpu::TextureFormat),
+    /// Read-only storage buffer.
+    Buffer,
+    /// Storage buffer to write.
+    BufferMut,
+    /// Uniform buffer of this many bytes, at a dynamic offset if `dynamic`.
+    Uniform {
+        /// Size of the struct.
+        bytes: u64,
+        /// Whether the offset comes with each dispatch.
+        dynamic: bool,
+    },
+}
+
+/// A shader and everything that the host must know of it. A test holds these declarations
+/// against what naga finds in the source.
+#[derive(Clone, Debug)]
+pub struct KernelSpec {
+    /// Name of the kernel, unique among all.
+    pub name: Cow<'static, str>,
+    /// The WGSL text, as it stands for 32-bit tensors.
+    pub source: Cow<'static, str>,
+    /// Name of the entry point.
+    pub entry: &'static str,
+    /// Bind group 0, by index.
+    pub bindings: Cow<'static, [Binding]>,
+    /// The overrides that the host sets.
+    pub overrides: &'static [&'static str],
+    /// Workgroup size.
+    pub workgroup: [u32; 3],
+}
+
+impl KernelSpec {
+    /// The text for a precision, in which the tensors' texel format differs, and the function
+    /// `stored`: values as a tensor is to hold them.
+    #[must_use]
+    pub fn source_for(&self, precision: Precision) -> String {
+        let line = |line: &str| match precision {
+            Precision::F16 if line.starts_with("alias Tensor") => {
+                line.replace("rgba32float", "rgba16float")
+            }
+            _ => line.to_string(),
+        };
+        let text: Vec<_> = self.source.lines().map(line).collect();
+        let stored = match precision {
+            Precision::F32 => include_str!("../../shaders/image/stored_f32.wgsl"),
+            Precision::F16 => include_str!("../../shaders/image/stored_f16.wgsl"),
+        };
+        if self.source.contains("stored(") {
+            text.join("\n") + "\n" + stored
+        } else {
+            text.join("\n")
+        }
+    }
+}
+
+/// A compiled kernel.
+#[derive(Clone, Debug)]
+pub struct Kernel {
+    pipeline: wgpu::ComputePipeline,
+    layout: wgpu::BindGroupLayout,
+    workgroup: [u32; 3],
+    name: String,
+}
+
+impl Kernel {
+    /// Binds `resources` in order of their index.
+    #[must_use]
+    pub fn bind(
+        &self,
+        device: &wgpu::Device,
+        resources: &[wgpu::BindingResource<'_>],
+    ) -> wgpu::BindGroup {
+        let entries = (0..).zip(resources).map(|(binding, resource)| wgpu::BindGroupEntry {
+            binding,
+            resource: resource.clone(),
+        });
+        device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(&self.name),
+            layout: &self.layout,
+            entries: &entries.collect::<Vec<_>>(),
+        })
+    }
+
+    /// A dispatch of enough workgroups to give each of `invocations` one.
+    #[must_use]
+    pub fn dispatch(&self, bind_group: wgpu::BindGroup, invocations: [u32; 3]) -> Dispatch {
+        let workgroups =
+            std::array::from_fn(|axis| invocations[axis].div_ceil(self.workgroup[axis]));
+        self.dispatch_workgroups(bind_group, workgroups)
+    }
+
+    /// A dispatch of this many workgroups.
+    #[must_use]
+    pub fn dispatch_workgroups(
+        &self,
+        bind_group: wgpu::BindGroup,
+        workgroups: [u32; 3],
+    ) -> Dispatch {
+        Dispatch { pipeline: self.pipeline.clone(), bind_group, workgroups }
+    }
+}
+
+/// A prepared call of a kernel: preparing one allocates, recording it does not.
+#[derive(Clone, Debug)]
+pub struct Dispatch {
+    pipeline: wgpu::ComputePipeline,
+    bind_group: wgpu::BindGroup,
+    workgroups: [u32; 3],
+}
+
+impl Dispatch {
+    /// Records the call of a kernel without dynamic uniform.
+    pub fn record(&self, pass: &mut wgpu::ComputePass<'_>) {
+        self.record_with(pass, &[]);
+    }
+
+    /// Records the call with the dynamic uniform at `offset` bytes.
+    pub fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
+        self.record_with(pass, &[offset]);
+    }
+
+    fn record_with(&self, pass: &mut wgpu::ComputePass<'_>, offsets: &[u32]) {
+        pass.set_pipeline(&self.pipeline);
+        pass.set_bind_group(0, &self.bind_group, offsets);
+        let [x, y, z] = self.workgroups;
+        pass.dispatch_workgroups(x, y, z);
+    }
+}
+
+/// A device, its queue (for writes only: nothing is submitted) and the kernels compiled on it.
+#[derive(Debug)]
+pub struct Context {
+    /// The caller's device.
+    pub device: wgpu::Device,
+    /// The caller's queue.
+    pub queue: wgpu::Queue,
+    /// How tensors are stored.
+    pub precision: Precision,
+    /// Longest wait for a submission.
+    pub(crate) timeout: Duration,
+    pipeline_cache: Option<wgpu::PipelineCache>,
+    kernels: Mutex<HashMap<String, Kernel>>,
+}
+
+impl Context {
+    /// A context without any kernel yet.
+    #[must_use]
+    pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, precision: Precision) -> Self {
+        Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            precision,
+            timeout: default_timeout(device.adapter_info().device_type),
+            pipeline_cache: None,
+            kernels: Mutex::default(),
+        }
+    }
+
+    /// The same, with a cache of the same device that the driver may take kernels from.
+    #[must_use]
+    pub fn with_pipeline_cache(self, pipeline_cache: Option<wgpu::PipelineCache>) -> Self {
+        Self { pipeline_cache, ..self }
+    }
+
+    /// The same, with this time-out if there is one.
+    #[must_use]
+    pub(crate) fn with_timeout(self, timeout: Option<Duration>) -> Self {
+        Self { timeout: timeout.unwrap_or(self.timeout), ..self }
+    }
+
+    /// The kernel for a shader and its override values, compiled once.
+    ///
+    /// # Panics
+    /// If a thread panicked while it compiled a kernel.
+    #[must_use]
+    pub fn kernel(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {
+        let key = format!("{} {constants:?}", spec.name);
+        let mut kernels = self.kernels.lock().expect("no kernel failed to compile");
+        kernels.entry(key).or_insert_with(|| self.compile(spec, constants)).clone()
+    }
+
+    /// Runs `work` and turns what the device reports meanwhile into an error. Kernels are
+    /// forgotten then, since one of them may be what failed.
+    ///
+    /// # Errors
+    /// Those of `work` and those of the device.
+    ///
+    /// # Panics
+    /// If a thread panicked while it compiled a kernel.
+    pub fn catch<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let result = catch(&self.device, work);
+        if result.is_err() {
+            self.kernels.lock().expect("no kernel failed to compile").clear();
+        }
+        result
+    }
+
+    /// How many kernels there are.
+    #[cfg(test)]
+    pub(crate) fn compiled(&self) -> usize {
+        self.kernels.lock().expect("no kernel failed to compile").len()
+    }
+
+    fn compile(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {
+        let name = spec.name.as_ref();
+        let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+            label: Some(name),
+            source: wgpu::ShaderSource::Wgsl(spec.source_for(self.precision).into()),
+        });
+        let layout = self.bind_group_layout(spec);
+        let descriptor = wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&self.pipeline_layout(&layout)),
+            module: &module,
+            entry_point: Some(spec.entry),
+            compilation_options: wgpu::PipelineCompilationOptions {
+                constants,
+                // Every kernel writes its workgroup memory before it reads it.
+                zero_initialize_workgroup_memory: false,
+            },
+            cache: self.pipeline_cache.as_ref(),
+        };
+        let pipeline = self.device.create_compute_pipeline(&descriptor);
+        Kernel { pipeline, layout, workgroup: spec.workgroup, name: name.into() }
+    }
+
+    fn pipeline_layout(&self, layout: &wgpu::BindGroupLayout) -> wgpu::PipelineLayout {
+        self.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+            label: None,
+            bind_group_layouts: &[Some(layout)],
+            immediate_size: 0,
+        })
+    }
+
+    fn bind_group_layout(&self, spec: &KernelSpec) -> wgpu::BindGroupLayout {
+        let entry = |(binding, &kind): (u32, &Binding)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility: wgpu::ShaderStages::COMPUTE,
+            ty: binding_type(kind, self.precision.texture_format()),
+            count: None,
+        };
+        self.device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some(&spec.name),
+            entries: &(0..).zip(spec.bindings.iter()).map(entry).collect::<Vec<_>>(),
+        })
+    }
+}
+
+/// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
+/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a 300th of what they
+/// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
+fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
+    match device_type {
+        wgpu::DeviceType::Cpu => Duration::from_mins(10),
+        _ => Duration::from_mins(1),
+    }
+}
+
+pub(crate) fn binding_type(binding: Binding, tensor: wgpu::TextureFormat) -> wgpu::BindingType {
+    use wgpu::StorageTextureAccess::{ReadOnly, WriteOnly};
+    use wgpu::TextureViewDimension::{D2, D2Array};
+    let texture = |format, access| wgpu::BindingType::StorageTexture {
+        access,
+        format,
+        view_dimension: D2Array,
+    };
+    let sampled = |sample_type, view_dimension| wgpu::BindingType::Texture {
+        sample_type,
+        view_dimension,
+        multisampled: false,
+    };
+    let buffer = |ty, has_dynamic_offset, bytes| wgpu::BindingType::Buffer {
+        ty,
+        has_dynamic_offset,
+        min_binding_size: std::num::NonZeroU64::new(bytes),
+    };
+    match binding {
+        Binding::TensorIn => texture(tensor, ReadOnly),
+        Binding::TensorOut => texture(tensor, WriteOnly),
+        Binding::WeightTexture => texture(wgpu::TextureFormat::Rgba32Float, ReadOnly),
+        Binding::ActivityIn => sampled(wgpu::TextureSampleType::Uint, D2Array),
+        Binding::ActivityOut => texture(wgpu::TextureFormat::R32Uint, WriteOnly),
+        Binding::Image => sampled(wgpu::TextureSampleType::Float { filterable: false }, D2),
+        Binding::ImageOut(format) => {
+            wgpu::BindingType::StorageTexture { access: WriteOnly, format, view_dimension: D2 }
+        }
+        Binding::Buffer => buffer(wgpu::BufferBindingType::Storage { read_only: true }, false, 0),
+        Binding::BufferMut => {
+            buffer(wgpu::BufferBindingType::Storage { read_only: false }, false, 0)
+        }
+        Binding::Uniform { bytes, dynamic } => {
+            buffer(wgpu::BufferBindingType::Uniform, dynamic, bytes)
+        }
+    }
+}

@@ -1,0 +1,87 @@
+//! Which variant of the convolutions runs.
+
+use super::matrix_shape::MatrixShape;
+
+/// Invocations of a subgroup that the kernels for CPU drivers need: llvmpipe with 256-bit vectors, its
+/// default on today's CPUs, has as many. With fewer, another variant must run.
+pub const SIMD_LANES: u32 = 8;
+
+/// Which variant of the convolutions runs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub enum KernelSet {
+    /// The fastest for the adapter: `Simd` where it runs, else `Matrix` where [`Options::matrix`]
+    /// names a shape and its test passes, else `Tiled`.
+    #[default]
+    Auto,
+    /// The readable definition: one pixel and four output channels per invocation.
+    Plain,
+    /// For GPUs: input and weights staged in workgroup memory.
+    Tiled,
+    /// For CPU drivers (lavapipe): straight-line code, weights by subgroup broadcast.
+    Simd,
+    /// For GPUs with matrix units: 3×3 convolutions as products of matrices of this shape.
+    Matrix(MatrixShape),
+}
+
+impl KernelSet {
+    /// `Auto` replaced by the fastest of the sets that need no proof on this device: `Simd` where
+    /// it runs, else `Tiled`. A [`Denoiser`](crate::Denoiser) takes `Matrix` into account as well.
+    #[must_use]
+    pub fn resolve(self, device: &wgpu::Device) -> Self {
+        match self {
+            Self::Auto if Self::Simd.runs_on(device) => Self::Simd,
+            Self::Auto => Self::Tiled,
+            chosen => chosen,
+        }
+    }
+
+    /// Whether the variant can run on this device. `Simd` needs a CPU driver, which reads 0 outside
+    /// of textures, with subgroups of at least eight invocations and the feature `SUBGROUP`;
+    /// for `Matrix` see [`MatrixShape::runs_on`]; the others run everywhere.
+    #[must_use]
+    pub fn runs_on(self, device: &wgpu::Device) -> bool {
+        let info = device.adapter_info();
+        match self {
+            Self::Auto | Self::Plain | Self::Tiled => true,
+            Self::Simd => {
+                info.device_type == wgpu::DeviceType::Cpu
+                    && info.subgroup_min_size >= SIMD_LANES
+                    && device.features().contains(wgpu::Features::SUBGROUP)
+            }
+            Self::Matrix(shape) => shape.runs_on(device),
+        }
+    }
+
+    /// Why a device that was opened without a feature runs slower kernels than it could, if so.
+    pub(crate) fn lost_speed(device: &wgpu::Device) -> Option<String> {
+        let info = device.adapter_info();
+        let could = info.device_type == wgpu::DeviceType::Cpu
+            && info.subgroup_min_size >= SIMD_LANES
+            && !device.features().contains(wgpu::Features::SUBGROUP);
+        could.then(|| {
+            format!(
+                "{} was opened without the feature SUBGROUP, so the slower kernels for GPUs run; \
+                 request wgdenoise::required_features(&adapter)",
+                info.name
+            )
+        })
+    }
+
+    /// What the variant needs of a device, for the message that it is not there.
+    pub(crate) fn needs(self) -> &'static str {
+        match self {
+            Self::Auto | Self::Plain | Self::Tiled => "nothing",
+            Self::Simd => "a CPU driver with subgroups of at least 8 and the feature SUBGROUP",
+            Self::Matrix(_) => "the features of the shape and subgroups of its one size",
+        }
+    }
+}
+
+impl std::fmt::Display for KernelSet {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Matrix(shape) => write!(f, "Matrix {0}×{0} {1:?}", shape.side, shape.factor),
+            other => write!(f, "{other:?}"),
+        }
+    }
+}

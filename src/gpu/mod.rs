@@ -1,0 +1,15 @@
+//! Devices, what they can do, and kernels and tensors on them.
+
+mod compiled;
+pub mod device;
+pub mod kernel;
+pub mod kernel_set;
+pub mod matrix_shape;
+pub mod pipeline_file;
+pub mod precision;
+pub mod requirements;
+pub(crate) mod scopes;
+pub mod tensor;
+pub(crate) mod transfer;
+mod unsafe_calls;
+pub(crate) mod wait;

@@ -1,0 +1,43 @@
+//! How tensors are stored.
+
+/// How tensors are stored between layers. Arithmetic is in 32-bit float either way, except that
+/// [`KernelSet::Matrix`] may round what it multiplies to 16 bits; its sums have 32.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Precision {
+    /// 32-bit float: four bytes per channel.
+    F32,
+    /// 16-bit float: half the memory and bandwidth. Each store rounds to the nearest, by 2⁻¹¹ of the
+    /// value at most, which cannot be seen in the error that the network leaves
+    /// (`docs/performance.md`).
+    #[default]
+    F16,
+}
+
+impl Precision {
+    /// The texel format of a tensor: four channels.
+    #[must_use]
+    pub fn texture_format(self) -> wgpu::TextureFormat {
+        match self {
+            Self::F32 => wgpu::TextureFormat::Rgba32Float,
+            Self::F16 => wgpu::TextureFormat::Rgba16Float,
+        }
+    }
+
+    /// Bytes of one texel of four channels.
+    #[must_use]
+    pub fn texel_bytes(self) -> u64 {
+        match self {
+            Self::F32 => 16,
+            Self::F16 => 8,
+        }
+    }
+
+    /// The largest value that can be stored; larger ones are clamped to it.
+    #[must_use]
+    pub fn largest(self) -> f64 {
+        match self {
+            Self::F32 => f64::from(f32::MAX),
+            Self::F16 => f64::from(half::f16::MAX),
+        }
+    }
+}

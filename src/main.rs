@@ -1,7 +1,0 @@
-//! The command line; see the library for everything it does.
-
-use std::process::ExitCode;
-
-fn main() -> ExitCode {
-    wgdenoise::cli::main()
-}

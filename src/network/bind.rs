@@ -1,0 +1,225 @@
+//! The network bound to the textures of one tile size and to images: every call of a frame.
+
+use std::ops::Range;
+
+use super::compile::{BoxedOperator, CompiledNetwork, Stem};
+use crate::gpu::kernel::{Context, Dispatch};
+use crate::gpu::tensor::GpuTensor;
+use crate::model::cost::layer_macs_per_pixel;
+use crate::model::{INPUT, TensorId, TransferFunction};
+use crate::ops::activity::{Activity, activity};
+use crate::ops::image::ImageBinding;
+use crate::ops::input_process::{Sources, input_process};
+use crate::ops::need::Need;
+use crate::ops::operator::Io;
+use crate::ops::output_process::{Images, output_process};
+
+/// One kernel call of a tile.
+#[derive(Debug)]
+pub(crate) struct Call {
+    /// The layer's name, or the operator's.
+    pub(crate) name: String,
+    /// Multiply-accumulates.
+    pub(crate) macs: f64,
+    /// Bytes of the tensors that it reads and writes.
+    pub(crate) bytes: f64,
+    dispatch: Dispatch,
+    /// Whether it reads the tile's uniform.
+    per_tile: bool,
+}
+
+impl Call {
+    fn per_tile(name: &str, dispatch: Dispatch) -> Self {
+        Self { name: name.into(), macs: 0.0, bytes: 0.0, dispatch, per_tile: true }
+    }
+
+    /// Records the call for the tile at `offset` bytes of the uniform.
+    pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
+        if self.per_tile {
+            self.dispatch.record_at(pass, offset);
+        } else {
+            self.dispatch.record(pass);
+        }
+    }
+}
+
+/// What a tile is bound to.
+pub(crate) struct Bound<'a> {
+    /// Size of the tiles, width first; multiples of the network's alignment.
+    pub(crate) tile: [u32; 2],
+    /// What is read.
+    pub(crate) sources: Sources<'a>,
+    /// Where the result goes.
+    pub(crate) output: ImageBinding<'a>,
+    /// Uniform of the noisy colour's share in the result.
+    pub(crate) blend: &'a wgpu::Buffer,
+    /// Whether clean blocks skip the network.
+    pub(crate) skip_clean: bool,
+}
+
+/// All calls of a tile.
+#[derive(Debug)]
+pub(crate) struct TileCalls {
+    calls: Vec<Call>,
+    batches: Vec<Range<usize>>,
+}
+
+/// Most multiply-accumulates of a submission of several calls: 0.2 s at 100 GFLOP/s. A call alone
+/// may have more, up to [`MACS_PER_DISPATCH`](crate::plan::tiles::MACS_PER_DISPATCH).
+const MACS_PER_SUBMISSION: f64 = 10e9;
+
+impl TileCalls {
+    /// Creates the textures and binds the operators.
+    pub(crate) fn new(context: &Context, network: &CompiledNetwork, bound: &Bound<'_>) -> Self {
+        let Bound { tile, sources, .. } = bound;
+        let tensors = tensors(context, network, *tile);
+        let radius = network.reach.iter().copied().max().unwrap_or(0);
+        // Where values have a sign, a block that is clean is no empty background.
+        let signed = network.encoding.transfer_function == TransferFunction::Signed;
+        let skip = bound.skip_clean && network.head.is_some() && !signed;
+        let (activity, activity_calls) = activity(context, sources, *tile, radius, skip);
+        let mut calls = Vec::new();
+        if network.head.is_some() {
+            calls.extend(activity_calls.map(|call| Call::per_tile("activity", call)));
+        }
+        calls.push(first_call(context, network, bound, &tensors[INPUT], &activity));
+        calls.extend(layer_calls(context, network, *tile, &tensors, &activity));
+        calls.push(last_call(context, network, bound, &tensors, &activity));
+        let batches = batches(&calls.iter().map(|call| call.macs).collect::<Vec<_>>());
+        Self { calls, batches }
+    }
+
+    /// Records everything for the tile at `offset` bytes of the uniform.
+    pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
+        for call in &self.calls {
+            call.record_at(pass, offset);
+        }
+    }
+
+    /// The same calls in groups, each short enough for a submission of its own.
+    pub(crate) fn batches(&self) -> impl Iterator<Item = &[Call]> {
+        self.batches.iter().map(|batch| &self.calls[batch.clone()])
+    }
+
+    /// All calls in order.
+    pub(crate) fn calls(&self) -> &[Call] {
+        &self.calls
+    }
+}
+
+/// From the images to the first tensor.
+fn first_call(
+    context: &Context,
+    network: &CompiledNetwork,
+    bound: &Bound<'_>,
+    tensor: &GpuTensor,
+    activity: &Activity,
+) -> Call {
+    let bytes = tensor.bytes(context.precision);
+    let Some(Stem { name, operator }) = &network.stem else {
+        let call = input_process(context, &bound.sources, tensor);
+        return Call { bytes, ..Call::per_tile("input_process", call) };
+    };
+    let need = Need { map: &activity.map, level: 0, reach: network.reach[INPUT] };
+    let call = operator.dispatch(context, &bound.sources, tensor, &need);
+    let macs = operator.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
+    Call { macs, bytes, ..Call::per_tile(&format!("input+{name}"), call) }
+}
+
+/// From the last tensor to the image.
+fn last_call(
+    context: &Context,
+    network: &CompiledNetwork,
+    bound: &Bound<'_>,
+    tensors: &[GpuTensor],
+    activity: &Activity,
+) -> Call {
+    let last = tensors.last().expect("a network has an input");
+    let bytes = last.bytes(context.precision);
+    let Bound { sources, output, blend, .. } = *bound;
+    let Sources { tiles, input_scale, color, encoding, .. } = sources;
+    let images = Images { tiles, input_scale, color, output, blend, encoding };
+    let Some(head) = &network.head else {
+        let call = output_process(context, last, &images);
+        return Call { bytes, ..Call::per_tile("output_process", call) };
+    };
+    let call = head.dispatch(context, last, activity, &images);
+    // The layer that has no operator of its own.
+    let conv = network.body.layers.get(network.operators.len());
+    let name = conv.map_or("head".into(), |conv| format!("{}+head", conv.name));
+    let macs = head.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
+    Call { macs, bytes, ..Call::per_tile(&name, call) }
+}
+
+/// Views of new textures, by tensor.
+fn tensors(context: &Context, network: &CompiledNetwork, tile: [u32; 2]) -> Vec<GpuTensor> {
+    let slots =
+        network.storage.slots.iter().map(|slot| {
+            GpuTensor::texture(context, tile.map(|side| side >> slot.level), slot.quads)
+        });
+    let slots: Vec<_> = slots.collect();
+    let tensor = |id: TensorId| {
+        let place = network.storage.placements[id];
+        GpuTensor::of(&slots[place.slot], place.first_quad, place.quads)
+    };
+    (0..network.storage.placements.len()).map(tensor).collect()
+}
+
+fn layer_calls(
+    context: &Context,
+    network: &CompiledNetwork,
+    tile: [u32; 2],
+    tensors: &[GpuTensor],
+    activity: &Activity,
+) -> Vec<Call> {
+    let CompiledNetwork { body, operators, reach, .. } = network;
+    let pixels = f64::from(tile[0]) * f64::from(tile[1]);
+    let call = |(i, operator): (usize, &BoxedOperator)| {
+        let layer = &body.layers[i];
+        let inputs: Vec<_> = layer.inputs.iter().map(|&input| &tensors[input]).collect();
+        let need =
+            Need { map: &activity.map, level: body.shapes[i + 1].level, reach: reach[i + 1] };
+        if i > 0 && operators[i - 1].pools() {
+            return None;
+        }
+        let io = Io {
+            inputs: &inputs,
+            output: &tensors[i + 1],
+            pooled: tensors.get(i + 2),
+            need: Some(need),
+        };
+        let dispatch = operator.dispatch(&context.device, &io)?;
+        let macs = layer_macs_per_pixel(body, i) * pixels;
+        let pooled = io.pooled.filter(|_| operator.pools());
+        let tensors = inputs.iter().copied().chain([io.output]).chain(pooled);
+        let bytes = tensors.map(|tensor| tensor.bytes(context.precision)).sum();
+        Some(Call { name: layer.name.clone(), macs, bytes, dispatch, per_tile: false })
+    };
+    operators.iter().enumerate().filter_map(call).collect()
+}
+
+/// Consecutive calls whose sum stays below the limit; a call above it stands alone.
+fn batches(macs: &[f64]) -> Vec<Range<usize>> {
+    let mut batches = Vec::new();
+    let (mut begin, mut sum) = (0, 0.0);
+    for (i, macs) in macs.iter().enumerate() {
+        if i > begin && sum + macs > MACS_PER_SUBMISSION {
+            batches.push(begin..i);
+            (begin, sum) = (i, 0.0);
+        }
+        sum += macs;
+    }
+    batches.push(begin..macs.len());
+    batches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn batches_hold_every_call_once_and_stay_below_the_limit() {
+        let macs = [1e9, 8e9, 2e9, 50e9, 1e9, 1e9];
+        assert_eq!(batches(&macs), [0..2, 2..3, 3..4, 4..6]);
+    }
+}

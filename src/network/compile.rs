@@ -1,0 +1,182 @@
+//! The network on the GPU: its operators, made once for tiles of any size.
+
+use crate::error::{Error, Result};
+use crate::gpu::kernel::Context;
+use crate::gpu::kernel_set::KernelSet;
+use crate::model::fuse::{Fused, HeadParams};
+use crate::model::{Encoding, INPUT, Layer, Network, Op, Params, Weights};
+use crate::ops;
+use crate::ops::build::build;
+use crate::ops::channel_map::{ChannelMap, channel_map};
+use crate::ops::conv_head::{self, conv_head};
+use crate::ops::head::Head;
+use crate::ops::input_conv::{self, InputConv};
+use crate::ops::operator::{LayerRequest, Operator};
+use crate::plan::{halo, storage::Storage};
+
+/// A network whose kernels are compiled and whose weights are on the GPU.
+#[derive(Debug)]
+pub(crate) struct CompiledNetwork {
+    /// All layers but the stem's and those that are always the head's.
+    pub(crate) body: Network,
+    /// Of the tensors that some kernel stores; the last one is what the image is made of.
+    pub(crate) storage: Storage,
+    /// Tiles begin and end at multiples of this.
+    pub(crate) alignment: u32,
+    /// Overlap of tiles; see [`halo::halo`].
+    pub(crate) halo: u32,
+    /// By tensor, see [`halo::reach`].
+    pub(crate) reach: Vec<u32>,
+    /// What the images become.
+    pub(crate) encoding: Encoding,
+    /// The first layer, if it is one kernel with the encoding of the images.
+    pub(crate) stem: Option<Stem>,
+    /// By layer; the head has the last one if there are fewer than layers.
+    pub(crate) operators: Vec<BoxedOperator>,
+    /// The end of the network, if it is one kernel.
+    pub(crate) head: Option<Head>,
+}
+
+pub(crate) type BoxedOperator = Box<dyn Operator>;
+
+/// What makes the network's input from the images.
+#[derive(Debug)]
+pub(crate) struct Stem {
+    /// The layer's name.
+    pub(crate) name: String,
+    pub(crate) operator: InputConv,
+}
+
+impl Stem {
+    fn new(context: &Context, name: &str, params: &impl Fn(&str) -> Params) -> Self {
+        Self { name: name.into(), operator: InputConv::new(context, &params(name)) }
+    }
+}
+
+impl CompiledNetwork {
+    /// Uploads the weights and compiles the kernels of the layers; those that read or write images
+    /// depend on their formats, and are compiled when they are bound.
+    pub(crate) fn new(context: &Context, kernels: KernelSet, weights: &Weights) -> Result<Self> {
+        let encoding = weights.metadata().encoding();
+        if kernels == KernelSet::Plain {
+            let network = weights.network().clone();
+            let params = |layer: &str| weights.params(layer);
+            return Self::build(context, kernels, encoding, network, params, None);
+        }
+        let Fused { network, params, head } = Fused::new(weights);
+        let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
+        Self::build(context, kernels, encoding, network, params, Some(&head))
+    }
+
+    fn build(
+        context: &Context,
+        kernels: KernelSet,
+        encoding: Encoding,
+        network: Network,
+        params: impl Fn(&str) -> Params,
+        head: Option<&HeadParams>,
+    ) -> Result<Self> {
+        let alignment = network.alignment().max(halo::BLOCK);
+        let halo = halo::halo(&network).next_multiple_of(alignment);
+        let reach = halo::reach(&network);
+        let merges = head.is_some();
+        let stem = (merges && input_conv::begins(&network, kernels))
+            .then(|| Stem::new(context, &network.layers[0].name, &params));
+        let (network, reach) = match stem {
+            Some(_) => (network.behind_first(), reach[1..].to_vec()),
+            None => (network, reach),
+        };
+        let of_head = usize::from(merges && conv_head::ends(&network, kernels));
+        let stored = network.first(network.layers.len() - of_head);
+        let maps = channel_maps(&stored, stem.is_some());
+        let storage = Storage::plan(&stored, maps[INPUT].len() as u32 / 4);
+        check_layers(&storage, &context.device.limits())?;
+        let operators = operators(context, kernels, &stored, &params, &maps);
+        let map = &maps[stored.output()];
+        let head = head.map(|HeadParams { conv: last, sigmoid }| {
+            let mut head = match network.layers.get(operators.len()) {
+                Some(conv) => conv_head(context, kernels, [&params(&conv.name), last], map),
+                None => Head::new(context, kernels, last, map),
+            };
+            head.sigmoid = *sigmoid;
+            head
+        });
+        Ok(Self { body: network, storage, alignment, halo, reach, encoding, stem, operators, head })
+    }
+
+    /// GPU memory for everything between the images, in bytes.
+    pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64) -> u64 {
+        self.storage.bytes(tile[0], tile[1], texel_bytes) + ops::activity::bytes(tile)
+    }
+}
+
+fn operators(
+    context: &Context,
+    kernels: KernelSet,
+    network: &Network,
+    params: impl Fn(&str) -> Params,
+    maps: &[ChannelMap],
+) -> Vec<BoxedOperator> {
+    let operator = |(i, layer): (usize, &Layer)| {
+        let maps: Vec<_> = layer.inputs.iter().map(|&input| &maps[input]).collect();
+        let (params, next) = (&params(&layer.name), follows(network, i));
+        build(layer.op, &LayerRequest { context, kernels, params, maps: &maps, next })
+    };
+    network.layers.iter().enumerate().map(operator).collect()
+}
+
+/// The layer right after `i`, if it reads what that makes.
+fn follows(network: &Network, i: usize) -> Option<Op> {
+    network.layers.get(i + 1).filter(|next| next.inputs == [i + 1]).map(|next| next.op)
+}
+
+fn check_layers(storage: &Storage, limits: &wgpu::Limits) -> Result<()> {
+    let most = storage.slots.iter().map(|slot| slot.quads).max().unwrap_or(0);
+    if most <= limits.max_texture_array_layers {
+        return Ok(());
+    }
+    Err(Error::weights(format!(
+        "the widest tensor needs {most} array layers, but the device was created with {}; ask the \
+         adapter for more (see required_limits) or use narrower weights",
+        limits.max_texture_array_layers
+    )))
+}
+
+/// How each tensor is stored. The input is made by a convolution or by `input_process`.
+fn channel_maps(network: &Network, convolved: bool) -> Vec<ChannelMap> {
+    let of_input = if convolved { channel_map } else { ops::input_process::channel_map };
+    let mut maps = vec![of_input(network.shapes[INPUT].channels)];
+    for (i, layer) in network.layers.iter().enumerate() {
+        maps.push(if layer.op.facts().joins {
+            ops::concat::channel_map(&maps[layer.inputs[0]], &maps[layer.inputs[1]])
+        } else {
+            channel_map(network.shapes[i + 1].channels)
+        });
+    }
+    maps
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::gpu::device::Gpu;
+    use crate::gpu::precision::Precision;
+    use crate::model::Quality;
+
+    /// A kernel takes the number of its input's layers from the texture.
+    #[test]
+    fn every_tensor_has_as_many_layers_as_its_channels_need() {
+        let Gpu { device, queue, .. } = Gpu::open(None).expect("the tests need an adapter");
+        let weights = Weights::builtin(Quality::Balanced).expect("they are built in");
+        for (kernels, stem) in [(KernelSet::Plain, false), (KernelSet::Tiled, true)] {
+            let context = Context::new(&device, &queue, Precision::F16);
+            let network = CompiledNetwork::new(&context, kernels, &weights).expect("it fits");
+            assert_eq!(network.stem.is_some(), stem, "{kernels}");
+            let stored = network.body.first(network.operators.len());
+            let maps = channel_maps(&stored, stem);
+            let expected: Vec<_> = maps.iter().map(|map| map.len() as u32 / 4).collect();
+            let found: Vec<_> = network.storage.placements.iter().map(|p| p.quads).collect();
+            assert_eq!(found, expected, "{kernels}");
+        }
+    }
+}

@@ -1,0 +1,4 @@
+//! A network on a device: compiled once, then bound to the tensors and images of a tile.
+
+pub(crate) mod bind;
+pub(crate) mod compile;

@@ -1,0 +1,40 @@
+//! Panics of dependencies that this crate turns into errors.
+
+use std::cell::Cell;
+use std::panic::{self, AssertUnwindSafe};
+
+thread_local! {
+    static CAUGHT: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Runs `work`; `None` if it panicked. The program's panic hook sees the panic first.
+pub fn caught<R>(work: impl FnOnce() -> R) -> Option<R> {
+    CAUGHT.set(true);
+    let result = panic::catch_unwind(AssertUnwindSafe(work));
+    CAUGHT.set(false);
+    result.ok()
+}
+
+/// Wraps the program's panic hook so that it does not see panics that are [`caught`]. For programs,
+/// which own the hook: a library should leave it alone.
+pub fn silence_caught() {
+    let loud = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        if !CAUGHT.get() {
+            loud(info);
+        }
+    }));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_panic_is_caught_and_the_next_one_is_loud_again() {
+        assert_eq!(caught(|| 7), Some(7));
+        assert_eq!(caught(|| assert!(CAUGHT.get(), "outside")), Some(()));
+        assert_eq!(caught(|| panic!("caught")), None::<()>);
+        assert!(!CAUGHT.get());
+    }
+}
