@@ -1,4 +1,4 @@
-"""Writes docs/hard-cases.md: our engine and Open Image Denoise on the cases of tests/hard_cases.
+"""Writes docs/hard-cases.md: our engine and Open Image Denoise on the hard cases.
 
     python benches/peers/hard_cases.py
 
@@ -19,14 +19,14 @@ ROOT = Path(__file__).resolve().parents[2]
 def main():
     with tempfile.TemporaryDirectory() as folder:
         inputs, outputs = Path(folder) / "inputs.safetensors", Path(folder) / "outputs.safetensors"
-        example("inputs", inputs)
+        hard_cases("inputs", inputs)
         save_file({name: denoise(image) for name, image in load_file(inputs).items()}, outputs)
-        example("page", outputs, ROOT / "docs")
+        hard_cases("page", outputs, ROOT / "docs")
 
 
-def example(*arguments):
-    command = ["cargo", "run", "--release", "--quiet", "-p", "wgdenoise-testing", "--bin", "hard_cases", "--", *map(str, arguments)]
-    subprocess.run(command, cwd=ROOT, check=True)
+def hard_cases(*arguments):
+    program = ["cargo", "run", "--release", "--quiet", "--package", "wgdenoise-testing", "--bin", "hard_cases", "--"]
+    subprocess.run([*program, *map(str, arguments)], cwd=ROOT, check=True)
 
 
 def denoise(image):
