@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// An error from a dependency, kept as [`source`](std::error::Error::source).
-type Source = Box<dyn std::error::Error + Send + Sync>;
+type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// What can go wrong. The text is one sentence for a person to act on; the variant tells a program
 /// what to do.
@@ -16,7 +16,7 @@ pub enum Error {
         /// The sentence.
         message: String,
         /// What the parser reported.
-        source: Option<Source>,
+        source: Option<Cause>,
     },
     /// An image has a wrong size, layout, format or usage, or two images do not fit together.
     #[error("image: {0}")]
@@ -65,7 +65,7 @@ pub enum Error {
         /// The sentence.
         message: String,
         /// What the device reported.
-        source: Option<Source>,
+        source: Option<Cause>,
     },
 }
 

@@ -10,7 +10,7 @@ use crate::image::Rect;
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{Band, autoexposure};
 use crate::ops::tile::{Layout, Tile};
-use crate::plan::tiles::{Placed, TilePlan};
+use crate::plan::tiles::{PlacedTile, TilePlan};
 
 /// Runs the network on what a tile's buffers hold; its second argument takes the number of calls
 /// that are done.
@@ -135,7 +135,7 @@ impl Denoiser {
     fn upload(
         &self,
         frame: &Frame<'_>,
-        placed: &Placed,
+        placed: &PlacedTile,
         tile: [u32; 2],
         buffers: &TileBuffers<'_>,
     ) -> Result<Tile> {
@@ -151,13 +151,13 @@ impl Denoiser {
 }
 
 /// The part of a tile that is in the image.
-fn read_rect(placed: &Placed, tile: [u32; 2], size: [u32; 2]) -> Rect {
+fn read_rect(placed: &PlacedTile, tile: [u32; 2], size: [u32; 2]) -> Rect {
     let end = std::array::from_fn(|axis| (placed.origin[axis] + tile[axis]).min(size[axis]));
     Rect { begin: placed.origin, end }
 }
 
 /// The tile as the kernels see it when only `rect` of the image is bound.
-fn tile_in_window(placed: &Placed, rect: &Rect) -> Tile {
+fn tile_in_window(placed: &PlacedTile, rect: &Rect) -> Tile {
     let image_size = rect.size();
     let relative = |p: [u32; 2]| [p[0] - rect.begin[0], p[1] - rect.begin[1]];
     let layout = Layout::packed(image_size[0]);

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::cost::macs_per_pixel;
 use super::file::WeightsFile;
 use super::inputs::Inputs;
+use super::macs::macs_per_pixel;
 use super::metadata::{Metadata, Topology};
 use super::operators::{Axes, Op};
 use super::params::Params;

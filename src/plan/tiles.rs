@@ -40,12 +40,12 @@ pub struct TilePlan {
     /// Size of every tile with its overlap, width first; a multiple of the alignment.
     pub tile: [u32; 2],
     /// The tiles, row by row.
-    pub tiles: Vec<Placed>,
+    pub tiles: Vec<PlacedTile>,
 }
 
 /// One tile of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed {
+pub struct PlacedTile {
     /// First pixel of the tile in the image. The tile may reach beyond the image's right and
     /// bottom edge by less than the alignment.
     pub origin: [u32; 2],
@@ -77,7 +77,7 @@ impl TilePlan {
     /// either cover the image or leave pixels between the overlaps.
     fn with_tile(size: [u32; 2], tile: [u32; 2], constraints: &Constraints) -> Self {
         let axes = [0, 1].map(|axis| spans(size[axis], tile[axis], constraints));
-        let place = |y: &Span, x: &Span| Placed {
+        let place = |y: &Span, x: &Span| PlacedTile {
             origin: [x.origin, y.origin],
             stores: Rect { begin: [x.begin, y.begin], end: [x.end, y.end] },
         };
@@ -138,7 +138,7 @@ fn spans(size: u32, tile: u32, constraints: &Constraints) -> Vec<Span> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::cost::largest_layer_macs_per_pixel;
+    use crate::model::macs::largest_layer_macs_per_pixel;
     use crate::model::{Network, Quality, Weights, fuse::Fused};
     use crate::plan::halo::halo;
 

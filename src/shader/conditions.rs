@@ -1,6 +1,6 @@
 //! Which parts of a module a kernel has: `@if`, `@elif` and `@else`.
 
-use super::Problem;
+use super::problem::Problem;
 use super::syntax::{split_group, split_node, split_word};
 
 /// The features of a kernel.
