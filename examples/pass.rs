@@ -1,6 +1,4 @@
-//! A denoising pass in a renderer's own command encoder, on the renderer's own device.
-//!
-//! `cargo run --release --example pass`
+//! A denoising pass in a renderer's command encoder: `cargo run --release --example pass`.
 
 use wgdenoise::wgpu::util::{BufferInitDescriptor, DeviceExt as _, TextureDataOrder};
 use wgdenoise::wgpu::{self, BufferUsages, TextureUsages};
@@ -18,7 +16,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let weights = Weights::builtin(Quality::Fast)?;
     let denoiser = Denoiser::new(&device, &queue, &weights, &Options::default())?;
 
-    // Per size: the renderer's textures, here random colour on a gray surface.
+    // Per size: the renderer's textures, here random light on a gray surface.
     let input = wgpu::TextureDescriptor {
         label: None,
         size: wgpu::Extent3d { width: 64, height: 48, depth_or_array_layers: 1 },
@@ -35,7 +33,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         let bytes = bytemuck::cast_slice(pixels);
         device.create_texture_with_data(&queue, &input, TextureDataOrder::LayerMajor, bytes)
     };
-    let noise = (0..64 * 48_u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as f32 / 255.0);
+    let noise = (0..64 * 48).map(|i| 0.25 + (43758.547 * (i as f32).sin()).rem_euclid(0.5));
     let noisy = upload(&noise.map(|value| [value, value, value, 1.0]).collect::<Vec<_>>());
     let albedo = upload(&[[0.5; 4]; 64 * 48]);
     let [color, albedo, output] = [&noisy, &albedo, &clean].map(PassImage::Texture);
@@ -48,12 +46,14 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let zeros = BufferInitDescriptor { label: None, contents: &[0; 16], usage };
     let buffer = device.create_buffer_init(&zeros);
     let target = wgpu::TexelCopyBufferInfo { buffer: &buffer, layout: Default::default() };
-    encoder.copy_texture_to_buffer(clean.as_image_copy(), target, Default::default());
+    let origin = wgpu::Origin3d { x: 32, y: 24, z: 0 };
+    let source = wgpu::TexelCopyTextureInfo { origin, ..clean.as_image_copy() };
+    encoder.copy_texture_to_buffer(source, target, Default::default());
     queue.submit([encoder.finish()]);
     buffer.map_async(wgpu::MapMode::Read, .., |_| {});
     device.poll(wgpu::PollType::wait_indefinitely())?;
     let pixel: [f32; 4] = bytemuck::pod_read_unaligned(&buffer.get_mapped_range(..)?);
-    println!("top left pixel: {pixel:?}");
+    println!("middle pixel: {pixel:?}");
     assert!(pixel[..3].iter().all(|value| (value - 0.5).abs() < 0.1), "the noise is gone");
     Ok(())
 }

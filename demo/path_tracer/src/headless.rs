@@ -29,6 +29,7 @@ pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     let denoised = args.denoised.clone().unwrap_or_else(|| beside(out));
     let files = [Some(out), Some(&denoised), args.reference.as_deref()];
     check_outputs(&files.into_iter().flatten().collect::<Vec<_>>())?;
+    Gpu::silence_device_select();
     let gpu = Gpu::open(args.device.as_deref())?;
     println!("rendering on {}", gpu.info.name);
     let scene = args.scene.build();
