@@ -1,4 +1,4 @@
-//! The image that goes into and comes out of the blocking call.
+//! Images on the CPU, and parts of them.
 
 use crate::error::{Error, Result};
 
@@ -80,5 +80,22 @@ impl Image {
     pub fn row(&self, y: u32) -> &[[f32; 3]] {
         let width = self.width as usize;
         &self.pixels[y as usize * width..][..width]
+    }
+}
+
+/// A rectangle of pixels, `begin` inclusive and `end` exclusive, x first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rect {
+    /// First column and row.
+    pub begin: [u32; 2],
+    /// One past the last column and row.
+    pub end: [u32; 2],
+}
+
+impl Rect {
+    /// Columns and rows.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.end[0] - self.begin[0], self.end[1] - self.begin[1]]
     }
 }

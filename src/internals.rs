@@ -22,3 +22,7 @@ pub mod reference {
     pub use crate::reference::*;
 }
 pub use crate::denoiser::self_test;
+/// The shaders' modules and what composes them.
+pub mod shader {
+    pub use crate::shader::*;
+}

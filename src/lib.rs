@@ -88,8 +88,8 @@ mod ops;
 pub mod panics;
 mod plan;
 mod reference;
+mod shader;
 pub mod tza;
-mod unsafe_calls;
 
 pub use denoiser::Denoiser;
 pub use denoiser::frame::Frame;
@@ -105,12 +105,11 @@ pub use gpu::matrix_shape::{Factor, MatrixShape};
 pub use gpu::pipeline_file::PipelineFile;
 pub use gpu::precision::Precision;
 pub use gpu::requirements::{matrix_features, required_features, required_limits};
-pub use image::Image;
+pub use image::{Image, Rect};
 pub use measure::{Calibration, CallProfile, Cost};
 pub use model::{
     Inputs, MainImage, Metadata, OidnSize, Quality, Topology, TransferFunction, Weights,
 };
 pub use ops::image::{Element, ImageFormat};
 pub use ops::tile::Layout;
-pub use plan::tiles::Rect;
 pub use wgpu;

@@ -6,10 +6,11 @@ use crate::denoiser::tile_buffers::TileBuffers;
 use crate::error::{Error, Result};
 use crate::gpu::wait::wait;
 use crate::image::Image;
+use crate::image::Rect;
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{Band, autoexposure};
 use crate::ops::tile::{Layout, Tile};
-use crate::plan::tiles::{Placed, Rect, TilePlan};
+use crate::plan::tiles::{Placed, TilePlan};
 
 /// Runs the network on what a tile's buffers hold; its second argument takes the number of calls
 /// that are done.

@@ -7,9 +7,10 @@ use crate::gpu::scopes::catch;
 use crate::gpu::tensor::GpuTensor;
 use crate::gpu::transfer::{download, upload};
 use crate::model::Params;
+use crate::ops::channel_map::{ChannelMap, channel_map};
 use crate::ops::convolution::Convolution;
 use crate::ops::need::{Need, everything};
-use crate::ops::operator::{ChannelMap, Io, Operator as _, channel_map};
+use crate::ops::operator::{Io, Operator as _};
 use crate::reference::{self, Tensor};
 
 /// Input channels: several slices of either side of a tile, the last of them cut.

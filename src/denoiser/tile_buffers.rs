@@ -5,13 +5,14 @@ use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::wait::{read, wait_for};
 use crate::image::Image;
+use crate::image::Rect;
 use crate::model::Inputs;
 use crate::network::bind::{Bound, Call, TileCalls};
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{BIN, Band};
 use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
-use crate::plan::tiles::{Placed, Rect, TilePlan};
+use crate::plan::tiles::{Placed, TilePlan};
 
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 

@@ -1,14 +1,17 @@
 //! Whether what came back is what the CPU makes of the same pixels.
 
+use std::num::NonZero;
+use std::thread;
+
 use crate::denoiser::Denoiser;
 use crate::denoiser::frame::Frame;
 use crate::error::{Error, Result};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::precision::Precision;
 use crate::image::Image;
-use crate::model::{Encoding, TransferFunction};
+use crate::image::Rect;
+use crate::model::{Encoding, Op, Params, TransferFunction};
 use crate::plan::halo::{BLOCK, halo};
-use crate::plan::tiles::Rect;
 use crate::reference::{self, Tensor};
 
 /// What [`Denoiser::verify`] found, in the network's numbers: colour encoded into `[0, 1]`; light
@@ -83,7 +86,8 @@ impl Denoiser {
         let (albedo, normal) = (albedo.as_ref(), normal.as_ref());
         let encoding = weights.metadata().encoding();
         let input = reference::input_process_in(encoding, &color, albedo, normal, scale, alignment);
-        Ok((reference::run(network, |layer| weights.params(layer), &input), crop))
+        let params = |layer: &str| weights.params(layer);
+        Ok((reference::run_by(network, params, &input, on_all_cores), crop))
     }
 
     fn tolerance(&self) -> Tolerance {
@@ -124,6 +128,25 @@ impl Tolerance {
             found.largest, found.rms, self.largest, self.rms
         )))
     }
+}
+
+/// The reference of a layer, its output channels shared among the cores, as they do not depend on
+/// each other.
+fn on_all_cores(op: Op, params: &Params, inputs: &[&Tensor]) -> Tensor {
+    let Op::Conv3x3 { .. } = op else { return reference::apply(op, params, inputs) };
+    let outputs = params.bias.len();
+    let share = outputs.div_ceil(thread::available_parallelism().map_or(1, NonZero::get));
+    let filters = params.weight.chunks(params.weight.len() / outputs * share);
+    let parts: Vec<Tensor> = thread::scope(|scope| {
+        let part = |(weight, bias): (&[f32], &[f32])| {
+            let params = Params { weight: weight.to_vec(), bias: bias.to_vec() };
+            scope.spawn(move || reference::apply(op, &params, inputs))
+        };
+        let parts: Vec<_> = filters.zip(params.bias.chunks(share)).map(part).collect();
+        parts.into_iter().map(|part| part.join().expect("the reference does not panic")).collect()
+    });
+    let (height, width) = (parts[0].height, parts[0].width);
+    Tensor::new(outputs, height, width, parts.into_iter().flat_map(|part| part.data).collect())
 }
 
 /// Between colour and the network's numbers.
@@ -227,4 +250,22 @@ fn compare(
     let largest = differences.iter().fold(0.0, |most, &d| if d <= most { most } else { d });
     let square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
     Verified { rect: *rect, largest, rms: square.sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cores_that_share_a_layer_make_what_one_core_makes() {
+        let input = Tensor::from_fn(2, 3, 4, |c, y, x| (c * 7 + y * 5 + x * 3) as f32 % 4.0 - 1.5);
+        for outputs in [1, 2, 3, 7] {
+            let weight = (0..outputs * 2 * 9).map(|i| (i * 37 % 11) as f32 - 5.0).collect();
+            let params = Params { weight, bias: (0..outputs).map(|o| o as f32).collect() };
+            let op = Op::Conv3x3 { relu: true };
+            let [shared, alone] =
+                [on_all_cores, reference::apply].map(|f| f(op, &params, &[&input]));
+            assert_eq!(shared, alone, "{outputs} channels");
+        }
+    }
 }

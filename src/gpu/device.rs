@@ -1,8 +1,8 @@
 //! Adapters of this machine, for programs that have no device of their own.
 //! A renderer that embeds wgdenoise brings its own device and never needs this module.
 
+use super::unsafe_calls::{consent_to, set_variable_early};
 use crate::error::{Error, Result};
-use crate::unsafe_calls::{consent_to, set_variable_early};
 
 /// A device with everything that the fastest kernels of its adapter can use.
 #[derive(Clone, Debug)]

@@ -7,8 +7,8 @@ use std::time::Duration;
 
 use super::precision::Precision;
 use super::scopes::catch;
-use super::wait::default_timeout;
 use crate::error::Result;
+use crate::shader::{ComposeError, LIBRARY, Source};
 
 /// What a kernel binds at one index of bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -40,14 +40,16 @@ pub enum Binding {
     },
 }
 
-/// A shader and everything that the host must know of it. A test holds these declarations
-/// against what naga finds in the source.
+/// A shader and everything that the host must know of it. A test compares these declarations
+/// with what naga finds in the source.
 #[derive(Clone, Debug)]
 pub struct KernelSpec {
     /// Name of the kernel, unique among all.
     pub name: Cow<'static, str>,
-    /// The WGSL text, as it stands for 32-bit tensors.
-    pub source: Cow<'static, str>,
+    /// The module that the text is composed from.
+    pub source: Source,
+    /// The features of the variant, among those of [`LIBRARY`]; precision adds its own.
+    pub features: Cow<'static, [&'static str]>,
     /// Name of the entry point.
     pub entry: &'static str,
     /// Bind group 0, by index.
@@ -59,26 +61,14 @@ pub struct KernelSpec {
 }
 
 impl KernelSpec {
-    /// The text for a precision, in which the tensors' texel format differs, and the function
-    /// `stored`: values as a tensor is to hold them.
-    #[must_use]
-    pub fn source_for(&self, precision: Precision) -> String {
-        let line = |line: &str| match precision {
-            Precision::F16 if line.starts_with("alias Tensor") => {
-                line.replace("rgba32float", "rgba16float")
-            }
-            _ => line.to_string(),
-        };
-        let text: Vec<_> = self.source.lines().map(line).collect();
-        let stored = match precision {
-            Precision::F32 => include_str!("../../shaders/image/stored_f32.wgsl"),
-            Precision::F16 => include_str!("../../shaders/image/stored_f16.wgsl"),
-        };
-        if self.source.contains("stored(") {
-            text.join("\n") + "\n" + stored
-        } else {
-            text.join("\n")
-        }
+    /// The WGSL for tensors of this precision.
+    ///
+    /// # Errors
+    /// The problem of a module that cannot be composed with these features.
+    pub fn wgsl(&self, precision: Precision) -> std::result::Result<String, ComposeError> {
+        let mut features = self.features.to_vec();
+        features.extend((precision == Precision::F16).then_some("tensor_f16"));
+        LIBRARY.compose(&self.source, &features)
     }
 }
 
@@ -232,9 +222,10 @@ impl Context {
 
     fn compile(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {
         let name = spec.name.as_ref();
+        let text = spec.wgsl(self.precision).expect("the tests compose every variant");
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(spec.source_for(self.precision).into()),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
         });
         let layout = self.bind_group_layout(spec);
         let descriptor = wgpu::ComputePipelineDescriptor {
@@ -272,6 +263,16 @@ impl Context {
             label: Some(&spec.name),
             entries: &(0..).zip(spec.bindings.iter()).map(entry).collect::<Vec<_>>(),
         })
+    }
+}
+
+/// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
+/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a 300th of what they
+/// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
+fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
+    match device_type {
+        wgpu::DeviceType::Cpu => Duration::from_mins(10),
+        _ => Duration::from_mins(1),
     }
 }
 

@@ -3,7 +3,7 @@
 use super::precision::Precision;
 
 /// Subgroups of a workgroup of the matrix kernels.
-pub(crate) const SUBGROUPS: u32 = 4;
+pub const SUBGROUPS: u32 = 4;
 
 /// What the factors of a product are rounded to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]

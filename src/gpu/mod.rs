@@ -1,5 +1,6 @@
 //! Devices, what they can do, and kernels and tensors on them.
 
+mod compiled;
 pub mod device;
 pub mod kernel;
 pub mod kernel_set;
@@ -10,4 +11,5 @@ pub mod requirements;
 pub(crate) mod scopes;
 pub mod tensor;
 pub(crate) mod transfer;
+mod unsafe_calls;
 pub(crate) mod wait;

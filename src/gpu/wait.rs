@@ -1,20 +1,8 @@
 //! Waiting for a device, which may be slow, hung or lost.
 
-use std::time::Duration;
-
 use super::kernel::Context;
 use crate::error::{Error, Result};
 use crate::panics::caught;
-
-/// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
-/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a 300th of what they
-/// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
-pub(crate) fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
-    match device_type {
-        wgpu::DeviceType::Cpu => Duration::from_mins(10),
-        _ => Duration::from_mins(1),
-    }
-}
 
 /// Waits until everything submitted is done, and its staging memory free.
 pub(crate) fn wait(context: &Context) -> Result<()> {

@@ -2,12 +2,12 @@
 
 use std::time::Instant;
 
+use super::statistics::median;
 use crate::denoiser::Denoiser;
 use crate::denoiser::frame::Frame;
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::wait::{read, wait};
-use crate::measure::frames::median;
 use crate::network::bind::Call;
 
 /// What one kernel call of a frame costs, all tiles together.

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use super::calls::CallProfile;
+use super::statistics::{median, repeat};
 use crate::error::Result;
 use crate::model::cost::macs_per_pixel;
 use crate::{Denoiser, Frame, Image};
@@ -32,24 +33,6 @@ impl Timing {
     pub fn gflops(&self) -> f64 {
         self.flop / self.median() / 1e9
     }
-}
-
-/// The middle one of at least one time, shortest first; of an even number, the longer of the two.
-#[must_use]
-pub fn median(seconds: &[f64]) -> f64 {
-    seconds[seconds.len() / 2]
-}
-
-/// Seconds that `run` says it took, once to warm up, which is left out, and then `runs` times (at
-/// least once); shortest first.
-///
-/// # Errors
-/// Those of `run`.
-pub fn repeat(runs: u32, mut run: impl FnMut() -> Result<f64>) -> Result<Vec<f64>> {
-    run()?;
-    let mut seconds = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
-    seconds.sort_by(f64::total_cmp);
-    Ok(seconds)
 }
 
 /// Denoises a frame of all images that the weights can read, once to warm up and then `runs`

@@ -4,7 +4,9 @@
 mod calibration;
 mod calls;
 mod frames;
+mod statistics;
 
 pub use calibration::{Calibration, Cost};
 pub use calls::CallProfile;
-pub use frames::{Timing, measure, median, profile, repeat, test_card};
+pub use frames::{Timing, measure, profile, test_card};
+pub use statistics::{median, repeat};

@@ -1,24 +1,14 @@
 //! What a network costs: multiply-accumulates per pixel of the full-size image.
 
-use super::topology::{Network, Op};
+use super::topology::Network;
 
 /// Multiply-accumulates of one layer per pixel of the full-size image.
 #[must_use]
 pub fn layer_macs_per_pixel(network: &Network, index: usize) -> f64 {
     let layer = &network.layers[index];
-    let input = network.shapes[layer.inputs[0]];
+    let inputs: Vec<_> = layer.inputs.iter().map(|&input| network.shapes[input].channels).collect();
     let output = network.shapes[index + 1];
-    let products = (input.channels * output.channels) as f64;
-    let per_output = match layer.op {
-        Op::UpConv { .. } => {
-            let low = network.shapes[layer.inputs[1]];
-            9.0 * products + 4.0 * (low.channels * output.channels) as f64
-        }
-        Op::Conv3x3 { .. } => 9.0 * products,
-        // Of the four taps each output pixel sees one.
-        Op::ConvTranspose | Op::Conv1x1 => products,
-        Op::MaxPool | Op::Upsample | Op::Concat | Op::Sigmoid => 0.0,
-    };
+    let per_output = (layer.op.facts().macs)(&inputs, output.channels) as f64;
     per_output / f64::from(1_u32 << (2 * output.level))
 }
 

@@ -3,8 +3,11 @@
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
+use super::encoding::{Encoding, TransferFunction};
+use super::inputs::Inputs;
+use super::oidn::OidnSize;
 use super::shown::{is_printable, shown};
-use super::{Encoding, Inputs, Network, OidnSize, TransferFunction};
+use super::topology::Network;
 use crate::error::{Error, Result};
 
 /// The metadata of format version 1.

@@ -1,49 +1,31 @@
 //! 3×3 convolution with zero padding of 1, bias (into which batch norm is folded), and ReLU.
 
-use super::convolution::{Convolution, Variant, Weights, plain_spec};
-use super::operator::ChannelMap;
+use super::channel_map::ChannelMap;
+use super::convolution::{Convolution, TILED_QUADS, Variant, Weights, plain_spec};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{matrix, need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
-use crate::model::Params;
+use crate::model::{Op, Params};
+use crate::shader::Source;
+use std::borrow::Cow;
 
 /// The readable definition.
-pub const PLAIN: KernelSpec =
-    plain_spec("conv3x3", include_str!("../../shaders/conv3x3.wgsl"), &["largest", "relu"]);
+pub const PLAIN: KernelSpec = plain_spec("conv3x3", &["largest", "relu"]);
 
 /// The variant for GPUs; `pools` adds the max-pool that follows.
 #[must_use]
 pub fn tiled_spec(pools: bool) -> KernelSpec {
     KernelSpec {
         name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
-        source: if pools { TILED_SOURCE.into() } else { without_pooling(TILED_SOURCE).into() },
+        source: Source::Module("conv3x3_tiled"),
+        features: Cow::Borrowed(if pools { &["pools"] } else { &[] }),
         entry: "main",
         bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
         overrides: &["largest", "relu"],
         workgroup: [8, 8, 1],
     }
-}
-
-const TILED_SOURCE: &str = include_str!("../../shaders/conv3x3_tiled.wgsl");
-
-/// What makes the sums in the variant for GPUs, for [`conv_head`](mod@super::conv_head).
-pub(super) fn tiled_sums() -> &'static str {
-    &TILED_SOURCE[place("fn input_size")..place("struct Need")]
-}
-
-/// What follows the input's functions in the variant for GPUs that does not pool, for
-/// [`input_conv`](mod@super::input_conv).
-pub(super) fn tiled_behind_input() -> String {
-    without_pooling(&TILED_SOURCE[place("const TILE")..])
-}
-
-fn place(declaration: &str) -> usize {
-    TILED_SOURCE.find(declaration).expect("the shader has the declaration")
-}
-
-fn without_pooling(source: &str) -> String {
-    source.lines().filter(|line| !line.contains("pooled")).collect::<Vec<_>>().join("\n")
 }
 
 /// What the generated variant binds.
@@ -59,9 +41,6 @@ const fn bindings(weights: Binding) -> [Binding; 6] {
     let (input, output) = (Binding::TensorIn, Binding::TensorOut);
     [input, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
 }
-
-/// Output quads of one invocation of the tiled variant.
-const TILED_QUADS: usize = 4;
 
 /// The operator; weights are `[output][input][ky][kx]`. With `pools` it makes the max-pool of
 /// its output too, where the variant can, which [`Operator::pools`](super::operator::Operator::pools)
@@ -118,4 +97,10 @@ pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> Weights {
 /// `[block of output quads][in_quad][tap][out_quad]` matrices.
 pub(super) fn tiled_matrices(taps: &Taps<'_>) -> Vec<f32> {
     taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS)
+}
+
+/// The operator of a layer, with the max-pool that follows where the variant can include it.
+pub(super) fn operator(layer: &LayerRequest<'_>, relu: bool) -> Convolution {
+    let pools = layer.next == Some(Op::MaxPool);
+    conv3x3(layer.context, layer.kernels, layer.params, layer.maps[0], relu, pools)
 }

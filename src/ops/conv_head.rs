@@ -3,14 +3,15 @@
 //!
 //! What stays in registers is not rounded to the tensors' 16 bits.
 
+use super::channel_map::ChannelMap;
 use super::head::{self, Head, HeadKernel};
-use super::image::ImageFormat;
-use super::operator::ChannelMap;
+use super::image::{ImageFormat, result_features};
 use super::packing::{Taps, storage_buffer};
 use super::{conv3x3, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::model::{Network, Op, Params};
+use crate::shader::Source;
 
 /// Channels of the 3×3 convolution that an invocation holds at most.
 const CHANNELS: usize = 16;
@@ -26,10 +27,10 @@ pub fn bindings(color: ImageFormat, output: ImageFormat, weights: Binding) -> Ve
 /// The variant for GPUs, for a noisy colour and a result in these formats.
 #[must_use]
 pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let main = include_str!("../../shaders/conv_head_tiled.wgsl");
     KernelSpec {
         name: head::name("conv_head_tiled", color, output).into(),
-        source: (declarations(color, output) + conv3x3::tiled_sums() + main).into(),
+        source: Source::Module("conv_head_tiled"),
+        features: features(color, output).into(),
         entry: "main",
         bindings: bindings(color, output, Binding::Buffer).into(),
         overrides: head::OVERRIDES,
@@ -37,10 +38,11 @@ pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
-/// What both variants begin with.
-#[must_use]
-pub fn declarations(color: ImageFormat, output: ImageFormat) -> String {
-    head::declarations(color, output) + include_str!("../../shaders/conv_head.wgsl")
+/// The features of both variants.
+pub(super) fn features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
+    let mut features = result_features(color, output);
+    features.push("conv_head");
+    features
 }
 
 /// Whether the kernel can be the end of a network whose last tensor the head reads.

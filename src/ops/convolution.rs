@@ -7,6 +7,11 @@ use super::operator::{Io, Operator};
 use super::packing::{Taps, plain_buffer};
 use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+use crate::shader::Source;
+/// Pixels per side of a workgroup of the tiled kernels.
+pub const TILE: u32 = 16;
+/// Output quads of one invocation of the tiled kernels.
+pub const TILED_QUADS: usize = 4;
 
 /// A convolution with its weights, ready for tensors of any size.
 #[derive(Debug)]
@@ -72,7 +77,7 @@ impl Variant {
     #[must_use]
     pub fn tiled(spec: KernelSpec, weights: Weights, blocks: usize) -> Self {
         let blocks = blocks as u32;
-        Self { spec, weights, tile: [16, 16], blocks, footprint: Some(16), pools: false }
+        Self { spec, weights, tile: [TILE; 2], blocks, footprint: Some(TILE), pools: false }
     }
 
     /// The generated code for CPU drivers: `spec` for `outputs` channels, with weights that
@@ -100,16 +105,13 @@ impl Convolution {
     }
 }
 
-/// A kernel that is the readable definition: all bind the same four things.
+/// The kernel of the module `name`, a readable definition: all bind the same four things.
 #[must_use]
-pub const fn plain_spec(
-    name: &'static str,
-    source: &'static str,
-    overrides: &'static [&'static str],
-) -> KernelSpec {
+pub const fn plain_spec(name: &'static str, overrides: &'static [&'static str]) -> KernelSpec {
     KernelSpec {
         name: Cow::Borrowed(name),
-        source: Cow::Borrowed(source),
+        source: Source::Module(name),
+        features: Cow::Borrowed(&[]),
         entry: "main",
         bindings: Cow::Borrowed(&[
             Binding::TensorIn,
@@ -128,16 +130,18 @@ impl Operator for Convolution {
             let need = io.need.expect("the variant asks what is needed");
             (need.map, need.buffer(device, footprint))
         });
-        let mut resources: Vec<_> = io.inputs.iter().map(|input| input.resource()).collect();
-        resources.extend([
+        let (first, second) = io.inputs.split_first().expect("a convolution has an input");
+        let mut resources = vec![
+            first.resource(),
             io.output.resource(),
             self.weights.resource(),
             self.bias.as_entire_binding(),
-        ]);
+        ];
         if let Some((map, need)) = &need {
             resources.push(wgpu::BindingResource::TextureView(map));
             resources.push(need.as_entire_binding());
         }
+        resources.extend(second.iter().map(|input| input.resource()));
         if self.pools {
             resources.push(io.pooled.expect("a pooling convolution has two outputs").resource());
         }

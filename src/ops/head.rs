@@ -4,23 +4,24 @@
 //! [`output_process`]: mod@super::output_process
 
 use super::activity::Activity;
-use super::convolution::Weights;
-use super::image::{BLEND, ImageFormat};
-use super::input_process::{TILE, scale_binding, tile_binding};
-use super::operator::ChannelMap;
-use super::output_process::Images;
+use super::channel_map::ChannelMap;
+use super::convolution::{TILE, Weights};
+use super::image::{ImageFormat, result_features};
+use super::output_process::{Images, result_bindings};
 use super::{conv_head, simd};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::Params;
+use crate::shader::Source;
 
 /// The variant for GPUs, for a noisy colour and a result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {
         name: name("head", color, output).into(),
-        source: (color.result(output, 5) + SOURCE).into(),
+        source: Source::Module("head"),
+        features: result_features(color, output).into(),
         entry: "main",
         bindings: bindings(color, output).into(),
         overrides: OVERRIDES,
@@ -34,27 +35,15 @@ pub const OVERRIDES: &[&str] = &["brightest", "sigmoid", "transfer_function"];
 /// What both variants bind, and [`conv_head`](mod@super::conv_head) before all else.
 #[must_use]
 pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
-    let (input, weights) = (Binding::TensorIn, Binding::WeightTexture);
-    let (color, output) = (color.source_binding(), output.target_binding());
-    vec![TILE, input, weights, Binding::Buffer, Binding::Buffer, color, output, BLEND]
+    let mut bindings = result_bindings(color, output);
+    bindings.extend([Binding::Buffer, Binding::TensorIn, Binding::WeightTexture]);
+    bindings
 }
 
 /// Kernels for other formats have other names.
 #[must_use]
 pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
     format!("{kernel} {} {}", color.source_name(), output.target_name())
-}
-
-const SOURCE: &str = include_str!("../../shaders/head.wgsl");
-
-/// The shader without its entry point, for the variants with others.
-///
-/// # Panics
-/// Never: the shader has an entry point.
-#[must_use]
-pub fn declarations(color: ImageFormat, output: ImageFormat) -> String {
-    let (text, _) = SOURCE.split_once("@compute").expect("the shader has an entry point");
-    color.result(output, 5) + text
 }
 
 /// Which kernel an operator runs.
@@ -84,7 +73,7 @@ impl HeadKernel {
     fn tile(self) -> [u32; 2] {
         match self {
             Self::Plain => [8, 8],
-            Self::ConvTiled => [16, 16],
+            Self::ConvTiled => [TILE; 2],
             Self::Simd => simd::Shape::Head.tile(),
             Self::ConvSimd { .. } => simd::Shape::ConvHead.tile(),
         }
@@ -150,16 +139,12 @@ impl Head {
         activity: &Activity,
         images: &Images<'_>,
     ) -> Dispatch {
-        let mut resources = vec![
-            tile_binding(images.tiles),
+        let mut resources = images.resources();
+        resources.extend([
+            activity.clean.as_entire_binding(),
             input.resource(),
             wgpu::BindingResource::TextureView(&self.weights),
-            scale_binding(images.input_scale),
-            activity.clean.as_entire_binding(),
-            images.color.resource(),
-            images.output.resource(),
-            images.blend.as_entire_binding(),
-        ];
+        ]);
         if let Some((bias, weights)) = &self.conv {
             resources.extend([bias.as_entire_binding(), weights.resource()]);
         }

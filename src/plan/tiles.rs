@@ -1,24 +1,9 @@
 //! How an image is cut into tiles that overlap by the receptive field.
 
+use crate::image::Rect;
+
 /// Longest side of an image, so that no kernel's arithmetic leaves 32 bits.
 pub const MAX_SIDE: u32 = 1 << 16;
-
-/// A rectangle of pixels, `begin` inclusive and `end` exclusive, x first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rect {
-    /// First column and row.
-    pub begin: [u32; 2],
-    /// One past the last column and row.
-    pub end: [u32; 2],
-}
-
-impl Rect {
-    /// Columns and rows.
-    #[must_use]
-    pub fn size(&self) -> [u32; 2] {
-        [self.end[0] - self.begin[0], self.end[1] - self.begin[1]]
-    }
-}
 
 /// What tiles must respect.
 #[derive(Clone, Copy, Debug)]

@@ -1,11 +1,12 @@
 use std::collections::BTreeSet;
 
+use wgdenoise::Rect;
 use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::activity::{Activity, FAR, LAYERS, activity};
 use wgdenoise::internals::ops::input_process::Sources;
 use wgdenoise::internals::ops::tile::{Layout, Tile};
-use wgdenoise::internals::plan::tiles::{Placed, Rect};
-use wgdenoise::internals::reference;
+use wgdenoise::internals::plan::tiles::Placed;
+use wgdenoise::internals::reference::{self, TileOfView, View};
 use wgdenoise::{Frame, Image, Precision, wgpu};
 
 use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
@@ -249,7 +250,9 @@ fn compare_frame(
     setup: &Setup,
 ) -> Result<(), String> {
     let Setup { placed, tile, radius, skip, encoding, .. } = setup;
-    let expected = reference::activity(frame, *encoding, SCALE, placed, *tile, *radius, *skip);
+    let view = View { color: frame.color, albedo: frame.albedo, normal: frame.normal };
+    let tile = TileOfView { origin: placed.origin, size: *tile, stores: placed.stores };
+    let expected = reference::activity(&view, *encoding, SCALE, &tile, *radius, *skip);
     let message = || format!("found {found:?}, expected {expected:?}");
     (*found == expected).then_some(()).ok_or_else(message)
 }

@@ -1,9 +1,9 @@
 use wgdenoise::internals::gpu::kernel::Context;
 use wgdenoise::internals::model::{Encoding, Params};
 use wgdenoise::internals::ops::activity::Activity;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::head::Head;
 use wgdenoise::internals::ops::need::everything;
-use wgdenoise::internals::ops::operator::channel_map;
 use wgdenoise::internals::ops::output_process::Images;
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::reference::{self, Tensor};

@@ -2,9 +2,9 @@
 
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::Encoding;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::image::{Element, ImageBinding, ImageFormat};
 use wgdenoise::internals::ops::input_process::{self, Sources, input_process};
-use wgdenoise::internals::ops::operator::channel_map;
 use wgdenoise::internals::ops::output_process::{Images, output_process};
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::reference::{self, Tensor};

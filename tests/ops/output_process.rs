@@ -1,6 +1,6 @@
 use wgdenoise::Precision;
 use wgdenoise::internals::model::{Encoding, TransferFunction};
-use wgdenoise::internals::ops::operator::channel_map;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::output_process::{Images, output_process};
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::reference;

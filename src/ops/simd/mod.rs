@@ -3,8 +3,9 @@
 //! llvmpipe runs eight invocations in the lanes of one vector. A weight that every lane needs
 //! is cheapest when each lane loads a different one and `subgroupBroadcast` with a constant
 //! lane hands them round; accumulators are cheapest as separate variables. WGSL has neither
-//! unrolling nor templates, so the module `text` writes the code. The plain kernels remain the
-//! definition, and the tests hold every generated variant against the same references.
+//! unrolling nor templates, so the module `text` writes the entry points, which call functions of
+//! `shaders/`. The plain kernels remain the definition, and the tests compare every generated variant
+//! with the same references.
 //!
 //! Each invocation makes a few pixels of a row and `4 · out_quads` output channels. Reads
 //! outside of a tensor rely on the driver to give 0, which lavapipe does and the border cases
@@ -17,10 +18,11 @@ mod walk;
 use std::borrow::Cow;
 
 use self::walk::Walk;
-use super::image::ImageFormat;
+use super::image::{ImageFormat, result_features};
 use super::packing::weight_texture;
 use super::{conv_head, head};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::shader::Source;
 
 /// What the generated kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -93,46 +95,45 @@ impl Shape {
 /// The generated kernel of [`super::conv3x3`].
 #[must_use]
 pub fn conv3x3_spec(out_quads: usize) -> KernelSpec {
-    let (shape, bindings) = (Shape::Conv3x3, Cow::Borrowed(&super::conv3x3::SIMD_BINDINGS[..]));
-    spec(shape, out_quads, bindings, &text::conv3x3(), &["largest", "relu"])
+    let bindings = Cow::Borrowed(&super::conv3x3::SIMD_BINDINGS[..]);
+    spec(Shape::Conv3x3, out_quads, bindings, &["largest", "relu"])
 }
 
 /// The generated kernel of [`super::up_conv`].
 #[must_use]
 pub fn up_conv_spec(out_quads: usize) -> KernelSpec {
-    let (shape, bindings) = (Shape::UpConv, Cow::Borrowed(&super::up_conv::SIMD_BINDINGS[..]));
-    spec(shape, out_quads, bindings, &text::up_conv(), &["largest", "relu"])
+    let bindings = Cow::Borrowed(&super::up_conv::SIMD_BINDINGS[..]);
+    let spec = spec(Shape::UpConv, out_quads, bindings, &["largest", "relu"]);
+    KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
 }
 
 /// The generated kernel of [`super::head`], for a noisy colour and a result in these formats.
 #[must_use]
 pub fn head_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let bindings = head::bindings(color, output).into();
-    // All of the GPU's variant but its entry point.
-    let declarations = head::declarations(color, output);
-    let spec = spec(Shape::Head, 1, bindings, &declarations, head::OVERRIDES);
-    KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
+    let spec = spec(Shape::Head, 1, head::bindings(color, output).into(), head::OVERRIDES);
+    let name = head::name(&spec.name, color, output).into();
+    KernelSpec { name, features: result_features(color, output).into(), ..spec }
 }
 
 /// The generated kernel of [`super::conv_head`], for a noisy colour and a result in these formats.
 #[must_use]
 pub fn conv_head_spec(out_quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let bindings = conv_head::bindings(color, output, Binding::WeightTexture).into();
-    let declarations = text::conv_head(color, output);
-    let spec = spec(Shape::ConvHead, out_quads, bindings, &declarations, head::OVERRIDES);
-    KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
+    let spec = spec(Shape::ConvHead, out_quads, bindings, head::OVERRIDES);
+    let name = head::name(&spec.name, color, output).into();
+    KernelSpec { name, features: conv_head::features(color, output).into(), ..spec }
 }
 
 fn spec(
     shape: Shape,
     out_quads: usize,
     bindings: Cow<'static, [Binding]>,
-    declarations: &str,
     overrides: &'static [&'static str],
 ) -> KernelSpec {
     KernelSpec {
         name: format!("{}_simd{}", shape.name(), out_quads * 4).into(),
-        source: text::source(shape, out_quads, declarations).into(),
+        source: Source::Generated(text::source(shape, out_quads)),
+        features: Cow::Borrowed(&[]),
         entry: "main",
         bindings,
         overrides,

@@ -2,80 +2,36 @@
 
 use std::fmt::Write as _;
 
-use super::super::conv_head;
-use super::super::image::ImageFormat;
 use super::walk::Walk;
 use super::{LANES, Shape};
 
 /// The components of a texel.
 const CHANNELS: [&str; 4] = ["x", "y", "z", "w"];
 
-/// What every convolution declares after its tensors.
-const NEED: &str = "
-struct Need { layer: u32, shift: u32, reach: u32, padding: u32 }
-override relu: bool;
-// The largest value that the tensor's format holds: f32 to f16 does not saturate by itself.
-override largest: f32;
-
-// Whether any lane's pixels are needed: all lanes take the loops together, since each reads
-// weights for the others.
-fn any_needed(x: i32, y: i32) -> bool {
-    let size = vec2<i32>(textureDimensions(output));
-    let at = min(vec2(x, y), size - 1) >> vec2(need.shift);
-    return subgroupAny(textureLoad(activity, at, need.layer, 0).x <= need.reach);
-}
-";
-
-const CONV3X3: &str = "
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
-@group(0) @binding(0) var input: TensorIn;
-@group(0) @binding(1) var output: TensorOut;
-@group(0) @binding(2) var weights: texture_storage_2d_array<rgba32float, read>;
-@group(0) @binding(3) var<storage, read> bias: array<vec4<f32>>;
-@group(0) @binding(4) var activity: texture_2d_array<u32>;
-@group(0) @binding(5) var<uniform> need: Need;
-";
-
-const UP_CONV: &str = "
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
-@group(0) @binding(0) var skip: TensorIn;
-@group(0) @binding(1) var low: TensorIn;
-@group(0) @binding(2) var output: TensorOut;
-@group(0) @binding(3) var weights: texture_storage_2d_array<rgba32float, read>;
-// [above, inside, below][left, inside, right][output quad]
-@group(0) @binding(4) var<storage, read> bias: array<vec4<f32>>;
-@group(0) @binding(5) var activity: texture_2d_array<u32>;
-@group(0) @binding(6) var<uniform> need: Need;
-";
-
-/// What follows the declarations of both variants of `conv_head`.
-const CONV_HEAD: &str = "
-@group(0) @binding(9) var conv_weights: texture_storage_2d_array<rgba32float, read>;
-
-fn any_needed(x: i32, y: i32) -> bool {
-    return subgroupAny(is_needed(vec2<u32>(vec2(x, y)), vec2(4u, 1u)));
-}
-";
-
-/// What [`Shape::Conv3x3`] declares.
-pub(super) fn conv3x3() -> String {
-    format!("{CONV3X3}{NEED}")
+/// What the entry point needs of `shaders/`.
+fn imports(shape: Shape) -> &'static str {
+    match shape {
+        Shape::Conv3x3 => {
+            "import package::common::conv_output::{activated, bias, output};
+import package::common::simd::{any_needed, weights};
+import package::conv3x3_simd::input;"
+        }
+        Shape::UpConv => {
+            "import package::common::conv_output::{activated, bias, output};
+import package::common::simd::{any_needed, weights};
+import package::up_conv_simd::{low, skip};"
+        }
+        Shape::Head => "import package::common::head::{finish, input, weights};",
+        Shape::ConvHead => {
+            "import package::common::conv_head::{conv_bias, relu};
+import package::common::head::{finish, input, weights};
+import package::conv_head_simd::{any_needed, conv_weights};"
+        }
+    }
 }
 
-/// What [`Shape::UpConv`] declares.
-pub(super) fn up_conv() -> String {
-    format!("{UP_CONV}{NEED}")
-}
-
-/// What [`Shape::ConvHead`] declares for a noisy colour and a result in these formats.
-pub(super) fn conv_head(color: ImageFormat, output: ImageFormat) -> String {
-    conv_head::declarations(color, output) + CONV_HEAD
-}
-
-/// The whole shader.
-pub(super) fn source(shape: Shape, quads: usize, declarations: &str) -> String {
+/// The entry point.
+pub(super) fn source(shape: Shape, quads: usize) -> String {
     let walks = shape.walks().iter().map(|walk| walk_text(shape, walk, quads));
     let needed = if shape == Shape::Head { "true" } else { "any_needed(x, y)" };
     let tail = match shape {
@@ -84,7 +40,8 @@ pub(super) fn source(shape: Shape, quads: usize, declarations: &str) -> String {
         Shape::ConvHead => project(quads) + &finish("result"),
     };
     format!(
-        "{declarations}
+        "{imports}
+
 @compute @workgroup_size({LANES}, 1, 1)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
@@ -97,6 +54,7 @@ fn main(
     let needed = {needed};
 {accumulators}{walks}{tail}}}
 ",
+        imports = imports(shape),
         mask = LANES - 1,
         pixels = shape.pixels(),
         accumulators = accumulators(shape, quads),
@@ -172,14 +130,13 @@ fn multiply_add(walk: &Walk, k: usize, p: usize) -> String {
     text
 }
 
-/// Bias, clamp and stores. What lies outside of the output is not stored.
+/// Biases and stores. What lies outside of the output is not stored.
 fn store(shape: Shape, quads: usize) -> String {
     let mut text = format!(
         "    if needed {{
     let size = vec2<i32>(textureDimensions(output));
     let out_quads = i32(textureNumLayers(output));
     let first = block * {quads};
-    let floor = vec4(select(-largest, 0.0, relu));
     let vertical = select(select(1, 2, y == size.y - 1), 0, y == 0);
 "
     );
@@ -187,7 +144,7 @@ fn store(shape: Shape, quads: usize) -> String {
     for k in 0..quads {
         text += &bias(k);
         for p in 0..shape.pixels() {
-            let value = format!("stored(clamp(sum{k}_{p} + bias{k}_{p}, floor, vec4(largest)))");
+            let value = format!("activated(sum{k}_{p} + bias{k}_{p})");
             let _ =
                 writeln!(text, "    textureStore(output, vec2(x + {p}, y), first + {k}, {value});");
         }

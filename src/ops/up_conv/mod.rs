@@ -11,13 +11,15 @@
 mod fold;
 
 use self::fold::Folded;
-use super::convolution::{Convolution, Variant, Weights};
-use super::operator::ChannelMap;
+use super::channel_map::ChannelMap;
+use super::convolution::{Convolution, TILED_QUADS, Variant, Weights};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::model::Params;
+use crate::shader::Source;
 
 /// What the generated variant binds.
 pub const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
@@ -25,7 +27,8 @@ pub const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
 /// The variant for GPUs.
 pub const TILED: KernelSpec = KernelSpec {
     name: std::borrow::Cow::Borrowed("up_conv_tiled"),
-    source: std::borrow::Cow::Borrowed(include_str!("../../../shaders/up_conv_tiled.wgsl")),
+    source: Source::Module("up_conv_tiled"),
+    features: std::borrow::Cow::Borrowed(&["up_conv"]),
     entry: "main",
     bindings: std::borrow::Cow::Borrowed(&bindings(Binding::Buffer)),
     overrides: &["largest", "relu"],
@@ -33,13 +36,9 @@ pub const TILED: KernelSpec = KernelSpec {
 };
 
 const fn bindings(weights: Binding) -> [Binding; 7] {
-    let tensors = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
-    let [skip, low, output] = tensors;
-    [skip, low, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
+    let [skip, low, output] = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
+    [skip, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM, low]
 }
-
-/// Output quads of one invocation of the tiled variant.
-const TILED_QUADS: usize = 4;
 
 /// The operator for the skip and the low-resolution tensor, which are stored as `maps` say.
 /// `params` are those of the transposed convolution to `ups` channels, `[low][up][2][2]`,
@@ -101,4 +100,10 @@ fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
         [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
     let weights = Weights::Buffer(storage_buffer(context, "weights", &data));
     Variant::tiled(TILED, weights, blocks)
+}
+
+/// The operator of a layer.
+pub(super) fn operator(layer: &LayerRequest<'_>, ups: usize, relu: bool) -> Convolution {
+    let maps = [layer.maps[0], layer.maps[1]];
+    up_conv(layer.context, layer.kernels, layer.params, maps, ups, relu)
 }

@@ -2,7 +2,7 @@
 //! compile (`crates/cli/tests/cli/faults/layer.rs`).
 #![allow(unsafe_code, reason = "each call says why no safe way exists and why it is sound")]
 
-use crate::gpu::pipeline_file::Compiled;
+use super::compiled::Compiled;
 
 /// Sets an environment variable that C libraries read, unless it is set; `false` if the process has
 /// several threads or their number is unknown, which is so on all systems but Linux.
