@@ -127,6 +127,7 @@ impl Weights {
 
     /// The layers.
     #[must_use]
+    #[doc(hidden)]
     pub fn network(&self) -> &Network {
         &self.network
     }
@@ -139,6 +140,7 @@ impl Weights {
 
     /// The weights of a layer; empty for a layer without.
     #[must_use]
+    #[doc(hidden)]
     pub fn params(&self, layer: &str) -> Params {
         self.params.get(layer).cloned().unwrap_or_default()
     }
@@ -153,6 +155,7 @@ impl Weights {
     ///
     /// # Panics
     /// Never: every layer that needs weights has them since the file was read.
+    #[doc(hidden)]
     pub fn for_inputs(&self, inputs: Inputs) -> Result<Self> {
         let trained = self.metadata.inputs;
         if inputs.intersection(trained) != inputs {

@@ -57,6 +57,7 @@ impl TilePlan {
     /// The plan that processes the fewest pixels, overlap included; `None` if even the
     /// smallest tile breaks a constraint.
     #[must_use]
+    #[doc(hidden)]
     pub fn new(size: [u32; 2], constraints: &Constraints) -> Option<Self> {
         let candidates = size.map(|side| candidates(side, constraints));
         let pairs = candidates[0].iter().flat_map(|x| candidates[1].iter().map(move |y| [x, y]));
