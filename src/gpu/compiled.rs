@@ -1,17 +1,18 @@
-//! Compiled pipelines behind a header that tells whether they are what a driver gave.
+//! Compiled pipelines behind a header that proves where they came from.
 
-/// What [`get_data`](wgpu::PipelineCache::get_data) gave for the same key, as far as a hash can tell.
+/// Bytes that [`get_data`](wgpu::PipelineCache::get_data) returned for the same key, as far as a
+/// hash can tell.
 pub(crate) struct Compiled<'a>(&'a [u8]);
 
 impl<'a> Compiled<'a> {
-    /// What is behind the header; `None` if the bytes are damaged or of another key.
+    /// The data behind the header; `None` if the bytes are damaged or belong to another key.
     pub(crate) fn open(key: &str, bytes: &'a [u8]) -> Option<Self> {
         // The header's length does not depend on the data.
         let data = bytes.get(header(key, &[]).len()..)?;
         bytes.starts_with(&header(key, data)).then_some(Self(data))
     }
 
-    /// A driver's data behind their header.
+    /// Prepends the header to a driver's data.
     pub(crate) fn seal(key: &str, data: &[u8]) -> Vec<u8> {
         [&header(key, data), data].concat()
     }
@@ -26,7 +27,7 @@ fn header(key: &str, data: &[u8]) -> Vec<u8> {
     format!("wgdenoise pipelines\n{key}\n{length:016x} {hash:016x}\n").into_bytes()
 }
 
-/// Every step is a bijection, so that one changed byte always changes the hash.
+/// Every step is a bijection, so changing one byte always changes the hash.
 fn fnv1a(data: &[u8]) -> u64 {
     let step = |hash: u64, &byte: &u8| (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3);
     data.iter().fold(0xcbf2_9ce4_8422_2325, step)

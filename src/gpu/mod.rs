@@ -1,4 +1,4 @@
-//! Devices, what they can do, and kernels and tensors on them.
+//! Devices and their capabilities, and kernels and tensors on them.
 
 mod compiled;
 pub mod device;

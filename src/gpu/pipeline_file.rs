@@ -1,4 +1,4 @@
-//! Compiled kernels as bytes that a program keeps from run to run.
+//! Compiled kernels as bytes to keep between runs.
 
 use wgpu::util::pipeline_cache_key;
 use wgpu::{AdapterInfo, Device, Features, PipelineCache};
@@ -7,10 +7,10 @@ use super::compiled::Compiled;
 use super::scopes::catch;
 use super::unsafe_calls;
 
-/// The file in which a program keeps what a driver compiled, for [`Options::pipeline_cache`].
+/// The file in which a program keeps a driver's compiled kernels, for [`Options::pipeline_cache`].
 ///
-/// The bytes begin with a header: this crate's version, the adapter, its driver, and the length and
-/// 64-bit FNV-1a hash of what follows. Bytes whose header does not match are ignored.
+/// A header comes first: this crate's version, the adapter, its driver, and the length and 64-bit
+/// FNV-1a hash of the data. Bytes with a mismatching header are ignored.
 ///
 /// [`Options::pipeline_cache`]: crate::Options::pipeline_cache
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -20,7 +20,7 @@ pub struct PipelineFile {
 }
 
 impl PipelineFile {
-    /// The file of an adapter; `None` where wgpu keeps no pipelines for its backend (all but Vulkan).
+    /// An adapter's file; `None` if wgpu cannot cache pipelines on its backend (all but Vulkan).
     #[must_use]
     pub fn of(adapter: &AdapterInfo) -> Option<Self> {
         let name = pipeline_cache_key(adapter)?;
@@ -29,14 +29,14 @@ impl PipelineFile {
         Some(Self { name, key })
     }
 
-    /// A file name that is unique to the adapter.
+    /// A file name unique to the adapter.
     #[must_use]
     pub fn name(&self) -> &str {
         &self.name
     }
 
-    /// A cache that begins with what `bytes` hold, or empty if they are damaged or of another driver
-    /// or version. `None` if the device lacks the feature `PIPELINE_CACHE` or fails.
+    /// A cache initialised from `bytes`, or empty if they are damaged or from another driver or
+    /// version. `None` if the device lacks the feature `PIPELINE_CACHE` or fails.
     #[must_use]
     pub fn load(&self, device: &Device, bytes: &[u8]) -> Option<PipelineCache> {
         if !device.features().contains(Features::PIPELINE_CACHE) {
@@ -46,7 +46,7 @@ impl PipelineFile {
         catch(device, || Ok(unsafe_calls::pipeline_cache(device, compiled.as_ref()))).ok()
     }
 
-    /// The bytes to keep; `None` if the driver gives none.
+    /// The bytes to keep; `None` if the driver returns none.
     #[must_use]
     pub fn save(&self, cache: &PipelineCache) -> Option<Vec<u8>> {
         Some(Compiled::seal(&self.key, &cache.get_data()?))

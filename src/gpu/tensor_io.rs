@@ -1,4 +1,4 @@
-//! Whole tensors between CPU and GPU, for tests: images take other ways.
+//! Copies whole tensors between CPU and GPU, for tests; images use other paths.
 
 use super::kernel::Context;
 use super::precision::Precision;
@@ -7,7 +7,7 @@ use super::wait::read;
 use crate::error::Result;
 use crate::reference::Tensor;
 
-/// Puts a tensor of a multiple of four channels on the GPU.
+/// Uploads a tensor whose channel count is a multiple of four.
 pub(crate) fn upload(context: &Context, tensor: &Tensor) -> GpuTensor {
     let [width, height, quads] = [tensor.width, tensor.height, tensor.channels / 4];
     let texel = |i: usize| [0, 1, 2, 3].map(|c| (i / (width * height) * 4 + c, i));
@@ -24,7 +24,7 @@ pub(crate) fn upload(context: &Context, tensor: &Tensor) -> GpuTensor {
     GpuTensor::of(&texture, 0, quads as u32)
 }
 
-/// Submits what was recorded, and waits for a texture that it made.
+/// Submits the recorded commands and waits for the texture they fill.
 pub(crate) fn download(
     context: &Context,
     mut encoder: wgpu::CommandEncoder,
@@ -62,6 +62,6 @@ fn decode(bytes: &[u8]) -> f32 {
     match *bytes {
         [a, b] => half::f16::from_le_bytes([a, b]).to_f32(),
         [a, b, c, d] => f32::from_le_bytes([a, b, c, d]),
-        _ => unreachable!("values have 16 or 32 bits"),
+        _ => unreachable!("tensors have 16 or 32 bits"),
     }
 }

@@ -4,7 +4,7 @@ use super::kernel::Context;
 use crate::error::{Error, Result};
 use crate::panics::caught;
 
-/// Waits until everything submitted is done, and its staging memory free.
+/// Waits until all submitted work is done and its staging memory is free.
 pub(crate) fn wait(context: &Context) -> Result<()> {
     wait_for(context, None)
 }
@@ -12,11 +12,11 @@ pub(crate) fn wait(context: &Context) -> Result<()> {
 /// Waits for one submission, or for the last one.
 ///
 /// # Errors
-/// If that takes longer than the context's time-out, or the device is lost.
+/// Fails if that takes longer than the context's timeout, or the device is lost.
 pub(crate) fn wait_for(context: &Context, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
     let wait =
         wgpu::PollType::Wait { submission_index: submission, timeout: Some(context.timeout) };
-    // Where a driver answers a wait with the loss of its device, wgpu panics.
+    // wgpu panics if the driver reports the device lost during the wait.
     match caught(|| context.device.poll(wait)) {
         Some(Ok(_)) => Ok(()),
         Some(Err(wgpu::PollError::Timeout)) => Err(hung(context)),
@@ -25,7 +25,7 @@ pub(crate) fn wait_for(context: &Context, submission: Option<wgpu::SubmissionInd
     }
 }
 
-/// Waits for everything submitted and shows what a mappable buffer holds then.
+/// Waits for all submitted work and passes the contents of a mappable buffer to `look`.
 pub(crate) fn read<T>(
     context: &Context,
     buffer: &wgpu::Buffer,
@@ -42,7 +42,7 @@ pub(crate) fn read<T>(
 }
 
 fn hung(context: &Context) -> Error {
-    // Closing a queue waits for its work, and without end: this handle keeps it open for good.
+    // Closing a queue waits for its work without a limit; leaking a handle keeps it open for good.
     std::mem::forget(context.queue.clone());
     let adapter = context.device.adapter_info().name;
     Error::Timeout { adapter, after: context.timeout }

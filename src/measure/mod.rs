@@ -1,5 +1,5 @@
-//! How long denoising takes: whole frames, kernel call by kernel call, and which built-in weights
-//! meet a time budget.
+//! How long denoising takes: whole frames, single kernel calls, and which built-in weights meet a
+//! time budget.
 
 mod calibration;
 mod calls;
