@@ -6,7 +6,7 @@ struct Case {
     expected: [&'static str; 4],
 }
 
-/// Parts as `(name, channels)`; expected are colour, target, albedo and normal.
+/// Parts as `(name, channels)`; expected are color, target, albedo and normal.
 const CASES: &[Case] = &[
     Case {
         renderer: "Blender 4, one part",
@@ -191,9 +191,11 @@ fn an_unknown_layer_is_refused_with_a_list_of_those_there_are() {
 }
 
 #[test]
-fn colour_that_cannot_be_told_is_an_error_that_says_what_to_do() {
+fn color_that_cannot_be_told_is_an_error_that_says_what_to_do() {
     let error = |p: &[(&str, &str)]| automatic(&parts(p)).unwrap_err().to_string();
-    assert!(error(&[("", "x.R x.G x.B y.R y.G y.B")]).contains("--color"));
+    let two = automatic(&parts(&[("", "x.R x.G x.B y.R y.G y.B")])).unwrap_err();
+    assert!(matches!(two, Problem::AmbiguousColor(_)), "{two}");
+    assert!(two.to_string().contains("2 layers that could be the color"), "{two}");
     assert!(error(&[("", "Y A")]).contains("luminance (Y)"));
     assert!(error(&[("", "depth.Z")]).contains("no layer with R, G and B"));
 }
@@ -205,14 +207,11 @@ fn a_view_layer_goes_before_the_compositors_picture_and_the_others_are_named() {
         "Composite.Combined.B Composite.Combined.G Composite.Combined.R \
          Fog.Combined.B Fog.Combined.G Fog.Combined.R",
     )]);
-    let said = automatic(&parts).unwrap().explain(None, None);
-    assert!(said.starts_with("colour from `Fog.Combined`"), "{said}");
-    assert!(
-        said.ends_with("`Composite.Combined` is left as it is; name it with --color"),
-        "{said}"
-    );
+    let said = automatic(&parts).unwrap().selection(None, None);
+    assert!(said.explanation.starts_with("color from `Fog.Combined`"), "{said:?}");
+    assert_eq!(said.other_colors, ["Composite.Combined"]);
     let named = choose(&parts, Some("Fog.Combined"), &Wish::Auto, &Wish::Auto).unwrap();
-    assert!(named.remarks.is_empty(), "{named:?}");
+    assert!(named.other_colors.is_empty() && named.left_out.is_empty(), "{named:?}");
 }
 
 #[test]
@@ -222,8 +221,8 @@ fn a_found_albedo_that_cannot_be_used_is_left_out_and_one_asked_for_stays() {
     let mut choice = choose(&parts, None, &Wish::Auto, &named).unwrap();
     choice.leave_out_unusable(|_| Err(Problem::Unsupported("it holds integers".into())));
     assert_eq!((choice.albedo.is_some(), choice.normal.is_some()), (false, true));
-    let said = choice.explain(None, None);
-    assert!(said.ends_with("`albedo` is left out: it holds integers"), "{said}");
+    let said = choice.selection(None, None).left_out;
+    assert_eq!(said, ["`albedo` is left out: it holds integers"]);
 }
 
 #[test]
@@ -242,8 +241,10 @@ fn no_aux_leaves_both_out_and_the_choice_reads_as_one_line() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let choice = choose(&parts, None, &Wish::Without, &Wish::Without).unwrap();
     assert_eq!(
-        choice.explain(None, None),
-        "colour from `C` (Karma's beauty), written to `C`; no albedo; no normal"
+        choice.selection(None, None).explanation,
+        "color from `C` (Karma's beauty), written to `C`; no albedo; no normal"
     );
-    assert!(choice.explain(Some("a.exr"), None).contains("albedo from the file a.exr; no normal"));
+    let with_file = choice.selection(Some("a.exr"), None);
+    assert!(with_file.explanation.contains("albedo from the file a.exr; no normal"));
+    assert!(with_file.albedo && !with_file.normal, "{with_file:?}");
 }

@@ -1,4 +1,4 @@
-//! What renderers call their colour, albedo and normal layers, the preferred name first.
+//! What renderers call their color, albedo and normal layers, the preferred name first.
 
 /// A layer's name, without case, blanks and underscores, and whose word that is.
 #[derive(Clone, Copy, Debug)]
@@ -16,7 +16,7 @@ const fn of(pass: &'static str, whose: &'static str) -> Convention {
     Convention { pass, words: false, whose }
 }
 
-/// Noisy colour.
+/// Noisy color.
 pub(super) const COLOR: &[Convention] = &[
     of("noisyimage", "Blender's noisy image"),
     of("combined", "Blender's combined pass"),
@@ -51,7 +51,7 @@ pub(super) const NORMAL: &[Convention] = &[
     of("normals", "the normal by its name"),
 ];
 
-/// Whether a layer of this name holds data or finished pictures, never noisy colour.
+/// Whether a layer of this name holds data or finished pictures, never noisy color.
 pub(super) fn is_data(pass: &str) -> bool {
     let pass = simple(pass);
     let known = ["variance", "position", "p", "uv", "vector", "motionvectors", "effectsresult"];

@@ -6,8 +6,9 @@ use ::exr::meta::attribute::{Compression, IntegerBounds};
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 
-use super::Problem;
+use super::escape::escaped;
 use super::limits::Limits;
+use super::{Problem, exr};
 
 /// Checks every part's claims against the limits and against the file's length.
 ///
@@ -51,11 +52,7 @@ fn check_part(header: &Header, limits: Limits) -> Result<(), Problem> {
     limits.check_size(header.layer_size.width() as u64, header.layer_size.height() as u64)?;
     let bytes = block_bytes(header);
     if bytes > u128::from(limits.block_bytes()) {
-        return Err(Problem::TooLarge(format!(
-            "has blocks of {bytes} bytes, and at most {} are accepted; write it with smaller \
-             tiles or another compression, or give a higher --max-pixels",
-            limits.block_bytes()
-        )));
+        return Err(Problem::LargeBlocks { bytes, most: limits.block_bytes() });
     }
     Ok(())
 }
@@ -80,7 +77,7 @@ pub(super) fn check_sampling(header: &Header) -> Result<(), Problem> {
         Err(Problem::Unsupported(format!(
             "channel `{}` has one sample for {}×{} pixels, which is not supported; write all \
              channels at full resolution",
-            channel.name,
+            escaped(&exr::name(&channel.name)),
             channel.sampling.width(),
             channel.sampling.height()
         )))

@@ -8,6 +8,7 @@ use std::collections::HashMap;
 
 use super::Problem;
 use super::conventions::{self, Convention};
+use super::escape::escaped;
 
 /// One part of a file, by its names.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -51,7 +52,7 @@ pub fn layers(parts: &[Part]) -> Vec<Layer> {
 /// The layer called `name`: exactly, else in any case, else the only one whose last word it is.
 ///
 /// # Errors
-/// If there is none; the text lists those there are.
+/// If there is none; the message lists the layers.
 pub fn named<'a>(layers: &'a [Layer], name: &str) -> Result<&'a Layer, Problem> {
     let same = |l: &&Layer| l.name == name || (l.name.is_empty() && name == PLAIN);
     let alike = |l: &&Layer| l.shown().eq_ignore_ascii_case(name);
@@ -59,7 +60,11 @@ pub fn named<'a>(layers: &'a [Layer], name: &str) -> Result<&'a Layer, Problem> 
     let only_end = || layers.iter().find(ends).filter(|_| layers.iter().filter(ends).count() == 1);
     let found = layers.iter().find(same).or_else(|| layers.iter().find(alike));
     found.or_else(only_end).ok_or_else(|| {
-        Problem::Layers(format!("has no layer `{name}`; its layers are {}", list(layers)))
+        Problem::Layers(format!(
+            "has no layer `{}`; its layers are {}",
+            escaped(name),
+            list(layers)
+        ))
     })
 }
 
@@ -109,7 +114,7 @@ impl Layer {
             && (!convention.words || self.channels.iter().any(|(l, _)| l == "red"))
     }
 
-    /// Whether it is known to be something else than colour.
+    /// Whether it is known to be something else than color.
     pub(super) fn is_known_data(&self) -> bool {
         let known = conventions::ALBEDO.iter().chain(conventions::NORMAL);
         known.into_iter().any(|c| self.is(c)) || conventions::is_data(self.pass_name().1)
@@ -127,9 +132,9 @@ fn split<'a>(full: &'a str, plain: &'a str) -> (&'a str, &'a str) {
     }
 }
 
-/// A layer that was to be colour and cannot be.
+/// A layer that was to be color and cannot be.
 pub(super) fn not_three(layer: &Layer) -> Problem {
-    let letters: Vec<_> = layer.channels.iter().map(|(l, _)| l.as_str()).collect();
+    let letters: Vec<_> = layer.channels.iter().map(|(l, _)| escaped(l)).collect();
     Problem::Layers(format!(
         "layer `{}` has the channels {} and not R, G, B or X, Y, Z",
         layer.shown(),
@@ -144,7 +149,7 @@ const MOST_LISTED: usize = 20;
 pub(super) fn list<'a>(layers: impl IntoIterator<Item = &'a Layer>) -> String {
     let mut rest = layers.into_iter();
     let names: Vec<_> =
-        rest.by_ref().take(MOST_LISTED).map(|l| format!("`{}`", l.shown())).collect();
+        rest.by_ref().take(MOST_LISTED).map(|l| format!("`{}`", escaped(l.shown()))).collect();
     let more = rest.count();
     let end = if more > 0 { format!(" and {more} more") } else { String::new() };
     names.join(", ") + &end

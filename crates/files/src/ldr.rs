@@ -18,7 +18,7 @@ use wgdenoise::Image;
 /// Of 100; the loss cannot be seen.
 const JPEG_QUALITY: u8 = 95;
 
-/// What a PNG or JPEG file holds beside its colour.
+/// What a PNG or JPEG file holds beside its color.
 #[derive(Debug)]
 pub(super) struct LdrFile {
     /// The file's pixels, from which alpha is taken again.
@@ -28,7 +28,7 @@ pub(super) struct LdrFile {
 }
 
 impl LdrFile {
-    /// Reads a file and its colour, decoded by the sRGB curve.
+    /// Reads a file and its color, decoded by the sRGB curve.
     pub(super) fn read(path: &Path, limits: Limits) -> Result<(Self, Image), Problem> {
         let mut decoder = decoder(path, limits)?;
         let (icc, exif) = (
@@ -64,20 +64,20 @@ impl LdrFile {
         let encoded = convert(&with_color(&self.pixels, color), kind);
         let icc = self.icc.clone().filter(|icc| is_profile_of(icc, kind));
         if icc.is_none() && self.icc.is_some() {
-            notices.push("the colour profile is not for the channels written: left out".into());
+            notices.push("the color profile is not for the channels written: left out".into());
         }
         write(out, format, &encoded, icc, self.exif.clone())?;
         Ok(notices)
     }
 }
 
-/// Whether an ICC profile's colour space (ICC.1, 7.2.6) is that of the pixels; CMYK is read as RGB.
+/// Whether an ICC profile's color space (ICC.1, 7.2.6) is that of the pixels; CMYK is read as RGB.
 fn is_profile_of(icc: &[u8], kind: ColorType) -> bool {
     let space = if kind.has_color() { b"RGB " } else { b"GRAY" };
     icc.get(16..20) == Some(space)
 }
 
-/// Writes linear colour as a new 8-bit file.
+/// Writes linear color as a new 8-bit file.
 pub(super) fn write_new(
     out: &mut impl Write,
     format: Format,
@@ -86,7 +86,7 @@ pub(super) fn write_new(
     let blank = DynamicImage::new_rgb8(color.width(), color.height());
     let encoded = convert(&with_color(&blank, color), ColorType::Rgb8);
     write(out, format, &encoded, None, None)?;
-    Ok(vec!["only the colour was written, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
+    Ok(vec!["only the color was written, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
 }
 
 /// What kind of file it is, and its width and height.
@@ -106,7 +106,7 @@ pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem
 fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
     let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
     let mut reader = reader.map_err(Problem::Read)?;
-    // The decoder fills in grey where a JPEG ends early.
+    // The decoder fills in gray where a JPEG ends early.
     if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(path)? {
         return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));
     }
@@ -126,7 +126,7 @@ fn to_image(pixels: &DynamicImage, decode: fn(f32) -> f32) -> Result<Image, Prob
     Image::new(width, height, pixels).map_err(|e| Problem::Damaged(e.to_string()))
 }
 
-/// `original` with another colour, in float.
+/// `original` with another color, in float.
 fn with_color(original: &DynamicImage, color: &Image) -> DynamicImage {
     let mut values = original.to_rgba32f();
     for (value, pixel) in values.pixels_mut().zip(color.pixels()) {
@@ -167,7 +167,7 @@ fn encode(
     icc: Option<Vec<u8>>,
     exif: Option<Vec<u8>>,
 ) -> Result<(), Problem> {
-    let unsupported = |e| Problem::Unsupported(format!("cannot keep the colour profile: {e}"));
+    let unsupported = |e| Problem::Unsupported(format!("cannot keep the color profile: {e}"));
     icc.map_or(Ok(()), |icc| encoder.set_icc_profile(icc)).map_err(unsupported)?;
     // Camera data is a courtesy: a format that has no place for it goes without.
     let _ = exif.map(|exif| encoder.set_exif_metadata(exif));

@@ -1,4 +1,4 @@
-//! Normals that were stored as colours.
+//! Normals that were stored as colors.
 
 use wgdenoise::Image;
 

@@ -3,6 +3,7 @@
 use ::exr::meta::attribute::IntegerBounds;
 
 use super::Problem;
+use super::escape::escaped;
 use wgdenoise::Image;
 
 /// Brings an image of the window `from` into the window `to`; pixels outside `from` are 0.
@@ -33,7 +34,8 @@ pub(super) fn align(
 /// What to say of a layer that was brought into another window.
 pub(super) fn notice(layer: &str, from: IntegerBounds, to: IntegerBounds) -> String {
     format!(
-        "`{layer}` covers {} and the colour {}: it was cropped and extended with 0 to fit",
+        "`{}` covers {} and the color {}: it was cropped and padded with 0 to fit",
+        escaped(layer),
         shown(from),
         shown(to)
     )
@@ -42,7 +44,7 @@ pub(super) fn notice(layer: &str, from: IntegerBounds, to: IntegerBounds) -> Str
 /// Two sizes that had to be the same.
 pub(super) fn other_size(found: (u32, u32), expected: (u32, u32)) -> Problem {
     Problem::Size(format!(
-        "is {}×{} pixels and the colour is {}×{}; both must be of one size",
+        "is {}×{} pixels and the color is {}×{}; both must have the same size",
         found.0, found.1, expected.0, expected.1
     ))
 }

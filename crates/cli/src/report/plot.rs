@@ -7,13 +7,12 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::marker::Marker;
 use super::measure::Row;
 use super::{Report, labels, table};
-use wgdenoise::Inputs;
+use wgdenoise::{Inputs, Precision, Quality};
 
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(super) type Drawn = Result<(), Box<dyn Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = Result<(), Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (960, 600);
 /// Beside the axes stands what the markers mean.
@@ -138,6 +137,67 @@ fn draw_legend(area: &Area<'_>, report: &Report) -> Drawn {
         y += 16;
     }
     Ok(())
+}
+
+/// Color, shape and filling of a marker; gray, a circle or hollow where that says nothing.
+struct Marker {
+    quality: Option<Quality>,
+    precision: Precision,
+    inputs: Inputs,
+}
+
+const RADIUS: i32 = 5;
+const GRAY: RGBColor = RGBColor(90, 90, 90);
+
+impl Marker {
+    fn of(row: &Row) -> Self {
+        Self { quality: Some(row.quality), precision: row.precision, inputs: row.inputs }
+    }
+
+    /// What tells configurations apart, with its text.
+    fn legend(sets: &[Inputs]) -> Vec<(Self, String)> {
+        let (precision, inputs) = (Precision::F16, Inputs::ALL);
+        let tier =
+            |q: Quality| (Self { quality: Some(q), precision, inputs }, q.name().to_string());
+        let shape = |(precision, name): (_, &str)| {
+            (Self { quality: None, precision, inputs }, name.to_string())
+        };
+        let filling =
+            |&inputs: &Inputs| (Self { quality: None, precision, inputs }, inputs.to_string());
+        let tiers = Quality::ALL.into_iter().map(tier);
+        let shapes = [(Precision::F32, "f32"), (Precision::F16, "f16")].into_iter().map(shape);
+        tiers.chain(shapes).chain(sets.iter().map(filling)).collect()
+    }
+
+    fn draw(&self, area: &Area<'_>, at: (i32, i32)) -> Drawn {
+        let color = self.quality.map_or(GRAY, color);
+        self.shape(area, at, RADIUS, WHITE.filled())?;
+        match (self.inputs.albedo, self.inputs.normal) {
+            (true, true) => self.shape(area, at, RADIUS, color.filled())?,
+            (false, false) => {}
+            _ => self.shape(area, at, RADIUS / 2, color.filled())?,
+        }
+        self.shape(area, at, RADIUS, color.stroke_width(2))
+    }
+
+    fn shape(&self, area: &Area<'_>, (x, y): (i32, i32), r: i32, style: ShapeStyle) -> Drawn {
+        match self.precision {
+            Precision::F32 => {
+                area.draw(&Rectangle::new([(x - r, y - r), (x + r, y + r)], style))?;
+            }
+            Precision::F16 => area.draw(&Circle::new((x, y), r, style))?,
+        }
+        Ok(())
+    }
+}
+
+/// Told apart by all kinds of eyes (Okabe and Ito 2008).
+fn color(quality: Quality) -> RGBColor {
+    match quality {
+        Quality::Fast => RGBColor(0, 158, 115),
+        Quality::Balanced => RGBColor(0, 114, 178),
+        Quality::High => RGBColor(213, 94, 0),
+    }
 }
 
 #[cfg(test)]

@@ -91,7 +91,9 @@ fn an_output_that_cannot_be_written_is_refused_before_the_work() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     folder.denoise(&["plain_rgb.exr", "out.tiff"]).assert_failed(1, &[".exr, .png, .jpg"]);
-    folder.denoise(&["plain_rgb.exr", "no/out.exr"]).assert_failed(1, &["folder is not there"]);
+    folder
+        .denoise(&["plain_rgb.exr", "no/out.exr"])
+        .assert_failed(1, &["the folder no does not exist", "--parents"]);
     assert_eq!(folder.names(), ["plain_rgb.exr"]);
 }
 
@@ -113,7 +115,11 @@ fn weights_that_are_none_are_named() {
     folder.copy("plain_rgb.exr");
     fs::write(folder.path("w.safetensors"), "not weights").unwrap();
     let run = |file| folder.run(&["plain_rgb.exr", "out.exr", "-q", "--weights", file]);
-    run("w.safetensors").assert_failed(1, &["w.safetensors: weights: "]);
+    let explained = ["is not a weights file", ".safetensors", ".tza"];
+    run("w.safetensors").assert_failed(1, &[&["w.safetensors: "], &explained[..]].concat());
+    fs::write(folder.path("README.md"), "# A heading\n\nText and more text.\n").unwrap();
+    run("README.md").assert_failed(1, &[&["README.md: "], &explained[..]].concat());
+    run("plain_rgb.exr").assert_failed(1, &[&["plain_rgb.exr: "], &explained[..]].concat());
     run("nowhere.safetensors").assert_failed(1, &["nowhere.safetensors: cannot be read"]);
 }
 

@@ -137,6 +137,39 @@ fn small_files_that_claim_to_be_large_are_refused() {
     }
 }
 
+/// A layer is called what a terminal obeys, what forges a message, and what reorders a line.
+#[test]
+fn names_of_layers_are_escaped_wherever_they_are_shown() {
+    const NAMES: [&str; 3] = ["a\u{1b}[2Jb", "c\nwgdenoise: wrote out.exr", "d\u{202e}gnp\u{2066}"];
+    let folder = Folder::new();
+    let mut list: Vec<String> = NAMES.iter().map(|name| format!("{name}.Z")).collect();
+    list.extend(["B", "G", "R", "e\u{202e}f"].map(String::from));
+    list.push("\u{753b}.Z".into());
+    let head = exr(0, &[&part(1, 1, &channels(&list, 1), 0)[..], &[0]].concat());
+    let table = (head.len() as u64 + 8).to_le_bytes();
+    let pixels = vec![0; 2 * list.len()];
+    let file = [&head[..], &table, &ints(&[0, pixels.len() as i32]), &pixels].concat();
+    std::fs::write(folder.path("x.exr"), file).unwrap();
+
+    let info = folder.run(&["info", "x.exr"]);
+    let unknown = folder.run(&["x.exr", "out.exr", "--color", "b\u{202e}\n"]);
+    unknown.assert_failed(1, &[r"no layer `b\u{202e}\n`"]);
+    for text in [&info.stdout, &unknown.stderr] {
+        for escaped in [r"a\u{1b}[2Jb", r"c\nwgdenoise: wrote out.exr", r"d\u{202e}gnp\u{2066}"] {
+            assert!(text.contains(escaped), "no {escaped} in {text}");
+        }
+        assert!(text.contains('\u{753b}'), "a harmless name is escaped in {text}");
+        assert!(!text.contains(['\u{1b}', '\u{202e}', '\u{2066}']), "{text:?}");
+        assert!(!text.contains("\nwgdenoise: wrote"), "{text:?}");
+    }
+    let json = folder.run(&["info", "x.exr", "--json"]);
+    assert!(!json.stdout.contains(['\u{1b}', '\u{202e}', '\u{2066}']), "{json:?}");
+    let layers = json.json()["layers"].as_array().unwrap().clone();
+    for name in NAMES {
+        assert!(layers.iter().any(|layer| layer["name"] == name), "no {name:?} in {layers:?}");
+    }
+}
+
 /// What lies behind takes no place on a disk, and no memory.
 #[test]
 fn files_of_many_zeros_are_refused() {

@@ -13,6 +13,7 @@ mod oidn;
 #[cfg(target_os = "linux")]
 mod outputs;
 mod pipelines;
+mod preview;
 mod report;
 mod sequence;
 mod support;

@@ -66,15 +66,10 @@ fn a_named_file_that_is_for_something_else_is_told_of_once() {
     folder.png("in.png");
     let fits = "";
     for (weights, picture, out, expected) in [
-        ("rt_nrm", WITH_ALL, "n.exr", "the colour is taken as normals, which the weights `rt_nrm`"),
-        ("rt_alb", WITH_ALL, "a.exr", "the colour is taken as albedo, which the weights `rt_alb`"),
-        ("rtlightmap_dir", WITH_ALL, "d.exr", "the colour is taken as directions, which the"),
-        (
-            "rt_ldr",
-            WITH_ALL,
-            "l.exr",
-            "`rt_ldr` are for what a display shows: light above 1 is cut",
-        ),
+        ("rt_nrm", WITH_ALL, "n.exr", "the color is taken as normals, which the weights `rt_nrm`"),
+        ("rt_alb", WITH_ALL, "a.exr", "the color is taken as albedo, which the weights `rt_alb`"),
+        ("rtlightmap_dir", WITH_ALL, "d.exr", "the color is taken as directions, which the"),
+        ("rt_ldr", WITH_ALL, "l.exr", "`rt_ldr` are for display colors: light above 1 is clipped"),
         ("rt_hdr", "in.png", "h.png", "`rt_hdr` are for light of any brightness, but PNG and JPEG"),
         ("rtlightmap_hdr", "in.png", "m.png", "`rtlightmap_hdr` are for light of any brightness"),
         ("rt_hdr", WITH_ALL, "f.exr", fits),
@@ -97,10 +92,11 @@ fn flags_that_need_a_folder_are_refused_with_a_file_before_any_work() {
     let file = ["--weights", "weights/rt_hdr_alb_nrm.tza"];
     let run = |args: &[&str]| folder.run(&[args, &file].concat());
     let denoise = ["nowhere.exr", "out.exr"];
-    let words = ["--quality", "names weights/rt_hdr_alb_nrm.tza, which is no folder"];
+    let words = ["--quality", "names weights/rt_hdr_alb_nrm.tza, which is not a folder"];
     run(&[&denoise[..], &["--quality", "fast"]].concat()).assert_failed(2, &words);
     run(&["bench", "--quality", "fast"]).assert_failed(2, &words);
-    let words = ["--prefilter needs a folder", "names weights/rt_hdr_alb_nrm.tza, which is none"];
+    let words =
+        ["--prefilter needs a folder", "names weights/rt_hdr_alb_nrm.tza, which is not a folder"];
     run(&[&denoise[..], &["--prefilter"]].concat()).assert_failed(2, &words);
 }
 
@@ -119,7 +115,7 @@ fn damaged_weights_of_one_picture_do_not_keep_the_others_back() {
     assert!(run.code == 1 && lines.len() == 2, "{run:?}");
     let words = "error: a.png: weights/rt_ldr.tza: weights: not a whole TZA file: ";
     assert!(lines[0].contains(words), "{run:?}");
-    assert!(lines[1].ends_with("1 of 2 pictures failed"), "{run:?}");
+    assert!(lines[1].ends_with("1 of 2 images failed"), "{run:?}");
     assert!(folder.path("out/b.exr").exists() && !folder.path("out/a.png").exists());
 }
 
@@ -131,6 +127,6 @@ fn a_picture_that_no_weights_fit_does_not_keep_the_others_back() {
     let lines: Vec<_> = run.stderr.lines().collect();
     assert!(run.code == 1 && lines.len() == 2, "{run:?}");
     assert!(lines[0].contains("error: plain_rgb.exr: weights: has no rt_hdr.tza"), "{run:?}");
-    assert!(lines[1].ends_with("1 of 2 pictures failed"), "{run:?}");
+    assert!(lines[1].ends_with("1 of 2 images failed"), "{run:?}");
     assert!(folder.path("clean").join(WITH_ALL).exists());
 }

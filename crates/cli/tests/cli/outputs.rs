@@ -64,3 +64,29 @@ fn a_result_goes_through_a_link_and_into_a_folder() {
     let [through, into] = ["inner/real.exr", "inner/plain_rgb.exr"].map(|p| folder.path(p));
     assert!(fs::read(through).unwrap() == fs::read(into).unwrap());
 }
+
+#[test]
+fn missing_folders_are_created_only_if_asked() {
+    let folder = Folder::new();
+    for name in ["plain_rgb.exr", "karma_like.exr"] {
+        folder.copy(name);
+    }
+    let one = ["plain_rgb.exr", "a/b/out.exr"];
+    folder.denoise(&one).assert_failed(1, &["the folder a/b does not exist", "--parents"]);
+    let several = ["plain_rgb.exr", "karma_like.exr", "c/d"];
+    folder.denoise(&several).assert_failed(1, &["c/d: ", "--parents"]);
+    let preview = ["preview", "plain_rgb.exr", "e/look.png"];
+    folder.run(&preview).assert_failed(1, &["the folder e does not exist", "--parents"]);
+    // What is refused for another reason creates none either.
+    folder
+        .denoise(&["plain_rgb.exr", "a/out.tiff", "--parents"])
+        .assert_failed(1, &["its name must end in"]);
+    assert_eq!(folder.names(), ["karma_like.exr", "plain_rgb.exr"]);
+
+    folder.denoise(&[&one[..], &["--parents"]].concat()).assert_done();
+    folder.denoise(&[&several[..], &["--parents"]].concat()).assert_done();
+    folder.run(&[&preview[..], &["--parents"]].concat()).assert_done();
+    for name in ["a/b/out.exr", "c/d/plain_rgb.exr", "c/d/karma_like.exr", "e/look.png"] {
+        assert!(folder.path(name).is_file(), "{name}");
+    }
+}

@@ -1,20 +1,21 @@
 //! EXR files, block by block.
 //!
 //! A file is never taken apart and put together again: its header and every block that the
-//! denoised colour does not touch are copied byte for byte, so that other parts, attributes,
+//! denoised color does not touch are copied byte for byte, so that other parts, attributes,
 //! previews and smaller mip levels come out as they came in. Only the blocks of the part that
-//! holds the colour are unpacked, changed and packed again.
+//! holds the color are unpacked, changed and packed again.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::{IntegerBounds, SampleType};
+use ::exr::meta::attribute::{IntegerBounds, SampleType, Text};
 use ::exr::meta::header::Header;
 
 use self::index::Block;
 use super::choice::Pick;
+use super::escape::escaped;
 use super::layers::Part;
 use super::limits::Limits;
 use super::{Problem, guard};
@@ -60,8 +61,8 @@ impl ExrFile {
     #[must_use]
     pub fn parts(&self) -> Vec<Part> {
         let part = |header: &Header| Part {
-            name: header.own_attributes.layer_name.as_ref().map(ToString::to_string),
-            channels: header.channels.list.iter().map(|c| c.name.to_string()).collect(),
+            name: header.own_attributes.layer_name.as_ref().map(name),
+            channels: header.channels.list.iter().map(|c| name(&c.name)).collect(),
         };
         self.meta.headers.iter().map(part).collect()
     }
@@ -108,8 +109,8 @@ impl ExrFile {
         let mut channels = pick.channels.iter().map(|&c| &header.channels.list[c]);
         match channels.find(|c| c.sample_type == SampleType::U32) {
             Some(channel) => Err(Problem::Unsupported(format!(
-                "channel `{}` holds integers (uint), and only half and float can be denoised",
-                channel.name
+                "channel `{}` holds integers (uint), and only half and float are supported",
+                escaped(&name(&channel.name))
             ))),
             None => Ok(()),
         }
@@ -177,6 +178,11 @@ impl ExrFile {
         }
         Ok(blocks)
     }
+}
+
+/// A name in UTF-8, as renderers write it, or else in Latin-1.
+pub(super) fn name(text: &Text) -> String {
+    std::str::from_utf8(text.bytes()).map_or_else(|_| text.to_string(), String::from)
 }
 
 fn read_meta(head: &[u8]) -> Result<MetaData, Problem> {

@@ -6,6 +6,7 @@ use ::exr::meta::attribute::{AttributeValue, ChannelDescription, Text};
 use ::exr::meta::header::Header;
 
 use super::Problem;
+use crate::escape::escaped;
 
 /// Most memory that a header may take once it is parsed; those of large scenes have some MiB of
 /// cryptomatte names.
@@ -59,7 +60,7 @@ impl<R: BufRead + Seek> Scan<R> {
         if name.is_empty() {
             return Ok(false);
         }
-        self.last = String::from_utf8_lossy(&name).into_owned();
+        self.last = escaped(&String::from_utf8_lossy(&name));
         let kind = self.text()?;
         let size = self.number()?;
         if size > i32::MAX as u32 {

@@ -56,7 +56,7 @@ impl ExrFile {
     }
 
     /// Whether writing `target` changes other channels of its part slightly, because they
-    /// share blocks with the colour and the compression loses something of them at every turn.
+    /// share blocks with the color and the compression loses something of them at every turn.
     #[must_use]
     pub fn rewrites_others_lossily(&self, target: &Pick) -> bool {
         let header = &self.meta.headers[target.part];
@@ -123,7 +123,7 @@ impl ExrFile {
 }
 
 /// Whether a compression loses something of a channel each time. B44 does of half, DWA of what is
-/// named as colour or luminance; the 24 bits of PXR24 stay as they are.
+/// named as color or luminance; the 24 bits of PXR24 stay as they are.
 fn loses(compression: Compression, channel: &ChannelDescription) -> bool {
     let name = channel.name.to_string();
     let letter = name.rsplit('.').next().unwrap_or_default();
@@ -147,8 +147,8 @@ pub(crate) fn write_rgb(
     alpha: Option<Vec<f32>>,
 ) -> Result<(), Problem> {
     let plane = |c: usize| image.pixels().iter().map(|p| p[c]).collect();
-    let colour = ["R", "G", "B"].into_iter().zip((0..3).map(plane));
-    let channels = colour.chain(alpha.map(|alpha| ("A", alpha)));
+    let color = ["R", "G", "B"].into_iter().zip((0..3).map(plane));
+    let channels = color.chain(alpha.map(|alpha| ("A", alpha)));
     let channels = channels.map(|(name, plane)| AnyChannel::new(name, FlatSamples::F32(plane)));
     let encoding = Encoding {
         compression: Compression::ZIP16,

@@ -60,10 +60,10 @@ fn a_single_pixel_is_a_picture_in_every_compression() {
     }
 }
 
-/// Of other channels in the colour's blocks, and only of those that the compression loses
+/// Of other channels in the color's blocks, and only of those that the compression loses
 /// something of: what the table calls kept must be so bit for bit.
 #[test]
-fn loss_beside_the_colour_is_said_exactly_where_it_happens() {
+fn loss_beside_the_color_is_said_exactly_where_it_happens() {
     let b44 = [Compression::B44, Compression::B44A];
     let dwa = [Compression::DWAA(None), Compression::DWAB(None)];
     let n = SIZE.0 * SIZE.1;
@@ -241,5 +241,6 @@ fn of_two_views_the_one_that_is_named_is_denoised() {
     let folder = Folder::new();
     assert!(keep_all_else(&folder, &image, Some("left")).is_empty());
     let error = Picture::open(&folder.with(&image), &LayerChoice::default()).unwrap_err();
-    assert!(error.to_string().contains("name one with --color"), "{error}");
+    assert!(matches!(error.problem, crate::Problem::AmbiguousColor(_)), "{error}");
+    assert!(error.to_string().contains("layers that could be the color"), "{error}");
 }

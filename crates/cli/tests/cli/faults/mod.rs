@@ -92,7 +92,7 @@ fn a_device_that_is_lost_is_one_sentence_and_leaves_no_file() {
 fn a_device_that_hangs_is_one_sentence_and_the_program_ends() {
     let folder = noise(64, 64);
     for fault in ["hang 1", "hang 5"] {
-        let run = denoise(&folder, fault, &["-q", "--timeout", "2"]);
+        let run = denoise(&folder, fault, &["-q", "--timeout", "2s"]);
         run.assert_failed(4, &["no answer from", "within 2s", "it hangs"]);
         assert_eq!(folder.names(), ["noisy.exr"], "{fault}");
     }
@@ -101,7 +101,7 @@ fn a_device_that_hangs_is_one_sentence_and_the_program_ends() {
 #[test]
 fn work_that_takes_longer_than_the_time_out_is_not_waited_for() {
     let folder = noise(512, 512);
-    denoise(&folder, "none", &["-q", "--timeout", "1e-5"]).assert_failed(4, &["within 10µs"]);
+    denoise(&folder, "none", &["-q", "--timeout", "10us"]).assert_failed(4, &["within 10µs"]);
     assert_eq!(folder.names(), ["noisy.exr"]);
 }
 
