@@ -1,6 +1,5 @@
-//! Files that make the next run faster, in the user's cache folder: what a driver compiled, and
-//! whatever else a module writes there. Anything wrong with a file or its folder is as if nothing had
-//! been kept.
+//! The user's cache folder, and in it the kernels that drivers compiled: they make the next run
+//! faster. A file that is missing or damaged costs time and is not a failure.
 
 use std::fs;
 use std::io::Write as _;
@@ -99,7 +98,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read_and_a_folder_is_made_for_it() {
+    fn what_was_written_is_read_and_its_folder_is_created() {
         let folder = tempfile::tempdir().unwrap();
         let store = store(&folder.path().join("not/yet"));
         assert_eq!(store.read(), b"");
@@ -108,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn a_file_that_has_grown_too_long_is_begun_anew() {
+    fn a_file_that_has_grown_too_long_is_replaced() {
         let folder = tempfile::tempdir().unwrap();
         let store = store(folder.path());
         store.write(&vec![7; MAX_BYTES as usize + 1]).unwrap();
@@ -152,7 +151,7 @@ mod tests {
     }
 
     #[test]
-    fn a_folder_that_cannot_be_made_and_a_file_that_is_none_are_errors() {
+    fn a_blocked_folder_and_a_blocked_file_are_errors() {
         let folder = tempfile::tempdir().unwrap();
         let blocked_file = store(folder.path());
         fs::create_dir_all(&blocked_file.path).unwrap();
@@ -165,7 +164,7 @@ mod tests {
     }
 
     #[test]
-    fn the_adapter_takes_what_it_gave() {
+    fn the_adapter_accepts_what_it_compiled() {
         let folder = tempfile::tempdir().unwrap();
         let gpu = Gpu::open(None).expect("the tests need an adapter");
         let Some(store) = Pipelines::within(folder.path(), &gpu.info) else {

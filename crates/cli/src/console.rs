@@ -7,7 +7,7 @@ use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
 use std::thread::{self, JoinHandle};
 use std::time::Duration;
 
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde_json::Value;
 
 use crate::failure::Failure;
@@ -130,7 +130,7 @@ pub(crate) fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Steps of the bar per item.
 const STEPS: u64 = 1000;
-const TEMPLATE: &str = "{spinner} {msg} [{wide_bar}] {percent:>3} %, {eta} left";
+const TEMPLATE: &str = "{spinner} {msg} [{wide_bar}] {percent:>3} %, {time}";
 
 /// A bar on stderr.
 #[derive(Debug)]
@@ -146,6 +146,7 @@ struct Progress {
 impl Progress {
     fn new(items: usize) -> Self {
         let style = ProgressStyle::with_template(TEMPLATE).expect("the template is well-formed");
+        let style = style.with_key("time", time_left);
         let hidden = ProgressDrawTarget::hidden();
         let bar = ProgressBar::with_draw_target(Some(items as u64 * STEPS), hidden);
         let (patience, done) = channel();
@@ -174,6 +175,14 @@ impl Progress {
         let steps = (self.index.get() as f64 + done) * STEPS as f64;
         self.bar.set_position(steps.round() as u64);
     }
+}
+
+/// The time left, or, as long as nothing is known, the time so far.
+fn time_left(state: &ProgressState, text: &mut dyn std::fmt::Write) {
+    let _ = match state.pos() {
+        0 => write!(text, "{:#} so far", HumanDuration(state.elapsed())),
+        _ => write!(text, "{:#} left", HumanDuration(state.eta())),
+    };
 }
 
 impl Drop for Progress {

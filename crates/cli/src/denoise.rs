@@ -153,12 +153,12 @@ impl Batch<'_> {
         let (all, failed) = (self.images, self.failed);
         match jobs {
             [job] => self.console.notice(&format!("wrote {} in {time}", shown(&job.output))),
-            _ if failed > 0 => {
-                return Err(Failure::Work(format!("{failed} of {all} images failed")));
-            }
-            _ => self.console.notice(&format!("wrote {all} images in {time}")),
+            _ => self.console.notice(&format!("wrote {} images in {time}", all - failed)),
         }
-        Ok(())
+        match failed {
+            0 => Ok(()),
+            _ => Err(Failure::Work(format!("{failed} of {all} images failed"))),
+        }
     }
 }
 

@@ -162,7 +162,7 @@ fn every_renderers_names_are_known() {
 }
 
 #[test]
-fn the_three_channels_are_red_green_blue_and_x_y_z_wherever_they_stand() {
+fn red_green_blue_and_x_y_z_are_found_in_any_order() {
     let choice = automatic(&parts(&[("C", "A B G R"), ("N", "Y X Z")])).unwrap();
     assert_eq!((choice.color.part, choice.color.channels), (0, [3, 2, 1]));
     let normal = choice.normal.unwrap();
@@ -181,7 +181,7 @@ fn a_named_layer_is_found_exactly_or_by_its_last_word() {
 }
 
 #[test]
-fn an_unknown_layer_is_refused_with_a_list_of_those_there_are() {
+fn an_unknown_layer_is_refused_with_a_list_of_the_layers() {
     let parts = parts(&[("", "R G B albedo.R albedo.G albedo.B depth.Z")]);
     let wish = Wish::Named("albido".into());
     let error = choose(&parts, None, &wish, &Wish::Auto).unwrap_err().to_string();
@@ -191,7 +191,7 @@ fn an_unknown_layer_is_refused_with_a_list_of_those_there_are() {
 }
 
 #[test]
-fn color_that_cannot_be_told_is_an_error_that_says_what_to_do() {
+fn ambiguous_or_missing_color_is_an_error_with_the_reason() {
     let error = |p: &[(&str, &str)]| automatic(&parts(p)).unwrap_err().to_string();
     let two = automatic(&parts(&[("", "x.R x.G x.B y.R y.G y.B")])).unwrap_err();
     assert!(matches!(two, Problem::AmbiguousColor(_)), "{two}");
@@ -201,7 +201,7 @@ fn color_that_cannot_be_told_is_an_error_that_says_what_to_do() {
 }
 
 #[test]
-fn a_view_layer_goes_before_the_compositors_picture_and_the_others_are_named() {
+fn a_view_layer_is_preferred_to_the_compositors_output_and_the_others_are_named() {
     let parts = parts(&[(
         "",
         "Composite.Combined.B Composite.Combined.G Composite.Combined.R \
@@ -215,7 +215,7 @@ fn a_view_layer_goes_before_the_compositors_picture_and_the_others_are_named() {
 }
 
 #[test]
-fn a_found_albedo_that_cannot_be_used_is_left_out_and_one_asked_for_stays() {
+fn an_unusable_albedo_is_left_out_unless_it_was_named() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let named = Wish::Named("N".into());
     let mut choice = choose(&parts, None, &Wish::Auto, &named).unwrap();
@@ -226,7 +226,7 @@ fn a_found_albedo_that_cannot_be_used_is_left_out_and_one_asked_for_stays() {
 }
 
 #[test]
-fn a_file_of_its_own_with_two_candidates_is_told_what_it_should_hold() {
+fn a_separate_file_with_two_candidates_is_refused_with_advice() {
     let error = |kind| {
         choose_single(&parts(&[("", "x.R x.G x.B y.R y.G y.B")]), kind).unwrap_err().to_string()
     };
@@ -237,7 +237,7 @@ fn a_file_of_its_own_with_two_candidates_is_told_what_it_should_hold() {
 }
 
 #[test]
-fn no_aux_leaves_both_out_and_the_choice_reads_as_one_line() {
+fn no_aux_leaves_both_out_and_the_choice_is_one_line() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let choice = choose(&parts, None, &Wish::Without, &Wish::Without).unwrap();
     assert_eq!(

@@ -15,13 +15,13 @@ use super::srgb::{encoded, linear};
 use super::{Problem, jpeg, normals};
 use wgdenoise::Image;
 
-/// Of 100; the loss cannot be seen.
+/// Out of 100; the loss is invisible.
 const JPEG_QUALITY: u8 = 95;
 
-/// What a PNG or JPEG file holds beside its color.
+/// What a PNG or JPEG file holds next to its color.
 #[derive(Debug)]
 pub(super) struct LdrFile {
-    /// The file's pixels, from which alpha is taken again.
+    /// The file's pixels; alpha is taken from them.
     pixels: DynamicImage,
     icc: Option<Vec<u8>>,
     exif: Option<Vec<u8>>,
@@ -57,14 +57,16 @@ impl LdrFile {
         let mut notices = Vec::new();
         if format == Format::Jpeg {
             if kind.has_alpha() {
-                notices.push("JPEG has no alpha: it was left out".into());
+                notices.push("JPEG has no alpha channel: alpha was left out".into());
             }
             kind = if kind.has_color() { ColorType::Rgb8 } else { ColorType::L8 };
         }
         let encoded = convert(&with_color(&self.pixels, color), kind);
         let icc = self.icc.clone().filter(|icc| is_profile_of(icc, kind));
         if icc.is_none() && self.icc.is_some() {
-            notices.push("the color profile is not for the channels written: left out".into());
+            notices.push(
+                "the color profile does not apply to the channels written and was left out".into(),
+            );
         }
         write(out, format, &encoded, icc, self.exif.clone())?;
         Ok(notices)
@@ -86,10 +88,10 @@ pub(super) fn write_new(
     let blank = DynamicImage::new_rgb8(color.width(), color.height());
     let encoded = convert(&with_color(&blank, color), ColorType::Rgb8);
     write(out, format, &encoded, None, None)?;
-    Ok(vec!["only the color was written, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
+    Ok(vec!["wrote only the color, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
 }
 
-/// What kind of file it is, and its width and height.
+/// The kind of file, and its width and height.
 pub(super) fn describe(path: &Path, limits: Limits) -> Result<(String, (u32, u32)), Problem> {
     let decoder = decoder(path, limits)?;
     Ok((format!("image of {:?}", decoder.original_color_type()), decoder.dimensions()))
@@ -169,7 +171,7 @@ fn encode(
 ) -> Result<(), Problem> {
     let unsupported = |e| Problem::Unsupported(format!("cannot keep the color profile: {e}"));
     icc.map_or(Ok(()), |icc| encoder.set_icc_profile(icc)).map_err(unsupported)?;
-    // Camera data is a courtesy: a format that has no place for it goes without.
+    // Camera data is a courtesy: a format without a place for it does without.
     let _ = exif.map(|exif| encoder.set_exif_metadata(exif));
     image.write_with_encoder(encoder).map_err(|error| match error {
         ImageError::IoError(error) => Problem::Write(error),

@@ -50,8 +50,8 @@ fn layer(
     Layer::new(size, attributes, encoding, AnyChannels::sort(list))
 }
 
-/// Karma's parts: half color with alpha, a float and an integer beside it; albedo in a window
-/// of its own; normals.
+/// Karma's parts: half color with alpha, next to a float and an integer channel; albedo in another
+/// window; normals.
 fn karma(compression: Compression, blocks: Blocks) -> AnyImage {
     let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
     let n = SIZE.0 * SIZE.1;
@@ -153,7 +153,7 @@ fn check_round_trip(image: &AnyImage, compression: Compression, part: usize) {
     let denoised = painted(picture.color());
     let notices = picture.save(&output, &denoised, false).unwrap();
 
-    // Alpha is half, of which B44 loses something; to DWA it is neither color nor luminance.
+    // B44 changes half channels such as alpha; to DWA, alpha is neither color nor luminance.
     let b44 = matches!(compression, Compression::B44 | Compression::B44A);
     let lossy = b44 || matches!(compression, Compression::DWAA(_) | Compression::DWAB(_));
     assert_eq!(notices.len(), usize::from(b44), "{compression}: {notices:?}");
@@ -175,7 +175,7 @@ fn check_round_trip(image: &AnyImage, compression: Compression, part: usize) {
 }
 
 #[test]
-fn albedo_of_another_window_is_moved_to_where_the_color_is_and_that_is_said() {
+fn albedo_in_another_window_is_moved_to_the_color_with_a_notice() {
     let folder = Folder::new();
     let picture = open(&folder.with(&karma(Compression::ZIP16, Blocks::ScanLines)));
     let albedo = picture.albedo().unwrap();
@@ -189,7 +189,7 @@ fn albedo_of_another_window_is_moved_to_where_the_color_is_and_that_is_said() {
 }
 
 #[test]
-fn smaller_mip_levels_stay_as_they_were_and_that_is_said() {
+fn smaller_mip_levels_stay_as_they_were_with_a_notice() {
     let folder = Folder::new();
     let path = folder.path("in.exr");
     let levels = |seed| Levels::Mip {
@@ -223,7 +223,7 @@ fn smaller_mip_levels_stay_as_they_were_and_that_is_said() {
 }
 
 #[test]
-fn halves_too_large_are_clamped_and_counted() {
+fn values_too_large_for_half_are_clamped_and_counted() {
     let folder = Folder::new();
     let picture = open(&folder.with(&karma(Compression::PIZ, Blocks::ScanLines)));
     let mut denoised = painted(picture.color());

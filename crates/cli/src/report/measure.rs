@@ -10,12 +10,12 @@ use wgdenoise::{
 };
 use wgdenoise_metrics::Metrics;
 
-/// A configuration and what came of it.
+/// A configuration and its outcome.
 pub(super) struct Row {
     pub(super) quality: Quality,
     pub(super) precision: Precision,
     pub(super) inputs: Inputs,
-    /// Or why it failed.
+    /// The measurement, or why it failed.
     pub(super) outcome: Result<Measured, String>,
     /// No other is both faster and closer to the reference.
     pub(super) front: bool,
@@ -27,11 +27,11 @@ impl Row {
     }
 }
 
-/// What was measured of a configuration.
+/// The measurement of a configuration.
 pub(super) struct Measured {
     /// Seconds per run, shortest first.
     pub(super) seconds: Vec<f64>,
-    /// Of the result.
+    /// The error of the result.
     pub(super) metrics: Metrics,
 }
 
@@ -86,7 +86,7 @@ fn restricted<'a>(frame: &Frame<'a>, inputs: Inputs) -> Frame<'a> {
     frame.albedo(albedo.filter(|_| inputs.albedo)).normal(normal.filter(|_| inputs.normal))
 }
 
-/// A denoiser, or why there is none.
+/// A denoiser, or why it cannot be made.
 struct Contender {
     quality: Quality,
     precision: Precision,
@@ -162,7 +162,7 @@ fn beats(a: (f64, f64), b: (f64, f64)) -> bool {
 
 #[cfg(test)]
 impl Row {
-    /// A row of a run of so many seconds and an L1, or of a failure.
+    /// A row with one run of these seconds and L1, or a failure.
     pub(super) fn made_up(outcome: Result<(f64, f64), &str>) -> Self {
         let measured = |(seconds, l1)| Measured {
             seconds: vec![seconds],
@@ -195,7 +195,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_slower_and_no_better_or_worse_and_no_faster_is_not_on_the_front() {
+    fn a_row_that_another_beats_is_not_on_the_front() {
         let mut rows = [
             Row::made_up(Ok((2.0, 0.5))),
             Row::made_up(Ok((1.0, 0.9))),

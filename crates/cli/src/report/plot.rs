@@ -15,7 +15,7 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 type Drawn = Result<(), Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (960, 600);
-/// Beside the axes stands what the markers mean.
+/// Room for the legend next to the axes.
 const LEGEND_WIDTH: u32 = 170;
 const FONT: &str = "sans-serif";
 const FRONT: RGBColor = RGBColor(130, 130, 130);
@@ -24,7 +24,7 @@ const FRONT: RGBColor = RGBColor(130, 130, 130);
 struct Point<'a> {
     row: &'a Row,
     milliseconds: f64,
-    /// In percent of the noisy image's; itself, times 100, if the noisy image has none.
+    /// In percent of the noisy image's error, or times 100 if that is 0.
     error: f64,
 }
 
@@ -99,7 +99,7 @@ fn label(row: &Row) -> String {
     format!("{} {}", row.quality.name(), table::precision(row.precision))
 }
 
-/// From the least to the most, with a tenth of that, or of the value, on either side.
+/// From the least to the most value, with a margin of a tenth.
 fn padded(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     let least = values.clone().fold(f64::INFINITY, f64::min);
     let most = values.fold(f64::NEG_INFINITY, f64::max);
@@ -107,11 +107,11 @@ fn padded(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     least - margin..most + margin
 }
 
-/// Round numbers in a range of a logarithmic axis: 1, 2, 5 and so on, or more if these are few.
+/// Round numbers for a logarithmic axis: 1, 2, 5 and so on, or more where these are too few.
 fn ticks(range: &Range<f64>) -> Vec<f64> {
     let of = |digits: &[u8]| -> Vec<f64> {
         let tick = |exponent: i32| {
-            // Parsed, a tick is the number that its text is.
+            // Parsing makes a tick exactly the number in its label.
             let parse = move |digit: &u8| format!("{digit}e{exponent}").parse().ok();
             digits.iter().filter_map(parse)
         };
@@ -139,7 +139,7 @@ fn draw_legend(area: &Area<'_>, report: &Report) -> Drawn {
     Ok(())
 }
 
-/// Color, shape and filling of a marker; gray, a circle or hollow where that says nothing.
+/// A marker: its color shows the tier, its shape the precision, its filling the inputs.
 struct Marker {
     quality: Option<Quality>,
     precision: Precision,
@@ -154,7 +154,7 @@ impl Marker {
         Self { quality: Some(row.quality), precision: row.precision, inputs: row.inputs }
     }
 
-    /// What tells configurations apart, with its text.
+    /// The markers of the legend with their texts.
     fn legend(sets: &[Inputs]) -> Vec<(Self, String)> {
         let (precision, inputs) = (Precision::F16, Inputs::ALL);
         let tier =
@@ -191,7 +191,7 @@ impl Marker {
     }
 }
 
-/// Told apart by all kinds of eyes (Okabe and Ito 2008).
+/// Distinct for color-blind readers too (Okabe and Ito 2008).
 fn color(quality: Quality) -> RGBColor {
     match quality {
         Quality::Fast => RGBColor(0, 158, 115),

@@ -1,4 +1,4 @@
-//! Only on Linux does a variable say where the cache is.
+//! On Linux only, a variable moves the cache.
 #![cfg(target_os = "linux")]
 
 use serde_json::{Value, json};
@@ -21,7 +21,7 @@ fn made_up() -> Value {
     json!({"date": "2001-02-03", "fast": cost(1e3), "balanced": cost(2e3), "high": cost(3e3)})
 }
 
-/// One measurement, which takes a CPU driver half a minute, serves all that is tested.
+/// One measurement, which takes a CPU driver half a minute, serves all cases.
 #[test]
 fn a_budget_chooses_the_weights_by_what_was_measured_once() {
     let folder = Folder::new();
@@ -55,7 +55,7 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
         let (count, known) = (run.stderr.lines().count(), "(calibrated 2001-02-03)");
         assert!(count == 3 && run.stderr.contains(said) && run.stderr.contains(known), "{run:?}");
     }
-    // 2 MiB hold the tensors of a picture of this size for the smaller networks only.
+    // At this size, 2 MiB hold the tensors of the smaller networks only.
     image::RgbImage::new(128, 64).save(folder.path("large.png")).unwrap();
     let large = run_on(&folder, "large.png", &["--budget", "9999ms", "--memory", "2MiB"]);
     large.assert_done();
@@ -65,7 +65,7 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
 }
 
 #[test]
-fn a_budget_goes_with_no_other_choice_of_weights() {
+fn a_budget_excludes_other_choices_of_weights() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     for args in [

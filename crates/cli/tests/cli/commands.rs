@@ -92,7 +92,7 @@ fn info_shows_layers_the_choice_and_the_cost() {
 }
 
 #[test]
-fn info_of_a_file_that_is_none_has_exit_code_1() {
+fn info_of_something_else_has_exit_code_1() {
     let folder = Folder::new();
     std::fs::write(folder.path("x.exr"), "nothing").unwrap();
     folder.run(&["info", "x.exr"]).assert_failed(1, &["x.exr: is not an EXR"]);
@@ -131,7 +131,7 @@ fn compare_reads_the_result_and_measures_it() {
 }
 
 #[test]
-fn images_of_two_sizes_cannot_be_compared() {
+fn images_of_different_sizes_cannot_be_compared() {
     let folder = Folder::new();
     let (a, b) = (data("karma_like.exr"), data("plain_rgb.exr"));
     folder.run(&["compare", a.to_str().unwrap(), b.to_str().unwrap()]).assert_failed(1, &["37×23"]);
@@ -170,7 +170,7 @@ fn kernels_are_what_the_flag_names() {
     }
 }
 
-/// Where the adapter has matrices they run, elsewhere one sentence says that it has none.
+/// On an adapter with matrices they run; elsewhere one sentence explains that it has none.
 #[test]
 fn matrix_kernels_run_or_are_refused() {
     let folder = Folder::new();
@@ -190,7 +190,7 @@ fn matrix_kernels_run_or_are_refused() {
     }
 }
 
-/// With vectors of 128 bits lavapipe has subgroups of 4, for which the simd kernels are not made.
+/// With vectors of 128 bits lavapipe has subgroups of 4, too few for the simd kernels.
 #[test]
 fn kernels_that_do_not_run_on_the_adapter_are_one_sentence() {
     let folder = Folder::new();

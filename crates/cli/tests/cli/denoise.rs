@@ -5,7 +5,7 @@ struct Case {
     /// The part that is written, and its three channels.
     part: usize,
     layer: &'static str,
-    /// The notice without `--verbose`, which `said` is part of.
+    /// The notice, and part of the longer one with `--verbose`.
     summary: &'static str,
     said: &'static str,
 }
@@ -102,7 +102,7 @@ fn the_header_is_copied_byte_for_byte() {
     let (before, after) = (std::fs::read(input), std::fs::read(folder.path("out.exr")));
     let (before, after) = (before.unwrap(), after.unwrap());
     let same = before.iter().zip(&after).take_while(|(a, b)| a == b).count();
-    // The attributes of one's own are among what is the same.
+    // Custom attributes are part of what stays the same.
     let shot = before.windows(14).position(|w| w == b"still life 010").unwrap();
     assert!(same > shot + 14, "the files differ at byte {same}");
 }
@@ -162,7 +162,7 @@ fn albedo_and_normal_matter_and_no_aux_leaves_them_out() {
 }
 
 #[test]
-fn albedo_and_normal_may_come_from_files_of_their_own() {
+fn albedo_and_normal_may_come_from_separate_files() {
     let folder = Folder::new();
     folder.copy("karma_like.exr");
     folder.copy("mitsuba_like.exr");

@@ -1,4 +1,4 @@
-//! The real binary on files as renderers write them; `tests/data` says how they were made.
+//! The real binary on files as renderers write them; `tests/data` has the script that made them.
 
 mod budget;
 mod commands;

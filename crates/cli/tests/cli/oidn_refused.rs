@@ -1,4 +1,4 @@
-//! What is refused or told of Open Image Denoise's weights.
+//! Refusals and notices about Open Image Denoise's weights.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ fn a_file_that_cannot_be_converted_is_named_and_nothing_written() {
 }
 
 #[test]
-fn a_converted_file_replaces_no_original_and_is_not_called_like_one() {
+fn a_converted_file_never_replaces_an_original_nor_gets_such_a_name() {
     let folder = folder();
     let tza = "weights/rt_hdr_alb_nrm.tza";
     let whole = fs::read(folder.path(tza)).unwrap();
@@ -30,7 +30,7 @@ fn a_converted_file_replaces_no_original_and_is_not_called_like_one() {
 }
 
 #[test]
-fn a_file_that_is_not_what_its_name_says_is_answered_by_its_name() {
+fn a_file_is_judged_by_its_name_before_its_content() {
     let folder = folder();
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a";
     fs::write(folder.path("rt_hdr.tza"), pointer).unwrap();
@@ -38,7 +38,7 @@ fn a_file_that_is_not_what_its_name_says_is_answered_by_its_name() {
     let begin = [&16855_u64.to_le_bytes()[..], b"{\"__metadata__\":{}}"].concat();
     fs::write(folder.path("w.safetensors"), begin).unwrap();
     let words = "rt_hdr.tza: weights: TZA file: the file does not begin as such files do; get";
-    // Of a file that all pictures need, one line for all.
+    // A file that all images need is reported once.
     fs::create_dir(folder.path("clean")).unwrap();
     let run =
         |weights| folder.run(&["plain_rgb.exr", WITH_ALL, "clean", "-q", "--weights", weights]);
@@ -61,7 +61,7 @@ fn png_and_jpeg_are_refused_for_values_of_both_signs() {
 }
 
 #[test]
-fn a_named_file_that_is_for_something_else_is_told_of_once() {
+fn a_named_file_for_something_else_gives_one_notice() {
     let folder = folder();
     folder.png("in.png");
     let fits = "";
@@ -101,7 +101,7 @@ fn flags_that_need_a_folder_are_refused_with_a_file_before_any_work() {
 }
 
 #[test]
-fn damaged_weights_of_one_picture_do_not_keep_the_others_back() {
+fn damaged_weights_of_one_image_do_not_stop_the_batch() {
     let folder = folder();
     put(&folder, "rt_alb.tza", "rt_ldr.tza");
     let file = folder.path("weights/rt_ldr.tza");
@@ -120,7 +120,7 @@ fn damaged_weights_of_one_picture_do_not_keep_the_others_back() {
 }
 
 #[test]
-fn a_picture_that_no_weights_fit_does_not_keep_the_others_back() {
+fn an_image_that_no_weights_fit_does_not_stop_the_batch() {
     let folder = folder();
     fs::create_dir(folder.path("clean")).unwrap();
     let run = folder.run(&["plain_rgb.exr", WITH_ALL, "clean", "-q", "--weights", "weights"]);

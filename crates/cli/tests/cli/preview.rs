@@ -31,7 +31,7 @@ fn layers() -> Folder {
     folder
 }
 
-/// IEC 61966-2-1 in 8 bits, written down here again.
+/// IEC 61966-2-1 in 8 bits, written independently.
 fn srgb(linear: f64) -> u8 {
     let x = linear.clamp(0.0, 1.0);
     let encoded = if x <= 0.0031308 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };

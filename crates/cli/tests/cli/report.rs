@@ -2,7 +2,7 @@ use serde_json::Value;
 
 use crate::support::{Folder, Run};
 
-/// A small render and the finished picture of it.
+/// A small render and its reference.
 const FILES: [&str; 2] = ["karma_like.exr", "blender4_single_part.exr"];
 
 fn report(folder: &Folder, args: &[&str]) -> Run {
@@ -60,16 +60,16 @@ fn the_errors_are_those_that_compare_finds() {
         let chosen =
             ["--quality", quality.as_str().unwrap(), "--precision", precision.as_str().unwrap()];
         folder.run(&[&denoise[..], &chosen].concat()).assert_done();
-        // The picture has 8 bits: it differs by half of a step at most.
+        // The output has 8 bits: it differs by half a step at most.
         let found = compare("out.png")["l1"].as_f64().unwrap();
         assert!((found - row["l1"].as_f64().unwrap()).abs() < 0.5 / 255.0, "{row}: {found}");
     }
 }
 
 #[test]
-fn a_configuration_that_fails_is_a_row_that_says_why() {
+fn a_configuration_that_fails_is_a_row_with_the_reason() {
     let folder = Folder::new();
-    // Of this size, 1 MiB holds the tensors of all configurations but one.
+    // At this size, 1 MiB holds the tensors of all configurations but one.
     let picture = image::RgbImage::from_fn(48, 40, |x, y| image::Rgb([x as u8, y as u8, 90]));
     picture.save(folder.path("picture.png")).unwrap();
     let files = ["report", "picture.png", "picture.png"];
@@ -94,7 +94,7 @@ fn nothing_measured_is_a_failure() {
 }
 
 #[test]
-fn files_that_do_not_go_together_are_one_sentence() {
+fn files_that_do_not_match_are_one_sentence() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     folder.copy("karma_like.exr");
@@ -105,7 +105,7 @@ fn files_that_do_not_go_together_are_one_sentence() {
 }
 
 #[test]
-fn a_report_that_is_there_is_kept_unless_forced() {
+fn a_report_that_exists_is_kept_unless_forced() {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("out")).unwrap();
     std::fs::write(folder.path("out/report.svg"), "old").unwrap();
@@ -118,7 +118,7 @@ fn a_report_that_is_there_is_kept_unless_forced() {
 }
 
 #[test]
-fn what_is_no_report_takes_no_flags_of_one() {
+fn bench_and_report_keep_their_flags_apart() {
     let folder = Folder::new();
     for args in [
         &["report", "a.exr"][..],

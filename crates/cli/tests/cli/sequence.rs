@@ -1,10 +1,10 @@
-//! Several pictures in one run.
+//! Several images in one run.
 
 use std::fs;
 
 use crate::support::{Folder, data};
 
-/// Pictures of several sizes and with several inputs, as frames 1, 2 and 10, and a folder.
+/// Images of several sizes and layers as frames 1, 2 and 10, and an empty folder.
 fn animation() -> Folder {
     let folder = Folder::new();
     for (frame, file) in [(1, "plain_rgb.exr"), (2, "rgba_zips.exr"), (10, "karma_like.exr")] {
@@ -69,7 +69,7 @@ fn several_files_and_patterns_go_into_a_folder_and_keep_their_formats() {
 }
 
 #[test]
-fn a_picture_that_fails_is_told_of_and_the_others_are_denoised() {
+fn a_picture_that_fails_is_reported_and_the_batch_continues() {
     let folder = animation();
     fs::write(folder.path("beauty.0002.exr"), "").unwrap();
     let run = folder.denoise(&["beauty.#.exr", "beauty.####.exr", "clean", "-q"]);
@@ -84,7 +84,7 @@ fn a_picture_that_fails_is_told_of_and_the_others_are_denoised() {
 }
 
 #[test]
-fn albedo_and_normals_may_be_animations_of_their_own() {
+fn albedo_and_normals_may_be_sequences_too() {
     let folder = animation();
     for frame in ["01", "10"] {
         fs::copy(data("mitsuba_like.exr"), folder.path(&format!("aux.{frame}.exr"))).unwrap();
@@ -101,9 +101,9 @@ fn albedo_and_normals_may_be_animations_of_their_own() {
     }
 }
 
-/// Everything is refused before anything is denoised; `clean` stays empty.
+/// `clean` stays empty.
 #[test]
-fn what_cannot_be_done_in_whole_is_refused_before_the_first_picture() {
+fn what_cannot_be_done_in_whole_is_refused_before_the_first_image() {
     let folder = animation();
     fs::create_dir(folder.path("other")).unwrap();
     fs::copy(data("plain_rgb.exr"), folder.path("other/beauty.0001.exr")).unwrap();

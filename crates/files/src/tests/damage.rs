@@ -2,7 +2,7 @@ use super::*;
 use crate::Problem;
 
 #[test]
-fn integers_and_lacking_blocks_are_refused_in_a_sentence() {
+fn integers_and_missing_blocks_are_refused_in_one_sentence() {
     let folder = Folder::new();
     let path = folder.with(&karma(Compression::ZIP16, Blocks::ScanLines));
     let bytes = std::fs::read(&path).unwrap();
@@ -24,7 +24,7 @@ fn integers_and_lacking_blocks_are_refused_in_a_sentence() {
 }
 
 #[test]
-fn an_albedo_of_integers_is_left_out_with_a_notice_unless_it_was_asked_for() {
+fn an_albedo_of_integers_is_left_out_with_a_notice_unless_it_was_named() {
     let folder = Folder::new();
     let mut image = karma(Compression::ZIP16, Blocks::ScanLines);
     for channel in &mut image.layer_data[1].channel_data.list {
@@ -74,7 +74,7 @@ fn no_damage_makes_it_panic() {
     }
 }
 
-/// Otherwise a few bytes of the table could each stand for a large block in the output.
+/// Otherwise a few bytes of the table could each become a large block of the output.
 #[test]
 fn blocks_that_share_bytes_are_refused_even_where_nothing_is_read() {
     let folder = Folder::new();
@@ -85,16 +85,16 @@ fn blocks_that_share_bytes_are_refused_even_where_nothing_is_read() {
     let table = (0..bytes.len() - 8).find(is_table).unwrap();
     let color_alone = LayerChoice { no_aux: true, ..LayerChoice::default() };
     assert!(Picture::open(&path, &color_alone).is_ok());
-    // The normals' first block takes the place of their second, too.
+    // The normals' first block replaces their second, too.
     bytes.copy_within(table + 4 * 8..table + 5 * 8, table + 5 * 8);
     std::fs::write(&path, &bytes).unwrap();
     let error = Picture::open(&path, &color_alone).unwrap_err().to_string();
     assert!(error.contains("is damaged: two blocks overlap at byte"), "{error}");
 }
 
-/// At every length that is less than the whole, and with how much is missing.
+/// At every length below the whole, with the amount that is missing.
 #[test]
-fn wherever_a_file_ends_too_early_this_is_said() {
+fn wherever_a_file_ends_too_early_it_is_refused() {
     let folder = Folder::new();
     let tiles = Blocks::Tiles(Vec2(16, 16));
     let path = folder.with(&karma(Compression::ZIP16, tiles));
