@@ -56,7 +56,7 @@ fn the_converted_file_holds_the_same() {
 
 #[test]
 fn a_name_that_says_something_else_than_the_file_is_refused() {
-    refused(&file(NAMES[0]), "weights", "`weights` is no name of Open Image Denoise's weights");
+    refused(&file(NAMES[0]), "weights", "`weights` is not the name of any Open Image Denoise");
     for kind in KINDS.iter().filter(|kind| kind.inputs != Inputs::ALL) {
         refused(&file(NAMES[0]), kind.stem, "reads 9 channels, but by its name");
     }
@@ -70,7 +70,7 @@ fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
     for (given, file) in [(Inputs::default(), "hdr"), (albedo, "hdr_alb"), (normal, "hdr")] {
         let message = weights.for_inputs(given).unwrap_err().to_string();
         let expected = format!(
-            "needs color, albedo, normal, but {given} was given; take weights that need no more, \
+            "needs color, albedo, normal, but {given} was given; use weights that need no more, \
              such as rt_{file}.tza"
         );
         assert!(message.ends_with(&expected), "{message}");
@@ -89,9 +89,9 @@ fn what_is_no_whole_file_is_refused() {
         file[at..at + bytes.len()].copy_from_slice(bytes);
         file
     };
-    refused(&with(0, b"PK"), NAMES[0], "weights: TZA file: the file does not begin as such");
-    refused(b"<html>", NAMES[0], "weights: TZA file: the file does not begin as such");
-    refused(&with(2, &[3]), NAMES[0], "weights: TZA file: version 3.0, but this reads 2.x");
+    refused(&with(0, b"PK"), NAMES[0], "weights: TZA file: the signature is missing");
+    refused(b"<html>", NAMES[0], "weights: TZA file: the signature is missing");
+    refused(&with(2, &[3]), NAMES[0], "weights: TZA file: version 3.0, but this reads 2.x only");
     refused(&with(4, &[0xff; 8]), NAMES[0], "not a whole TZA file: ");
 }
 
@@ -154,7 +154,7 @@ fn tables_that_cannot_be_are_refused() {
         (&[100, 0, 0, 0], 1, "weights: TZA file: the tensors up to `"),
         (&[0; 4], 1, "`enc_conv2` makes 0 channels"),
         (b"ohwi", 17, "`enc_conv2.weight` has layout `ohwi`, expected `oihw` or `x`"),
-        (b"d", 21, "`enc_conv2.weight` is of no known type"),
+        (b"d", 21, "`enc_conv2.weight` has an unknown type"),
         (&[0xff; 8], 22, "lies outside the file"),
     ];
     for (bytes, offset, expected) in cases {
@@ -165,8 +165,8 @@ fn tables_that_cannot_be_are_refused() {
 #[test]
 fn tensors_that_do_not_make_the_network_are_refused() {
     let renamed = |to: &str| changed("enc_conv3.bias", 0, to.as_bytes());
-    refused(&renamed("enc_conv2"), NAMES[0], "tensor `enc_conv2.bias` is there twice");
-    refused(&renamed("enc conv3"), NAMES[0], "a tensor's name is not of 1 to 64 letters");
+    refused(&renamed("enc_conv2"), NAMES[0], "tensor `enc_conv2.bias` appears twice");
+    refused(&renamed("enc conv3"), NAMES[0], "a tensor's name does not consist of 1 to 64 letters");
     refused(&renamed("enc_conv9"), NAMES[0], "tensor `enc_conv3.bias` is missing");
     // The first value of all, as a 16-bit float.
     let mut infinite = file(NAMES[0]);

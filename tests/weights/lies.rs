@@ -53,7 +53,7 @@ fn of_the_header() {
             length(u64::MAX),
             "its header claims 18446744073709551615 bytes",
         ),
-        ("a header of 1 MiB", raw(&vec![b' '; 1 << 20], b""), "claims 1048576 bytes, and fewer"),
+        ("a header of 1 MiB", raw(&vec![b' '; 1 << 20], b""), "claims 1048576 bytes, but fewer"),
         ("no header", raw(b"", b""), NO_FILE),
         ("text that is no JSON", raw(b"widths = 2, 3", b""), "invalid JSON in header"),
         ("text that is no UTF-8", raw(b"{\"\xff\xfe\":1}", b""), "invalid UTF-8"),
