@@ -1,8 +1,9 @@
 //! Composes the modules of `shaders/` into the WGSL of one kernel.
 //!
 //! Modules are written in a subset of [WESL](https://wesl-lang.dev): `import` of declarations by
-//! name, and `@if`, `@elif` and `@else` on imports, declarations and statements. `shaders/README.md`
-//! describes the subset. Names are never changed, so a name means one thing in a whole kernel.
+//! name, and `@if`, `@elif` and `@else` on imports, declarations and statements.
+//! `shaders/README.md` describes the subset. Names are never mangled, so a name means one thing
+//! throughout a kernel.
 
 mod conditions;
 mod library;
@@ -14,12 +15,12 @@ use self::conditions::{Features, select};
 pub use self::library::LIBRARY;
 use self::syntax::{declared_name, first_word, split_node, without_comments};
 
-/// The text a kernel starts from: its root module.
+/// The root module that a kernel's text starts from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Source {
     /// A file of `shaders/`, without `.wgsl`.
     Module(&'static str),
-    /// Generated text, which imports files of `shaders/`.
+    /// Generated text that imports files of `shaders/`.
     Generated(String),
 }
 
@@ -32,38 +33,38 @@ impl Source {
     }
 }
 
-/// Why a kernel could not be composed.
+/// A kernel that cannot be composed, and why.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("shader module {module}: {problem}")]
 pub struct ComposeError {
     /// The module at fault, as a path below `shaders/`.
     pub module: String,
-    /// What is wrong with it.
+    /// The problem with it.
     pub problem: Problem,
 }
 
-/// What can be wrong with a module.
+/// The ways in which a module can be wrong.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// A bracket, comment or statement has no end, or a bracket has no beginning.
+    /// A bracket, comment or statement without an end, or a closing bracket without a start.
     #[error("unbalanced brackets, or a comment or statement without an end")]
     Unbalanced,
-    /// A condition that is not made of features, `!`, `&&`, `||` and parentheses.
+    /// A condition made of anything but features, `!`, `&&`, `||` and parentheses.
     #[error("malformed condition `{0}`")]
     Condition(String),
-    /// A feature that is not declared.
+    /// An undeclared feature.
     #[error("unknown feature `{0}`")]
     UnknownFeature(String),
     /// An `@elif` or `@else` that does not follow an `@if` or `@elif`.
     #[error("`@elif` or `@else` without `@if`")]
     NoIf,
-    /// An import that is not `import package::path::name;` or `import package::path::{a, b};`.
+    /// An import not of the form `import package::path::name;` or `import package::path::{a, b};`.
     #[error("malformed import `{0}`")]
     Import(String),
-    /// It is imported and does not exist.
+    /// An imported module that does not exist.
     #[error("no such module")]
     UnknownModule,
-    /// An import of a name that its module does not declare under the enabled features.
+    /// An imported name that its module does not declare with the enabled features.
     #[error("imports `{name}`, which `{module}` does not declare")]
     UnknownName {
         /// The imported module.
@@ -73,20 +74,20 @@ pub enum Problem {
     },
 }
 
-/// Modules that can import each other, and the features that their conditions can name.
+/// Modules that can import one another, and the features their conditions can name.
 #[derive(Clone, Copy, Debug)]
 pub struct Library<'a> {
-    /// Path below `shaders/` without `.wgsl`, and text.
+    /// Path below `shaders/` without `.wgsl`, paired with the text.
     pub modules: &'a [(&'a str, &'a str)],
     /// Every feature.
     pub features: &'a [&'a str],
 }
 
 impl Library<'_> {
-    /// The WGSL of `root` and all that it imports, each module once, for these features.
+    /// The WGSL of `root` and everything it imports, each module once, with these features enabled.
     ///
     /// # Errors
-    /// The first problem found, with its module.
+    /// Fails with the first problem found and its module.
     pub fn compose(&self, root: &Source, enabled: &[&str]) -> Result<String, ComposeError> {
         let features = Features { known: self.features, enabled };
         if let Some(unknown) = enabled.iter().find(|name| !self.features.contains(name)) {
@@ -151,7 +152,7 @@ struct Import {
     names: Vec<String>,
 }
 
-/// A module after its conditions are resolved.
+/// A module with its conditions resolved.
 struct Module {
     name: String,
     imports: Vec<Import>,
