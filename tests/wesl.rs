@@ -1,4 +1,4 @@
-//! The shaders are valid WESL: an independent compiler makes the same kernels of them.
+//! The shaders are valid WESL: an independent compiler builds the same kernels from them.
 
 use std::collections::BTreeSet;
 
@@ -39,7 +39,7 @@ fn path(module: &str) -> ModulePath {
     ModulePath::new(PathOrigin::Absolute, module.split('/').map(Into::into).collect())
 }
 
-/// What the WESL compiler makes of a kernel with all that its modules declare.
+/// The WESL compiler's output for a kernel, with everything its modules declare.
 fn compile(spec: &KernelSpec, precision: Precision) -> Result<String, String> {
     let mut modules = VirtualResolver::new();
     for (name, text) in LIBRARY.modules {
@@ -62,7 +62,7 @@ fn compile(spec: &KernelSpec, precision: Precision) -> Result<String, String> {
     compiler.compile(&root).map(|module| module.to_string()).map_err(|e| e.to_string())
 }
 
-/// Names and kinds of all that a module declares, if naga can read it.
+/// Names and kinds of everything a module declares, if naga can read it.
 fn interface(text: &str) -> Result<BTreeSet<String>, String> {
     let module = naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text))?;
     let ctx = module.to_ctx();

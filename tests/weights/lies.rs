@@ -1,14 +1,14 @@
-//! One table of what a file can say that is not so, by where it says it.
+//! A table of false statements in weights files, grouped by where they appear.
 
 use safetensors::Dtype;
 use wgdenoise::Weights;
 
 use crate::file::{File, raw, replaced, with_header};
 
-/// What is wrong, the file, and what its refusal says.
+/// What is wrong, the file, and a fragment of the error.
 type Lie = (&'static str, Vec<u8>, &'static str);
 
-/// Longest text of a refusal, in bytes.
+/// Longest error text in bytes.
 const LONGEST: usize = 1000;
 
 const NO_FILE: &str = "not a whole safetensors file";
@@ -228,7 +228,7 @@ fn of_values() {
     check(vec![("a division by nearly nothing", tiny_eps, "folded in` has inf")]);
 }
 
-/// What looks strange and is no lie.
+/// Unusual but valid files.
 #[test]
 fn but_what_is_only_unusual_is_read() {
     let smallest = half::f16::from_bits(1);
