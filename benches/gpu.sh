@@ -51,7 +51,7 @@ run() {
     step bench_tiled.txt "$bin/frame" --kernels tiled --record "$out/bench_tiled.json" --runs 20
     local tier
     for tier in fast balanced high; do
-        step "profile_$tier.txt" "$bin/wgdenoise" bench --profile --runs 20 --quality "$tier" \
+        step "profile_$tier.txt" "$bin/wgdenoise" profile --runs 20 --quality "$tier" \
             --width 3840 --height 2160
     done
     local peers=(--wgdenoise "$bin/wgdenoise" --runs 10 --burst 20)

@@ -7,7 +7,6 @@ import package::common::conv_output::{activated, bias, output};
 import package::common::tensor::TensorIn;
 
 @if(factor_f16) enable f16;
-enable wgpu_cooperative_matrix;
 
 @if(factor_f16) alias Factor = f16;
 @else alias Factor = f32;
@@ -18,17 +17,6 @@ enable wgpu_cooperative_matrix;
 // Rows and columns of a matrix.
 @if(side_16) const SIDE = 16u;
 @else const SIDE = 8u;
-
-@if(side_16) alias Pixels = coop_mat16x16<f16, A>;
-@elif(factor_f16) alias Pixels = coop_mat8x8<f16, A>;
-@else alias Pixels = coop_mat8x8<f32, A>;
-
-@if(side_16) alias Taps = coop_mat16x16<f16, B>;
-@elif(factor_f16) alias Taps = coop_mat8x8<f16, B>;
-@else alias Taps = coop_mat8x8<f32, B>;
-
-@if(side_16) alias Sums = coop_mat16x16<f32, C>;
-@else alias Sums = coop_mat8x8<f32, C>;
 
 // Output channels per workgroup.
 @if(channels_32) const CHANNELS = 32u;

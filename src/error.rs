@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 /// An error from a dependency, kept as [`source`](std::error::Error::source).
-type Source = Box<dyn std::error::Error + Send + Sync>;
+type Cause = Box<dyn std::error::Error + Send + Sync>;
 
 /// Everything that can go wrong. The text is one sentence for a person to act on; the variant tells
 /// a program how to react.
@@ -16,7 +16,7 @@ pub enum Error {
         /// The error text.
         message: String,
         /// The parser's error.
-        source: Option<Source>,
+        source: Option<Cause>,
     },
     /// An image has the wrong size, layout, format or usage, or two images do not match.
     #[error("image: {0}")]
@@ -67,7 +67,7 @@ pub enum Error {
         /// The error text.
         message: String,
         /// The device's own report.
-        source: Option<Source>,
+        source: Option<Cause>,
     },
 }
 

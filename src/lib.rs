@@ -118,4 +118,5 @@ pub use model::{
 };
 pub use ops::image::{Element, ImageFormat};
 pub use ops::tile::Layout;
+pub use plan::tiles::{PlacedTile, TilePlan};
 pub use wgpu;

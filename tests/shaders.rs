@@ -10,7 +10,7 @@ use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::autoexposure::Band;
 use wgdenoise::internals::ops::matrix;
 use wgdenoise::internals::ops::need::NeedUniform;
-use wgdenoise::internals::ops::simd::Shape;
+use wgdenoise::internals::ops::simd::SimdKernel;
 use wgdenoise::internals::ops::tile::Tile;
 use wgdenoise::internals::ops::{activity, all_specs, convolution};
 use wgdenoise::internals::plan::halo;
@@ -244,7 +244,7 @@ fn constants_have_the_values_of_the_host() {
         same(shader, "INVOCATIONS", f64::from(spec(shader).workgroup.iter().product::<u32>()));
     }
     same("autoexposure_reduce", "LANES", f64::from(spec("autoexposure_reduce").workgroup[0]));
-    same("conv_head_simd4", "PIXELS", f64::from(Shape::ConvHead.pixels()));
+    same("conv_head_simd4", "PIXELS", f64::from(SimdKernel::ConvHead.pixels()));
 }
 
 #[test]

@@ -3,11 +3,11 @@
 use std::collections::BTreeSet;
 
 use wesl::syntax::{ModulePath, PathOrigin};
-use wesl::{Feature, ManglerKind, VirtualResolver, Wesl};
+use wesl::{CompileOptions, Feature, Features, ManglerKind, VirtualResolver, Wesl};
 use wgdenoise::Precision;
 use wgdenoise::internals::gpu::kernel::KernelSpec;
 use wgdenoise::internals::ops::all_specs;
-use wgdenoise::internals::shader::{LIBRARY, Source};
+use wgdenoise::internals::shader::{LIBRARY, ShaderRoot};
 
 #[test]
 fn the_wesl_compiler_makes_the_same_kernels() {
@@ -15,7 +15,7 @@ fn the_wesl_compiler_makes_the_same_kernels() {
     for spec in all_specs() {
         for precision in [Precision::F32, Precision::F16] {
             let ours = spec.wgsl(precision).unwrap_or_else(|e| panic!("{}: {e}", spec.name));
-            let theirs = compile(&spec, precision).and_then(|text| interface(&text));
+            let theirs = kernel(&spec, precision).and_then(|text| interface(&text));
             if theirs != interface(&ours) {
                 wrong.push(format!("{} {precision:?}: {theirs:?}", spec.name));
             }
@@ -25,41 +25,64 @@ fn the_wesl_compiler_makes_the_same_kernels() {
 }
 
 #[test]
+fn the_wesl_compiler_accepts_every_file_by_itself() {
+    for (name, _) in LIBRARY.modules {
+        compile(&path(name), library(), &[], ManglerKind::Escape, true)
+            .unwrap_or_else(|e| panic!("{name}: {e}"));
+    }
+}
+
+#[test]
 fn the_wesl_compiler_refuses_what_is_not_wesl() {
-    let spec = KernelSpec {
-        source: Source::Generated(
-            "import package::common::tile::nothing;\nconst a = nothing;".into(),
-        ),
-        ..wgdenoise::internals::ops::max_pool::SPEC
-    };
-    compile(&spec, Precision::F32).unwrap_err();
+    let text = "import package::common::tile::nothing;\nconst a = nothing;";
+    let mut modules = library();
+    modules.add_module(path("generated"), text.into());
+    compile(&path("generated"), modules, &[], ManglerKind::Escape, true).unwrap_err();
 }
 
 fn path(module: &str) -> ModulePath {
     ModulePath::new(PathOrigin::Absolute, module.split('/').map(Into::into).collect())
 }
 
-/// The WESL compiler's output for a kernel, with everything its modules declare.
-fn compile(spec: &KernelSpec, precision: Precision) -> Result<String, String> {
+fn library() -> VirtualResolver<'static> {
     let mut modules = VirtualResolver::new();
     for (name, text) in LIBRARY.modules {
         modules.add_module(path(name), (*text).into());
     }
-    let root = match &spec.source {
-        Source::Module(name) => path(name),
-        Source::Generated(text) => {
-            modules.add_module(path("generated"), text.into());
-            path("generated")
+    modules
+}
+
+/// The WESL compiler's output for a kernel. The compiler does not know the functions of wgpu's
+/// cooperative matrices, so it does not look up functions in kernels that use them; naga does.
+fn kernel(spec: &KernelSpec, precision: Precision) -> Result<String, String> {
+    let mut modules = library();
+    let (root, is_matrix) = match &spec.source {
+        ShaderRoot::Module(name) => (path(name), false),
+        ShaderRoot::Generated(text) => {
+            modules.add_module(path("generated"), text.clone().into());
+            (path("generated"), text.contains("coopLoad"))
         }
     };
+    let mut features = spec.features.to_vec();
+    features.extend((precision == Precision::F16).then_some("tensor_f16"));
+    compile(&root, modules, &features, ManglerKind::None, !is_matrix)
+}
+
+/// Compiles a module with everything it imports, whether used or not.
+fn compile(
+    root: &ModulePath,
+    modules: VirtualResolver<'_>,
+    enabled: &[&str],
+    mangler: ManglerKind,
+    validate: bool,
+) -> Result<String, String> {
+    let flags = LIBRARY.features.iter().map(|f| (f.to_string(), enabled.contains(f).into()));
+    let features = Features { default: Feature::Error, flags: flags.collect() };
+    let options =
+        CompileOptions { strip: false, lazy: false, validate, features, ..Default::default() };
     let mut compiler = Wesl::new("shaders").set_custom_resolver(modules);
-    compiler.set_mangler(ManglerKind::None).use_stripping(false);
-    compiler.set_missing_feature_behavior(Feature::Error);
-    for feature in LIBRARY.features {
-        let is_half = *feature == "tensor_f16" && precision == Precision::F16;
-        compiler.set_feature(feature, is_half || spec.features.contains(feature));
-    }
-    compiler.compile(&root).map(|module| module.to_string()).map_err(|e| e.to_string())
+    compiler.set_options(options).set_mangler(mangler);
+    compiler.compile(root).map(|module| module.to_string()).map_err(|e| e.to_string())
 }
 
 /// Names and kinds of everything a module declares, if naga can read it.

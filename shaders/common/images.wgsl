@@ -6,8 +6,8 @@ import package::common::tile::tile;
 @if(auxiliary) import package::common::normal::load_normal;
 
 const COLOR = 0u;
-@if(auxiliary) const ALBEDO = 1u;
-@if(auxiliary) const NORMAL = 2u;
+const ALBEDO = 1u;
+const NORMAL = 2u;
 
 // The bits of a pixel as 32-bit floats.
 fn load(image: u32, at: vec2<u32>) -> vec3<u32> {

@@ -6,7 +6,7 @@ use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::scopes::catch;
 use crate::gpu::tensor::GpuTensor;
-use crate::gpu::transfer::{download, upload};
+use crate::gpu::tensor_io::{download, upload};
 use crate::model::Params;
 use crate::ops::channel_map::{ChannelMap, channel_map};
 use crate::ops::convolution::Convolution;

@@ -12,7 +12,7 @@ use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{BIN, Band};
 use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
-use crate::plan::tiles::{Placed, TilePlan};
+use crate::plan::tiles::{PlacedTile, TilePlan};
 
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
@@ -154,7 +154,12 @@ impl<'a> TileBuffers<'a> {
     }
 
     /// Waits for the tile and copies the pixels it stores into the result.
-    pub(crate) fn download(&self, tile: &Tile, result: &mut Image, placed: &Placed) -> Result<()> {
+    pub(crate) fn download(
+        &self,
+        tile: &Tile,
+        result: &mut Image,
+        placed: &PlacedTile,
+    ) -> Result<()> {
         let [width, height] = tile.image_size.map(u64::from);
         let bytes = width * height * PIXEL_BYTES;
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
@@ -171,7 +176,7 @@ impl<'a> TileBuffers<'a> {
     }
 }
 
-fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &Placed) {
+fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &PlacedTile) {
     let [columns, rows] = placed.stores.size().map(|side| side as usize);
     let result_width = result.width() as usize;
     for row in 0..rows {

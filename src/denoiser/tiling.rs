@@ -5,7 +5,7 @@ use std::sync::atomic::Ordering;
 use super::Denoiser;
 use crate::error::{Error, Result};
 use crate::model::Inputs;
-use crate::model::cost::largest_layer_macs_per_pixel;
+use crate::model::macs::largest_layer_macs_per_pixel;
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::BIN;
 use crate::plan::memory::Footprint;

@@ -8,7 +8,7 @@ use std::time::Duration;
 use super::precision::Precision;
 use super::scopes::catch;
 use crate::error::Result;
-use crate::shader::{ComposeError, LIBRARY, Source};
+use crate::shader::{ComposeError, LIBRARY, ShaderRoot};
 
 /// What a kernel binds at one index of bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -47,7 +47,7 @@ pub struct KernelSpec {
     /// The kernel's unique name.
     pub name: Cow<'static, str>,
     /// The module the text is composed from.
-    pub source: Source,
+    pub source: ShaderRoot,
     /// The variant's features, from those of [`LIBRARY`]; the precision adds its own.
     pub features: Cow<'static, [&'static str]>,
     /// Name of the entry point.

@@ -10,6 +10,6 @@ pub mod precision;
 pub mod requirements;
 pub(crate) mod scopes;
 pub mod tensor;
-pub(crate) mod transfer;
+pub(crate) mod tensor_io;
 mod unsafe_calls;
 pub(crate) mod wait;

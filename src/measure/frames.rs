@@ -5,7 +5,7 @@ use std::time::Instant;
 use super::calls::CallProfile;
 use super::statistics::{median, repeat};
 use crate::error::Result;
-use crate::model::cost::macs_per_pixel;
+use crate::model::macs::macs_per_pixel;
 use crate::{Denoiser, Frame, Image};
 
 /// The times of several runs of one frame.

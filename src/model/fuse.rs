@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 
 use super::operators::Op;
 use super::params::Params;
-use super::topology::{Layer, Network, Shape, TensorId};
+use super::topology::{Layer, Network, TensorId, TensorShape};
 use super::weights::Weights;
 
 /// A network in which every layer is one kernel.
@@ -54,7 +54,7 @@ impl Fused {
         fused
     }
 
-    fn push(&mut self, mut layer: Layer, params: Params, place: &[TensorId], shape: Shape) {
+    fn push(&mut self, mut layer: Layer, params: Params, place: &[TensorId], shape: TensorShape) {
         layer.inputs.iter_mut().for_each(|input| *input = place[*input]);
         self.params.insert(layer.name.clone(), params);
         self.network.layers.push(layer);

@@ -26,6 +26,7 @@ impl Inputs {
     ///
     /// # Errors
     /// Fails on any other text.
+    #[doc(hidden)]
     pub fn parse(text: &str) -> Result<Self> {
         match text {
             "color" => Ok(Self::default()),
@@ -48,6 +49,7 @@ impl Inputs {
     /// The channel indices of `self` among those of `trained`, in order. `trained` must contain
     /// every image of `self`.
     #[must_use]
+    #[doc(hidden)]
     pub fn channels_of(self, trained: Self) -> Vec<usize> {
         let groups = [(true, true), (trained.albedo, self.albedo), (trained.normal, self.normal)];
         let mut kept = Vec::new();

@@ -99,6 +99,7 @@ impl Metadata {
     ///
     /// # Errors
     /// Fails if a key is missing or has a value that this version does not know.
+    #[doc(hidden)]
     pub fn parse(pairs: &HashMap<String, String>) -> Result<Self> {
         expect(pairs, "format", "wgdenoise")?;
         expect(pairs, "format_version", "1")?;
@@ -117,6 +118,7 @@ impl Metadata {
 
     /// How images become the network's input.
     #[must_use]
+    #[doc(hidden)]
     pub fn encoding(&self) -> Encoding {
         let oidn = self.topology != Topology::Unet;
         let transfer_function = self.transfer_function;
@@ -125,6 +127,7 @@ impl Metadata {
 
     /// The network described by the metadata.
     #[must_use]
+    #[doc(hidden)]
     pub fn network(&self) -> Network {
         match self.topology {
             Topology::Unet => Network::unet(self.inputs.channels(), &self.widths),

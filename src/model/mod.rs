@@ -1,11 +1,11 @@
 //! The network, its weights and its cost. Nothing here knows about a GPU.
 
-pub mod cost;
 mod encoding;
 mod file;
 pub mod fold;
 pub mod fuse;
 mod inputs;
+pub mod macs;
 mod metadata;
 mod oidn;
 pub mod operators;
@@ -21,5 +21,5 @@ pub use metadata::{MainImage, Metadata, Topology};
 pub use oidn::OidnSize;
 pub use operators::Op;
 pub use params::Params;
-pub use topology::{INPUT, Layer, Network, Shape, TensorId};
+pub use topology::{INPUT, Layer, Network, TensorId, TensorShape};
 pub use weights::{Quality, Weights};

@@ -22,7 +22,7 @@ pub struct Layer {
 
 /// Channels and resolution of a tensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
+pub struct TensorShape {
     /// Number of channels.
     pub channels: usize,
     /// Both sides are the input's divided by `2^level`.
@@ -35,7 +35,7 @@ pub struct Network {
     /// The layers, first to last. The last one's output is the network's.
     pub layers: Vec<Layer>,
     /// The shape of every tensor, by [`TensorId`]; one more than the layers.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<TensorShape>,
 }
 
 impl Network {
@@ -105,7 +105,7 @@ impl Network {
     }
 
     pub(super) fn empty(in_channels: usize) -> Self {
-        Self { layers: Vec::new(), shapes: vec![Shape { channels: in_channels, level: 0 }] }
+        Self { layers: Vec::new(), shapes: vec![TensorShape { channels: in_channels, level: 0 }] }
     }
 
     /// Appends a layer that reads `inputs`, or the previous tensor if `inputs` is empty.
@@ -121,7 +121,7 @@ impl Network {
         let level = self.shapes[*inputs.last().expect("every layer reads something")].level;
         let level = level.saturating_add_signed(op.facts().level);
         self.layers.push(Layer { name, op, inputs });
-        self.shapes.push(Shape { channels, level });
+        self.shapes.push(TensorShape { channels, level });
         self.output()
     }
 }
@@ -135,7 +135,7 @@ mod tests {
         let net = Network::unet(9, &[8, 16, 32, 64, 128]);
         let convs = net.layers.iter().filter(|l| matches!(l.op, Op::Conv3x3 { .. })).count();
         assert_eq!((convs, net.layers.len(), net.alignment()), (18, 18 + 4 + 4 + 4 + 2, 16));
-        assert_eq!(net.shapes[net.output()], Shape { channels: 3, level: 0 });
+        assert_eq!(net.shapes[net.output()], TensorShape { channels: 3, level: 0 });
     }
 
     #[test]

@@ -2,9 +2,9 @@
 
 use std::collections::BTreeMap;
 
-use super::cost::macs_per_pixel;
 use super::file::WeightsFile;
 use super::inputs::Inputs;
+use super::macs::macs_per_pixel;
 use super::metadata::{Metadata, Topology};
 use super::operators::{Axes, Op};
 use super::params::Params;
@@ -127,6 +127,7 @@ impl Weights {
 
     /// The network's layers.
     #[must_use]
+    #[doc(hidden)]
     pub fn network(&self) -> &Network {
         &self.network
     }
@@ -139,6 +140,7 @@ impl Weights {
 
     /// The weights of a layer; empty if it has none.
     #[must_use]
+    #[doc(hidden)]
     pub fn params(&self, layer: &str) -> Params {
         self.params.get(layer).cloned().unwrap_or_default()
     }
@@ -152,6 +154,7 @@ impl Weights {
     ///
     /// # Panics
     /// Never panics: reading the file checked that every layer has its weights.
+    #[doc(hidden)]
     pub fn for_inputs(&self, inputs: Inputs) -> Result<Self> {
         let trained = self.metadata.inputs;
         if inputs.intersection(trained) != inputs {

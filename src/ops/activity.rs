@@ -5,7 +5,7 @@ use super::image::{ImageFormat, source_features};
 use super::input_process::{Sources, TILE, scale_binding, source_names, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 pub use crate::plan::halo::BLOCK;
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// Finds the even blocks of colour, albedo and normal in these formats.
 #[must_use]
@@ -30,7 +30,7 @@ fn spec(entry: &'static str, workgroup: [u32; 3], formats: [ImageFormat; 3]) -> 
     let (clean, map) = (Binding::BufferMut, Binding::ActivityOut);
     KernelSpec {
         name: format!("activity_{entry} {}", source_names(formats)).into(),
-        source: Source::Module("activity"),
+        source: ShaderRoot::Module("activity"),
         features: source_features(formats).into(),
         entry,
         bindings: vec![TILE, color, albedo, normal, Binding::Buffer, clean, map].into(),

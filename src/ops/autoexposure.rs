@@ -4,7 +4,7 @@
 use super::image::{ImageBinding, ImageFormat, color_features};
 use super::tile::Layout;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// Computes the bins of a band of rows of an image in this format.
 #[must_use]
@@ -21,7 +21,7 @@ pub fn reduce_spec(color: ImageFormat) -> KernelSpec {
 fn spec(name: String, entry: &'static str, workgroup: [u32; 3], color: ImageFormat) -> KernelSpec {
     KernelSpec {
         name: name.into(),
-        source: Source::Module("autoexposure"),
+        source: ShaderRoot::Module("autoexposure"),
         features: color_features(color).into(),
         entry,
         bindings: vec![

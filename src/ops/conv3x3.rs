@@ -1,14 +1,14 @@
 //! 3×3 convolution with zero padding of 1, bias (with batch norm folded in) and ReLU.
 
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, TILED_QUADS, Variant, Weights, plain_spec};
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant, plain_spec};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{matrix, need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::model::{Op, Params};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 use std::borrow::Cow;
 
 /// The readable definition.
@@ -19,7 +19,7 @@ pub const PLAIN: KernelSpec = plain_spec("conv3x3", &["largest", "relu"]);
 pub fn tiled_spec(pools: bool) -> KernelSpec {
     KernelSpec {
         name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
-        source: Source::Module("conv3x3_tiled"),
+        source: ShaderRoot::Module("conv3x3_tiled"),
         features: Cow::Borrowed(if pools { &["pools"] } else { &[] }),
         entry: "main",
         bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
@@ -46,7 +46,7 @@ const fn bindings(weights: Binding) -> [Binding; 6] {
 #[must_use]
 pub fn simd_spec(out_quads: usize) -> KernelSpec {
     let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
-    simd::spec(simd::Shape::Conv3x3, out_quads, bindings, &["largest", "relu"])
+    simd::spec(simd::SimdKernel::Conv3x3, out_quads, bindings, &["largest", "relu"])
 }
 
 /// The operator. Weights are `[output][input][ky][kx]`. With `pools`, it also computes the max-pool
@@ -77,18 +77,22 @@ pub fn conv3x3(
 }
 
 fn generated(context: &Context, taps: &Taps<'_>) -> Variant {
-    let shape = simd::Shape::Conv3x3;
+    let shape = simd::SimdKernel::Conv3x3;
     let spec = simd_spec(shape.quads(taps.outputs));
     Variant::simd(spec, shape, generated_weights(context, shape, taps), taps.outputs)
 }
 
 /// One step is a kernel row of an input quad.
-pub(super) fn generated_weights(context: &Context, shape: simd::Shape, taps: &Taps<'_>) -> Weights {
+pub(super) fn generated_weights(
+    context: &Context,
+    shape: simd::SimdKernel,
+    taps: &Taps<'_>,
+) -> PackedWeights {
     let in_quads = taps.in_quads();
     let weight = |step: usize, column: usize, channel: usize, output: usize| {
         taps.at(output, step % in_quads * 4 + channel, step / in_quads * 3 + column)
     };
-    Weights::Texture(simd::pack(context, shape, taps.outputs, 3 * in_quads, weight))
+    PackedWeights::Texture(simd::pack(context, shape, taps.outputs, 3 * in_quads, weight))
 }
 
 fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
@@ -96,8 +100,8 @@ fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
     Variant { pools, ..Variant::tiled(tiled_spec(pools), tiled_weights(context, taps), blocks) }
 }
 
-pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> Weights {
-    Weights::Buffer(storage_buffer(context, "weights", &tiled_matrices(taps)))
+pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {
+    PackedWeights::Buffer(storage_buffer(context, "weights", &tiled_matrices(taps)))
 }
 
 /// `[block of output quads][in_quad][tap][out_quad]` matrices.

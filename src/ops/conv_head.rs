@@ -12,7 +12,7 @@ use super::{conv3x3, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::model::{Network, Op, Params};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// The most channels of the 3×3 convolution that an invocation holds.
 const CHANNELS: usize = 16;
@@ -30,7 +30,7 @@ pub fn bindings(color: ImageFormat, output: ImageFormat, weights: Binding) -> Ve
 pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {
         name: head::name("conv_head_tiled", color, output).into(),
-        source: Source::Module("conv_head_tiled"),
+        source: ShaderRoot::Module("conv_head_tiled"),
         features: features(color, output).into(),
         entry: "main",
         bindings: bindings(color, output, Binding::Buffer).into(),
@@ -43,7 +43,7 @@ pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
 #[must_use]
 pub fn simd_spec(quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let bindings = bindings(color, output, Binding::WeightTexture).into();
-    let spec = simd::spec(simd::Shape::ConvHead, quads, bindings, head::OVERRIDES);
+    let spec = simd::spec(simd::SimdKernel::ConvHead, quads, bindings, head::OVERRIDES);
     let name = head::name(&spec.name, color, output).into();
     KernelSpec { name, features: features(color, output).into(), ..spec }
 }
@@ -83,7 +83,7 @@ pub fn conv_head(
     let inputs = conv.weight.len() / (9 * outputs);
     let weight = |o: usize, i: usize, tap: usize| conv.weight[(o * inputs + i) * 9 + tap];
     let taps = Taps { outputs, taps: 9, map, weight: &weight };
-    let shape = simd::Shape::ConvHead;
+    let shape = simd::SimdKernel::ConvHead;
     let kernels = kernels.resolve(&context.device);
     let (kernel, weights) = match kernels {
         KernelSet::Simd => {

@@ -7,7 +7,7 @@ use super::operator::{Io, Operator};
 use super::packing::{Taps, plain_buffer};
 use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 /// Side in pixels of a workgroup of the tiled kernels.
 pub const TILE: u32 = 16;
 /// Output quads per invocation of the tiled kernels.
@@ -17,7 +17,7 @@ pub const TILED_QUADS: usize = 4;
 #[derive(Debug)]
 pub struct Convolution {
     kernel: Kernel,
-    weights: Weights,
+    weights: PackedWeights,
     bias: wgpu::Buffer,
     tile: [u32; 2],
     blocks: u32,
@@ -27,14 +27,14 @@ pub struct Convolution {
 
 /// Weights in the layout the chosen variant reads.
 #[derive(Debug)]
-pub enum Weights {
+pub enum PackedWeights {
     /// 4×4 matrices.
     Buffer(wgpu::Buffer),
     /// Texels for the lanes of a subgroup.
     Texture(wgpu::TextureView),
 }
 
-impl Weights {
+impl PackedWeights {
     /// The weights as a binding resource.
     #[must_use]
     pub fn resource(&self) -> wgpu::BindingResource<'_> {
@@ -50,7 +50,7 @@ pub struct Variant {
     /// The kernel.
     pub spec: KernelSpec,
     /// Its weights.
-    pub weights: Weights,
+    pub weights: PackedWeights,
     /// Pixels per workgroup along x and y, counted in the smaller of the first input and the
     /// output.
     pub tile: [u32; 2],
@@ -67,7 +67,7 @@ impl Variant {
     /// The readable definition: one pixel and one output quad per invocation.
     #[must_use]
     pub fn plain(context: &Context, spec: KernelSpec, taps: &Taps<'_>) -> Self {
-        let weights = Weights::Buffer(plain_buffer(context, taps));
+        let weights = PackedWeights::Buffer(plain_buffer(context, taps));
         let blocks = taps.out_quads() as u32;
         Self { spec, weights, tile: [8, 8], blocks, footprint: None, pools: false }
     }
@@ -75,7 +75,7 @@ impl Variant {
     /// For GPUs: a workgroup computes 16×16 pixels, 2×2 per invocation, of one of `blocks` blocks
     /// of output quads.
     #[must_use]
-    pub fn tiled(spec: KernelSpec, weights: Weights, blocks: usize) -> Self {
+    pub fn tiled(spec: KernelSpec, weights: PackedWeights, blocks: usize) -> Self {
         let blocks = blocks as u32;
         Self { spec, weights, tile: [TILE; 2], blocks, footprint: Some(TILE), pools: false }
     }
@@ -83,7 +83,12 @@ impl Variant {
     /// Generated code for CPU drivers: `spec` for `outputs` channels, with weights from
     /// [`simd::pack`].
     #[must_use]
-    pub fn simd(spec: KernelSpec, shape: simd::Shape, weights: Weights, outputs: usize) -> Self {
+    pub fn simd(
+        spec: KernelSpec,
+        shape: simd::SimdKernel,
+        weights: PackedWeights,
+        outputs: usize,
+    ) -> Self {
         let (tile, footprint) = (shape.tile(), Some(shape.pixels()));
         let blocks = simd::blocks(shape, outputs) as u32;
         Self { spec, weights, tile, blocks, footprint, pools: false }
@@ -110,7 +115,7 @@ impl Convolution {
 pub const fn plain_spec(name: &'static str, overrides: &'static [&'static str]) -> KernelSpec {
     KernelSpec {
         name: Cow::Borrowed(name),
-        source: Source::Module(name),
+        source: ShaderRoot::Module(name),
         features: Cow::Borrowed(&[]),
         entry: "main",
         bindings: Cow::Borrowed(&[

@@ -2,7 +2,7 @@
 
 use super::operator::{Io, Operator};
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// A kernel that computes one output texel per invocation.
 #[derive(Debug)]
@@ -23,7 +23,7 @@ impl Elementwise {
 pub const fn spec(name: &'static str) -> KernelSpec {
     KernelSpec {
         name: std::borrow::Cow::Borrowed(name),
-        source: Source::Module(name),
+        source: ShaderRoot::Module(name),
         features: std::borrow::Cow::Borrowed(&[]),
         entry: "main",
         bindings: std::borrow::Cow::Borrowed(&[Binding::TensorIn, Binding::TensorOut]),

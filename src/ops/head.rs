@@ -5,22 +5,22 @@
 
 use super::activity::Activity;
 use super::channel_map::ChannelMap;
-use super::convolution::Weights;
+use super::convolution::PackedWeights;
 use super::image::{ImageFormat, result_features};
-use super::output_process::{Images, result_bindings};
+use super::output_process::{ResultImages, result_bindings};
 use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::Params;
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// The variant for GPUs, for noisy colour and result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {
         name: name("head", color, output).into(),
-        source: Source::Module("head"),
+        source: ShaderRoot::Module("head"),
         features: result_features(color, output).into(),
         entry: "main",
         bindings: bindings(color, output).into(),
@@ -49,7 +49,7 @@ pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
 /// The generated variant for CPU drivers.
 #[must_use]
 pub fn simd_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let spec = simd::spec(simd::Shape::Head, 1, bindings(color, output).into(), OVERRIDES);
+    let spec = simd::spec(simd::SimdKernel::Head, 1, bindings(color, output).into(), OVERRIDES);
     let name = name(&spec.name, color, output).into();
     KernelSpec { name, features: result_features(color, output).into(), ..spec }
 }
@@ -70,7 +70,7 @@ impl HeadKernel {
     fn alone(kernels: KernelSet) -> Self {
         match kernels {
             KernelSet::Simd => {
-                let tile = simd::Shape::Head.tile();
+                let tile = simd::SimdKernel::Head.tile();
                 Self { spec: |_, color, output| simd_spec(color, output), quads: 0, tile }
             }
             _ => Self { spec: |_, color, output| spec(color, output), quads: 0, tile: [8, 8] },
@@ -87,7 +87,7 @@ pub struct Head {
     /// The output of [`pack`].
     pub(super) weights: wgpu::TextureView,
     /// Bias and weights of the 3×3 convolution.
-    pub(super) conv: Option<(wgpu::Buffer, Weights)>,
+    pub(super) conv: Option<(wgpu::Buffer, PackedWeights)>,
     /// Multiply-accumulates per pixel.
     pub(super) macs: usize,
     /// Whether a sigmoid follows the 1×1 convolution: `true` unless changed.
@@ -106,7 +106,7 @@ pub(super) fn pack(context: &Context, params: &Params, map: &ChannelMap) -> wgpu
         }
         map[step * 4 + channel].map_or(0.0, |input| params.weight[output * inputs + input])
     };
-    simd::pack(context, simd::Shape::Head, outputs, quads + 1, weight)
+    simd::pack(context, simd::SimdKernel::Head, outputs, quads + 1, weight)
 }
 
 impl Head {
@@ -132,7 +132,7 @@ impl Head {
         context: &Context,
         input: &GpuTensor,
         activity: &Activity,
-        images: &Images<'_>,
+        images: &ResultImages<'_>,
     ) -> Dispatch {
         let mut resources = images.resources();
         resources.extend([

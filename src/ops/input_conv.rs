@@ -16,7 +16,7 @@ use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::{INPUT, Network, Op, Params};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// Output channels per workgroup. With more, several workgroups would encode the same pixels.
 const CHANNELS: usize = 16;
@@ -30,7 +30,7 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
     features.push("input_conv");
     KernelSpec {
         name: format!("input_conv {}", source_names(formats)).into(),
-        source: Source::Module("input_conv_tiled"),
+        source: ShaderRoot::Module("input_conv_tiled"),
         features: features.into(),
         entry: "main",
         bindings: bindings.into(),

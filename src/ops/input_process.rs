@@ -6,14 +6,14 @@ use super::tile::Tile;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
 use crate::model::{Encoding, Inputs};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// The kernel for colour, albedo and normal in these formats.
 #[must_use]
 pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
     KernelSpec {
         name: format!("input_process {}", source_names(formats)).into(),
-        source: Source::Module("input_process"),
+        source: ShaderRoot::Module("input_process"),
         features: source_features(formats).into(),
         entry: "main",
         bindings: bindings(formats).into(),

@@ -40,8 +40,8 @@ pub fn all_specs() -> Vec<KernelSpec> {
     specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
     specs.extend([false, true].map(conv3x3::tiled_spec));
     specs.push(up_conv::TILED);
-    specs.extend(simd::Shape::Conv3x3.all_quads().map(conv3x3::simd_spec));
-    specs.extend(simd::Shape::UpConv.all_quads().map(up_conv::simd_spec));
+    specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
+    specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
     for (side, factor) in [(8, F16), (8, F32), (16, F16)] {
         let shape = MatrixShape { side, factor, lanes: 32 };
         specs.extend([16, 32].map(|channels| matrix::spec(shape, channels)));
@@ -69,7 +69,7 @@ fn image_specs() -> Vec<KernelSpec> {
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
             specs.push(conv_head::tiled_spec(color, output));
-            let quads = simd::Shape::ConvHead.all_quads();
+            let quads = simd::SimdKernel::ConvHead.all_quads();
             specs.extend(quads.map(|quads| conv_head::simd_spec(quads, color, output)));
         }
     }

@@ -6,7 +6,7 @@ use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
 use crate::model::Encoding;
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// The kernel for noisy colour and result in these formats.
 #[must_use]
@@ -15,7 +15,7 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     bindings.push(Binding::TensorIn);
     KernelSpec {
         name: format!("output_process {} {}", color.source_name(), output.target_name()).into(),
-        source: Source::Module("output_process"),
+        source: ShaderRoot::Module("output_process"),
         features: result_features(color, output).into(),
         entry: "main",
         bindings: bindings.into(),
@@ -31,7 +31,7 @@ pub(super) fn result_bindings(color: ImageFormat, output: ImageFormat) -> Vec<Bi
 
 /// The images at the end of the network, and what relates them.
 #[derive(Clone, Copy, Debug)]
-pub struct Images<'a> {
+pub struct ResultImages<'a> {
     /// [`Tile`](super::tile::Tile)s, one at each dynamic offset.
     pub tiles: &'a wgpu::Buffer,
     /// The 32-bit float that colour was multiplied by.
@@ -46,7 +46,7 @@ pub struct Images<'a> {
     pub encoding: Encoding,
 }
 
-impl<'a> Images<'a> {
+impl<'a> ResultImages<'a> {
     /// The resources for [`result_bindings`].
     pub(super) fn resources(&self) -> Vec<wgpu::BindingResource<'a>> {
         vec![
@@ -61,7 +61,7 @@ impl<'a> Images<'a> {
 
 /// The call that stores `input` into an image. [`Dispatch::record_at`] selects the tile.
 #[must_use]
-pub fn output_process(context: &Context, input: &GpuTensor, images: &Images<'_>) -> Dispatch {
+pub fn output_process(context: &Context, input: &GpuTensor, images: &ResultImages<'_>) -> Dispatch {
     let spec = spec(images.color.format(), images.output.format());
     let kernel = context.kernel(&spec, &images.encoding.constants());
     let mut resources = images.resources();

@@ -39,12 +39,12 @@ pub struct TilePlan {
     /// Size of every tile including overlap, width first; a multiple of the alignment.
     pub tile: [u32; 2],
     /// The tiles, row by row.
-    pub tiles: Vec<Placed>,
+    pub tiles: Vec<PlacedTile>,
 }
 
 /// One tile of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed {
+pub struct PlacedTile {
     /// The tile's first pixel in the image. The tile may extend past the image's right and bottom
     /// edges by less than the alignment.
     pub origin: [u32; 2],
@@ -56,6 +56,7 @@ impl TilePlan {
     /// The plan that processes the fewest pixels, overlap included; `None` if even the smallest
     /// tile violates a constraint.
     #[must_use]
+    #[doc(hidden)]
     pub fn new(size: [u32; 2], constraints: &Constraints) -> Option<Self> {
         let candidates = size.map(|side| candidates(side, constraints));
         let pairs = candidates[0].iter().flat_map(|x| candidates[1].iter().map(move |y| [x, y]));
@@ -76,7 +77,7 @@ impl TilePlan {
     /// cover the image or leave pixels between the overlaps.
     fn with_tile(size: [u32; 2], tile: [u32; 2], constraints: &Constraints) -> Self {
         let axes = [0, 1].map(|axis| spans(size[axis], tile[axis], constraints));
-        let place = |y: &Span, x: &Span| Placed {
+        let place = |y: &Span, x: &Span| PlacedTile {
             origin: [x.origin, y.origin],
             stores: Rect { begin: [x.begin, y.begin], end: [x.end, y.end] },
         };
@@ -137,7 +138,7 @@ fn spans(size: u32, tile: u32, constraints: &Constraints) -> Vec<Span> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::cost::largest_layer_macs_per_pixel;
+    use crate::model::macs::largest_layer_macs_per_pixel;
     use crate::model::{Network, Quality, Weights, fuse::Fused};
     use crate::plan::halo::halo;
 

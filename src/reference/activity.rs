@@ -68,7 +68,7 @@ impl Light {
 
 /// A block judged on its own.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum BlockKind {
     Noisy,
     Dark,
     Clean,
@@ -105,7 +105,7 @@ pub fn activity(
     let light = Light { encoding, input_scale };
     let repaired = repair(view.color, input_scale);
     let view = View { color: &repaired, ..*view };
-    let kind = |block| if skip { kind(&view, tile, block, light) } else { Kind::Noisy };
+    let kind = |block| if skip { kind(&view, tile, block, light) } else { BlockKind::Noisy };
     let in_image = |block: &[usize; 2]| !pixels(view.color, tile, *block).is_empty();
     let kinds: Vec<_> = blocks().filter(in_image).map(|block| (block, kind(block))).collect();
     let is_clean = |block| is_clean(&kinds, block);
@@ -119,13 +119,13 @@ pub fn activity(
 }
 
 /// Whether a block is clean, given all blocks inside the image.
-fn is_clean(kinds: &[([usize; 2], Kind)], block: [usize; 2]) -> bool {
+fn is_clean(kinds: &[([usize; 2], BlockKind)], block: [usize; 2]) -> bool {
     let is_near = |other: [usize; 2]| (0..2).all(|axis| other[axis].abs_diff(block[axis]) <= 1);
     match kinds.iter().find(|(other, _)| *other == block) {
-        None | Some((_, Kind::Noisy)) => false,
-        Some((_, Kind::Clean)) => true,
-        Some((_, Kind::Dark)) => {
-            kinds.iter().all(|&(other, kind)| kind != Kind::Noisy || !is_near(other))
+        None | Some((_, BlockKind::Noisy)) => false,
+        Some((_, BlockKind::Clean)) => true,
+        Some((_, BlockKind::Dark)) => {
+            kinds.iter().all(|&(other, kind)| kind != BlockKind::Noisy || !is_near(other))
         }
     }
 }
@@ -158,16 +158,16 @@ fn stores(tile: &TileOfView, block: [usize; 2]) -> bool {
     })
 }
 
-fn kind(view: &View<'_>, tile: &TileOfView, block: [usize; 2], light: Light) -> Kind {
+fn kind(view: &View<'_>, tile: &TileOfView, block: [usize; 2], light: Light) -> BlockKind {
     let rows = pixels(view.color, tile, block);
     let (width, height) = (rows[0].len(), rows.len());
     let wide = width >= 3 && height >= 3;
     let even = width * height < 3 || same(&rows) || wide && !bends(&rows, light);
     let dark = || rows[0][0].iter().all(|&v| f64::from(v) * f64::from(light.input_scale) <= DARK);
     match even {
-        false => Kind::Noisy,
-        true if dark() && !is_empty(view, tile, block) => Kind::Dark,
-        true => Kind::Clean,
+        false => BlockKind::Noisy,
+        true if dark() && !is_empty(view, tile, block) => BlockKind::Dark,
+        true => BlockKind::Clean,
     }
 }
 

@@ -1,6 +1,6 @@
 //! Conditional parts of a module: `@if`, `@elif` and `@else`.
 
-use super::Problem;
+use super::problem::Problem;
 use super::syntax::{split_group, split_node, split_word};
 
 /// The features of a kernel.

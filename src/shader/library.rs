@@ -1,6 +1,6 @@
 //! All of `shaders/`, and the features of its variants.
 
-use super::Library;
+use super::composer::Library;
 
 macro_rules! modules {
     ($($name:literal),* $(,)?) => {
@@ -51,3 +51,24 @@ const FEATURES: &[&str] = &[
     "side_16",
     "channels_32",
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_folder_is_in_the_library() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+        let mut files = Vec::new();
+        for folder in ["", "common/"] {
+            for entry in std::fs::read_dir(root.join(folder)).expect("the folder exists") {
+                let name = entry.expect("it can be listed").file_name();
+                let name = name.to_string_lossy();
+                files.extend(name.strip_suffix(".wgsl").map(|stem| format!("{folder}{stem}")));
+            }
+        }
+        files.sort();
+        let listed: Vec<_> = LIBRARY.modules.iter().map(|(name, _)| *name).collect();
+        assert_eq!(listed, files);
+    }
+}

@@ -1,6 +1,6 @@
 //! Finds where comments, brackets, declarations and names begin and end.
 
-use super::Problem;
+use super::problem::Problem;
 
 /// Splits after the first import, directive, declaration or statement.
 pub(super) fn split_node(text: &str) -> Result<(&str, &str), Problem> {

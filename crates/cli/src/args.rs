@@ -1,286 +1,363 @@
 //! The command line's grammar.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
+use clap_complete::Shell;
 
-use super::budget::BudgetArgs;
-use super::failure::Failure;
-use super::frames::{self, Frames};
-use super::prefilter::PrefilterArgs;
-use super::values::{KernelsArg, PrecisionArg, QualityArg, pixels, positive, seconds, side};
-use wgdenoise_files::{LayerChoice, Limits};
+use crate::frames::{self, Frames};
+use crate::values::{
+    KernelsArg, PrecisionArg, QualityArg, memory, pixels, positive, runs, side, stops, time,
+};
 
+/// Below the long help.
 const AFTER_HELP: &str = "\
-EXR files keep everything but the three channels of the denoised colour. Colour, albedo and
-normal are found by the names that renderers give them; `wgdenoise info IN` says which.
+EXR files keep everything but the three channels of the denoised color. Color, albedo and normal
+are found by the names that renderers give them; `wgdenoise info IN` shows which.
 
-Several pictures go into a folder that is there: renders/*.exr clean/. In the frames of an
-animation, # or %04d stands for the number: beauty.####.exr clean.####.exr --frames 1-48. All
-is checked before the first is denoised; a picture that fails does not keep the others back.
-Of a folder of weights, each picture gets those for what it has.
+Several images go into a folder: wgdenoise renders/*.exr clean/
+In the file names of a sequence, #### or %04d stands for the frame number:
+wgdenoise beauty.####.exr clean.####.exr --frames 1-48
+Everything is checked before the first image is denoised. An image that fails is reported and the
+batch continues.
 
-To denoise a file that is called like a command, write ./info or -- info.
+To denoise a file that is named like a command, write ./info or -- info.
+
+Shell completions: wgdenoise completions bash|zsh|fish|elvish|powershell
+Manual page: wgdenoise man
 
 Exit codes:
   0  done
-  1  an input could not be read, or the output not be made
+  1  an input could not be read, or an output could not be written
   2  the command line was wrong
   3  no usable adapter (GPU or CPU driver)
   4  the device was lost, hangs or computes wrong results";
+
+const USAGE: &str = "wgdenoise [OPTIONS] <IN>... <OUT>\n       wgdenoise <COMMAND>";
+
+const LAYERS: &str = "Advanced layer options";
+const WEIGHTS: &str = "Advanced weights options";
+const DEVICE: &str = "Advanced device options";
+const OUTPUT: &str = "Advanced output options";
 
 /// Removes Monte Carlo noise from path-traced images.
 #[derive(Debug, Parser)]
 #[command(
     name = "wgdenoise",
     version,
-    after_help = AFTER_HELP,
+    after_long_help = AFTER_HELP,
     arg_required_else_help = true,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    override_usage = "wgdenoise [OPTIONS] <IN>... <OUT>\n       wgdenoise <COMMAND>"
+    disable_help_subcommand = true,
+    override_usage = USAGE
 )]
-pub(super) struct Cli {
+pub(crate) struct Cli {
     #[command(subcommand)]
-    pub(super) command: Option<Command>,
+    pub(crate) command: Option<Command>,
     #[command(flatten)]
-    pub(super) denoise: DenoiseArgs,
+    pub(crate) denoise: DenoiseArgs,
 }
 
-/// What to do other than denoise.
 #[derive(Debug, Subcommand)]
-pub(super) enum Command {
-    /// Show the layers of a file, which would be used and why, and what denoising costs
+pub(crate) enum Command {
+    /// Show a file's layers, which of them are used, and the cost
     Info(InfoArgs),
+    /// Write a layer as PNG or JPEG without denoising
+    Preview(PreviewArgs),
+    /// Measure the error of an image against its reference
+    Compare(CompareArgs),
     /// List the adapters
     Devices(DevicesArgs),
-    /// Measure how close an image is to its reference
-    Compare(CompareArgs),
     /// Measure how fast an adapter denoises
     Bench(BenchArgs),
-    /// Turn a weights file of Open Image Denoise into one of this program's format
+    /// Measure each step of the network
+    Profile(ProfileArgs),
+    /// Measure time against error of all built-in weights
+    Report(ReportArgs),
+    /// Convert weights of Open Image Denoise to safetensors
     Convert(ConvertArgs),
+    /// Print a completion script for a shell
+    #[command(hide = true)]
+    Completions {
+        /// The shell
+        shell: Shell,
+    },
+    /// Print the manual page, in roff
+    #[command(hide = true)]
+    Man,
 }
 
 /// `wgdenoise IN... OUT`.
 #[derive(Debug, Args)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag")]
-pub(super) struct DenoiseArgs {
-    /// IN... OUT: the noisy pictures (EXR, PNG or JPEG), and where the results go
-    #[arg(value_name = "FILE", required = true)]
-    files: Vec<PathBuf>,
-    /// Which frames of IN, such as 1-48,60,70-100x5 [default: all there are]
+pub(crate) struct DenoiseArgs {
+    /// The noisy images (EXR, PNG or JPEG), and where the results go
+    #[arg(value_name = "FILE", required = true, hide_short_help = true)]
+    pub(crate) files: Vec<PathBuf>,
+    #[command(flatten)]
+    pub(crate) network: NetworkArgs,
+    #[command(flatten)]
+    pub(crate) layers: LayerArgs,
+    /// Frames of a sequence, such as 1-48,60 [default: all]
+    ///
+    /// A list of frames, ranges, and ranges with a step, such as 1-48,60,70-100x5.
     #[arg(long, value_name = "RANGES", value_parser = frames::parse)]
-    pub(super) frames: Option<Frames>,
+    pub(crate) frames: Option<Frames>,
+    /// Brighten PNG and JPEG output by stops, such as 1.5
+    #[arg(long, value_name = "EV", value_parser = stops, allow_negative_numbers = true)]
+    pub(crate) exposure: Option<f32>,
     #[command(flatten)]
-    pub(super) layers: LayerArgs,
+    pub(crate) writing: WritingArgs,
+    /// Replace an input with its own result
+    #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
+    pub(crate) in_place: bool,
+    /// Compare part of the result with the CPU reference before it is written
+    #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
+    pub(crate) verify: bool,
     #[command(flatten)]
-    pub(super) engine: EngineArgs,
-    /// Factor that brings the colour to a middle grey of 0.18 [default: measured; 1 with weights
-    /// for sRGB or for normals]
-    #[arg(long, value_name = "X", value_parser = positive)]
-    pub(super) input_scale: Option<f32>,
+    pub(crate) choice: ChoiceArgs,
     #[command(flatten)]
-    pub(super) budget: BudgetArgs,
-    #[command(flatten)]
-    pub(super) prefilter: PrefilterArgs,
-    /// Check a part of the result against the CPU before it is written
-    #[arg(long)]
-    pub(super) verify: bool,
-    /// Replace outputs that exist
-    #[arg(long)]
-    pub(super) force: bool,
-    /// Say nothing but errors
+    pub(crate) device: DeviceArgs,
+    /// Print nothing but errors
     #[arg(short, long, conflicts_with = "verbose")]
-    pub(super) quiet: bool,
-    /// Also say adapter, kernels, tiles and times
+    pub(crate) quiet: bool,
+    /// Print layers, adapter, tiles and times
     #[arg(short, long)]
-    pub(super) verbose: bool,
+    pub(crate) verbose: bool,
+}
+
+/// Which weights, as `bench` and `profile` choose them too.
+#[derive(Debug, Args)]
+pub(crate) struct NetworkArgs {
+    /// Weights: fast, balanced or high [default: balanced]
+    ///
+    /// Each tier takes two to three times as long as the one before.
+    #[arg(long, value_name = "TIER", value_enum, hide_possible_values = true)]
+    pub(crate) quality: Option<QualityArg>,
+    /// A weights file instead of the built-in ones, or a folder of Open Image Denoise's
+    #[arg(long, value_name = "FILE|FOLDER", hide_short_help = true, help_heading = WEIGHTS)]
+    pub(crate) weights: Option<PathBuf>,
+    /// Storage of intermediate values [default: f16]
+    #[arg(long, value_enum, value_name = "TYPE", hide_short_help = true, help_heading = DEVICE)]
+    pub(crate) precision: Option<PrecisionArg>,
+}
+
+/// Which weights, where an image is given.
+#[derive(Debug, Args)]
+pub(crate) struct ChoiceArgs {
+    /// Denoise albedo and normal first, with weights from the folder of --weights
+    #[arg(long, requires = "weights", conflicts_with = "no_aux", hide_short_help = true,
+          help_heading = WEIGHTS)]
+    pub(crate) prefilter: bool,
+    /// Take the best built-in weights that are predicted to meet this time, such as 40ms
+    #[arg(long, value_name = "TIME", value_parser = time, hide_short_help = true,
+          help_heading = WEIGHTS, conflicts_with_all = ["quality", "weights"])]
+    pub(crate) budget: Option<Duration>,
+    /// Measure the adapter again for --budget
+    #[arg(long, requires = "budget", hide_short_help = true, help_heading = WEIGHTS)]
+    pub(crate) recalibrate: bool,
+    /// Factor that brings the color to a middle gray of 0.18 [default: measured, or 1 for weights
+    /// for sRGB or normals]
+    #[arg(long, value_name = "X", value_parser = positive, hide_short_help = true,
+          help_heading = WEIGHTS)]
+    pub(crate) input_scale: Option<f32>,
 }
 
 /// Which layers to read.
 #[derive(Debug, Default, Args)]
-pub(super) struct LayerArgs {
-    /// The layer to denoise [default: found by its name]
+pub(crate) struct LayerArgs {
+    /// Layer to denoise [default: found by its name]
     #[arg(long, value_name = "LAYER")]
-    color: Option<String>,
-    /// The layer or the file with the albedo [default: found by its name]
-    #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux")]
-    albedo: Option<String>,
-    /// The layer or the file with the normals [default: found by its name]
-    #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux")]
-    normal: Option<String>,
+    pub(crate) color: Option<String>,
+    /// Layer or file with the albedo [default: found by its name]
+    #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux", hide_short_help = true,
+          help_heading = LAYERS)]
+    pub(crate) albedo: Option<String>,
+    /// Layer or file with the normals [default: found by its name]
+    #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux", hide_short_help = true,
+          help_heading = LAYERS)]
+    pub(crate) normal: Option<String>,
     /// Use neither albedo nor normal
-    #[arg(long)]
-    no_aux: bool,
-    /// Most pixels of an image that are accepted [default: 268435456, which is 16384×16384]
-    #[arg(long, value_name = "N", value_parser = pixels())]
-    max_pixels: Option<u64>,
-}
-
-/// What denoises, and how.
-#[derive(Debug, Args)]
-pub(super) struct EngineArgs {
-    /// Which of the built-in weights, or of those in a folder [default: balanced]
-    #[arg(long, value_enum)]
-    pub(super) quality: Option<QualityArg>,
-    /// A weights file instead of the built-in ones, or a folder of Open Image Denoise's
-    #[arg(long, value_name = "FILE|FOLDER")]
-    pub(super) weights: Option<PathBuf>,
-    /// Which adapter, as `wgdenoise devices` lists them [default: the fastest kind]
-    #[arg(long, value_name = "NAME|INDEX")]
-    pub(super) adapter: Option<String>,
-    /// How intermediate values are stored [default: f16]
-    #[arg(long, value_enum)]
-    pub(super) precision: Option<PrecisionArg>,
-    /// Most GPU memory to use, in MiB [default: 2048]
-    #[arg(long, value_name = "MIB", value_parser = clap::value_parser!(u64).range(1..=1 << 24))]
-    pub(super) memory: Option<u64>,
-    /// Largest side of a tile in pixels [default: what memory and short dispatches allow]
-    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
-    pub(super) tile: Option<u32>,
-    /// How long the adapter may take for one submission before it counts as hung [default: 60, on
-    /// CPU drivers 600]
-    #[arg(long, value_name = "SECONDS", value_parser = seconds)]
-    pub(super) timeout: Option<Duration>,
-    /// Which variant of the convolutions runs, for tests and measurements
-    #[arg(long, value_enum, default_value = "auto", hide_short_help = true)]
-    pub(super) kernels: KernelsArg,
-    /// Run the network on blocks without noise too, such as an empty background
-    #[arg(long)]
-    pub(super) no_skip: bool,
-}
-
-/// `wgdenoise info`.
-#[derive(Debug, Args)]
-pub(super) struct InfoArgs {
-    /// The file: EXR, PNG or JPEG
-    #[arg(value_name = "IN")]
-    pub(super) input: PathBuf,
+    #[arg(long, hide_short_help = true, help_heading = LAYERS)]
+    pub(crate) no_aux: bool,
     #[command(flatten)]
-    pub(super) layers: LayerArgs,
-    /// Print JSON
-    #[arg(long)]
-    pub(super) json: bool,
+    pub(crate) limits: LimitArgs,
 }
 
-/// `wgdenoise devices`.
-#[derive(Debug, Args)]
-pub(super) struct DevicesArgs {
-    /// Print JSON
-    #[arg(long)]
-    pub(super) json: bool,
+#[derive(Clone, Copy, Debug, Default, Args)]
+pub(crate) struct LimitArgs {
+    /// Most pixels accepted per image [default: 268435456, which is 16384×16384]
+    #[arg(long, value_name = "N", value_parser = pixels(), hide_short_help = true,
+          help_heading = LAYERS)]
+    pub(crate) max_pixels: Option<u64>,
 }
 
-/// `wgdenoise compare`.
 #[derive(Debug, Args)]
-pub(super) struct CompareArgs {
+pub(crate) struct WritingArgs {
+    /// Replace outputs that exist
+    #[arg(long)]
+    pub(crate) force: bool,
+    /// Create missing output folders
+    #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
+    pub(crate) parents: bool,
+}
+
+/// Where and how the network runs.
+#[derive(Debug, Args)]
+pub(crate) struct DeviceArgs {
+    /// Adapter, as `wgdenoise devices` lists them [default: the fastest kind]
+    #[arg(long, value_name = "NAME|INDEX", hide_short_help = true, help_heading = DEVICE)]
+    pub(crate) adapter: Option<String>,
+    /// Most GPU memory to use, such as 512MiB [default: 2GiB]
+    #[arg(long, value_name = "SIZE", value_parser = memory, hide_short_help = true,
+          help_heading = DEVICE)]
+    pub(crate) memory: Option<u64>,
+    /// Longest side of a tile in pixels [default: as memory and short dispatches allow]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..),
+          hide_short_help = true, help_heading = DEVICE)]
+    pub(crate) tile: Option<u32>,
+    /// Longest wait for one submission before the adapter counts as hung, such as 90s
+    /// [default: 60s, on CPU drivers 10min]
+    #[arg(long, value_name = "TIME", value_parser = time, hide_short_help = true,
+          help_heading = DEVICE)]
+    pub(crate) timeout: Option<Duration>,
+    /// Variant of the convolutions, for tests and measurements
+    #[arg(long, value_enum, value_name = "SET", default_value = "auto", hide_short_help = true,
+          help_heading = DEVICE)]
+    pub(crate) kernels: KernelsArg,
+    /// Run the network on blocks without noise too, such as an empty background
+    #[arg(long, hide_short_help = true, help_heading = DEVICE)]
+    pub(crate) no_skip: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct InfoArgs {
+    /// EXR, PNG or JPEG
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    #[command(flatten)]
+    pub(crate) layers: LayerArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct PreviewArgs {
+    /// EXR, PNG or JPEG
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// PNG or JPEG: clipped to [0, 1] and sRGB-encoded
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Layer or channel to show [default: the one that results are written to]
+    #[arg(long, value_name = "NAME")]
+    pub(crate) layer: Option<String>,
+    /// Brighten by stops, such as 1.5
+    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops,
+          allow_negative_numbers = true)]
+    pub(crate) exposure: f32,
+    #[command(flatten)]
+    pub(crate) writing: WritingArgs,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct DevicesArgs {
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct CompareArgs {
     /// The image to judge; of an EXR file, the layer that results are written to
     #[arg(value_name = "IMAGE")]
-    pub(super) image: PathBuf,
+    pub(crate) image: PathBuf,
     /// What it should look like
     #[arg(value_name = "REFERENCE")]
-    pub(super) reference: PathBuf,
-    /// The layer to compare in both [default: found by its name]
+    pub(crate) reference: PathBuf,
+    /// Layer to compare in both [default: found by its name]
     #[arg(long, value_name = "LAYER")]
-    pub(super) color: Option<String>,
-    /// Most pixels of an image that are accepted [default: 268435456, which is 16384×16384]
-    #[arg(long, value_name = "N", value_parser = pixels())]
-    pub(super) max_pixels: Option<u64>,
+    pub(crate) color: Option<String>,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
     /// Print JSON
     #[arg(long)]
-    pub(super) json: bool,
+    pub(crate) json: bool,
 }
 
-/// `wgdenoise convert`.
+/// What `bench` and `profile` share.
 #[derive(Debug, Args)]
-pub(super) struct ConvertArgs {
-    /// The TZA file, by the name that it came with, such as rt_hdr_alb_nrm.tza
-    #[arg(value_name = "IN")]
-    pub(super) input: PathBuf,
-    /// Where the safetensors file goes
-    #[arg(value_name = "OUT")]
-    pub(super) output: PathBuf,
-    /// Replace OUT if it exists
-    #[arg(long)]
-    pub(super) force: bool,
-}
-
-/// `wgdenoise bench`.
-#[derive(Debug, Args)]
-#[command(mut_group("LayerArgs", |layers| layers.requires("report")))]
-pub(super) struct BenchArgs {
+pub(crate) struct MeasureArgs {
     /// Pixels per row
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
-    pub(super) width: u32,
+    pub(crate) width: u32,
     /// Rows
     #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
-    pub(super) height: u32,
-    /// How often to denoise; the median is reported
-    #[arg(long, value_name = "N", default_value_t = 5,
-          value_parser = clap::value_parser!(u32).range(1..=10_000))]
-    pub(super) runs: u32,
+    pub(crate) height: u32,
+    /// Number of runs; the median is reported
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = runs())]
+    pub(crate) runs: u32,
+    #[command(flatten)]
+    pub(crate) network: NetworkArgs,
+    #[command(flatten)]
+    pub(crate) device: DeviceArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct BenchArgs {
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
     /// Print JSON
     #[arg(long)]
-    pub(super) json: bool,
-    /// Print how long each layer takes instead, by the adapter's timestamps
-    #[arg(long, conflicts_with_all = ["json", "report"])]
-    pub(super) profile: bool,
-    /// Instead, measure time against error of all built-in weights on an image of yours
-    #[arg(long, num_args = 2, value_names = ["NOISY", "REFERENCE"],
-          conflicts_with_all = ["width", "height", "quality", "weights", "precision"])]
-    report: Option<Vec<PathBuf>>,
-    /// Where the report goes as report.md, report.json and, as a plot, report.svg
-    #[arg(long, value_name = "FOLDER", requires = "report")]
-    pub(super) out: Option<PathBuf>,
-    /// Replace a report that is there
+    pub(crate) json: bool,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ProfileArgs {
+    #[command(flatten)]
+    pub(crate) measure: MeasureArgs,
+}
+
+#[derive(Debug, Args)]
+pub(crate) struct ReportArgs {
+    /// The noisy image
+    #[arg(value_name = "NOISY")]
+    pub(crate) noisy: PathBuf,
+    /// What it should look like
+    #[arg(value_name = "REFERENCE")]
+    pub(crate) reference: PathBuf,
+    /// Folder for report.md, report.json and a plot, report.svg
+    #[arg(long, value_name = "FOLDER")]
+    pub(crate) out: Option<PathBuf>,
+    /// Replace a report that exists
     #[arg(long, requires = "out")]
-    pub(super) force: bool,
+    pub(crate) force: bool,
+    /// Runs of each configuration; the median is reported
+    #[arg(long, value_name = "N", default_value_t = 5, value_parser = runs())]
+    pub(crate) runs: u32,
+    /// Print JSON
+    #[arg(long)]
+    pub(crate) json: bool,
     #[command(flatten)]
-    pub(super) layers: LayerArgs,
+    pub(crate) layers: LayerArgs,
     #[command(flatten)]
-    pub(super) engine: EngineArgs,
+    pub(crate) device: DeviceArgs,
 }
 
-impl BenchArgs {
-    /// The noisy image and the reference of `--report`.
-    pub(super) fn report(&self) -> Option<[&Path; 2]> {
-        self.report.as_deref().map(|files| [files[0].as_path(), files[1].as_path()])
-    }
+#[derive(Debug, Args)]
+pub(crate) struct ConvertArgs {
+    /// The TZA file under its original name, such as rt_hdr_alb_nrm.tza
+    #[arg(value_name = "IN")]
+    pub(crate) input: PathBuf,
+    /// The safetensors file to write
+    #[arg(value_name = "OUT")]
+    pub(crate) output: PathBuf,
+    /// Replace OUT if it exists
+    #[arg(long)]
+    pub(crate) force: bool,
 }
-
-impl DenoiseArgs {
-    /// Every IN, and OUT.
-    ///
-    /// # Errors
-    /// If not even two files are named.
-    pub(super) fn files(&self) -> Result<(&[PathBuf], &Path), Failure> {
-        match self.files.split_last() {
-            Some((output, inputs)) if !inputs.is_empty() => Ok((inputs, output)),
-            _ => Err(Failure::Usage("give IN and OUT, or a command; see --help".into())),
-        }
-    }
-}
-
-impl From<&LayerArgs> for LayerChoice {
-    fn from(args: &LayerArgs) -> Self {
-        Self {
-            color: args.color.clone(),
-            albedo: args.albedo.clone(),
-            normal: args.normal.clone(),
-            no_aux: args.no_aux,
-            finished: false,
-            limits: limits(args.max_pixels),
-        }
-    }
-}
-
-/// The limits of `--max-pixels`.
-pub(super) fn limits(max_pixels: Option<u64>) -> Limits {
-    max_pixels.map_or_else(Limits::default, |pixels| Limits { pixels })
-}
-
-#[cfg(test)]
-#[path = "args_test.rs"]
-mod tests;

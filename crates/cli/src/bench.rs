@@ -1,38 +1,57 @@
-//! `wgdenoise bench`.
+//! `wgdenoise bench` and `wgdenoise profile`: how fast an adapter denoises, as a whole and step by
+//! step.
 
-use serde_json::json;
+use std::fmt::Write as _;
 
-use super::args::BenchArgs;
-use super::failure::Failure;
-use super::weights::Given;
-use super::{pipelines, print, profile, report, say};
-use wgdenoise::measure::{Timing, measure};
-use wgdenoise::{Denoiser, Gpu};
+use serde_json::{Value, json};
 
-/// Measures whole frames, from images on the CPU to an image on the CPU.
-pub(super) fn run(args: &BenchArgs) -> Result<(), Failure> {
-    if let Some([noisy, reference]) = args.report() {
-        return report::run(args, noisy, reference);
-    }
-    args.engine.check()?;
-    let source = args.engine.source(Given::ALL)?;
-    let weights = source.load()?;
-    let (gpu, options) = args.engine.open()?;
-    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
-    source.notice().into_iter().chain(denoiser.take_notices()).for_each(|notice| say(&notice));
-    let result = if args.profile {
-        profile::table(&denoiser, args)?
-    } else {
-        let timing = measure(&denoiser, args.width, args.height, args.runs)?;
-        let report = if args.json { as_json } else { as_text };
-        report(args, &gpu, &denoiser, &timing)
-    };
-    denoiser.take_notices().iter().for_each(|notice| say(notice));
-    pipelines::keep(&gpu, denoiser.options());
-    print(&result)
+use crate::cache;
+use crate::console::{Console, print, print_json};
+use crate::failure::Failure;
+use crate::request::Bench;
+use crate::session;
+use crate::weights::Subject;
+use wgdenoise::measure::{self, Timing};
+use wgdenoise::{CallProfile, Denoiser, Gpu};
+
+/// Measures whole frames, from images in memory to an image in memory.
+pub(crate) fn bench(request: &Bench, console: &Console) -> Result<(), Failure> {
+    with_denoiser(request, console, |gpu, denoiser| {
+        let timing = measure::measure(denoiser, request.width, request.height, request.runs)?;
+        if request.json {
+            print_json(&as_json(request, gpu, denoiser, &timing))
+        } else {
+            print(&as_text(request, gpu, denoiser, &timing))
+        }
+    })
 }
 
-fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {
+/// Measures each kernel call of a frame by the adapter's timestamps.
+pub(crate) fn profile(request: &Bench, console: &Console) -> Result<(), Failure> {
+    with_denoiser(request, console, |_, denoiser| {
+        let Bench { width, height, runs, .. } = *request;
+        print(&table(&measure::profile(denoiser, width, height, runs)?))
+    })
+}
+
+fn with_denoiser(
+    request: &Bench,
+    console: &Console,
+    measure: impl FnOnce(&Gpu, &Denoiser) -> Result<(), Failure>,
+) -> Result<(), Failure> {
+    let source = request.weights.source(Subject::ALL)?.expect("a bench has no time budget");
+    let weights = source.load()?;
+    let (gpu, options) = session::open(&request.device)?;
+    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
+    let notices = source.notice().into_iter().chain(denoiser.take_notices());
+    notices.for_each(|notice| console.notice(&notice));
+    measure(&gpu, &denoiser)?;
+    denoiser.take_notices().iter().for_each(|notice| console.notice(notice));
+    cache::keep_pipelines(&gpu, denoiser.options());
+    Ok(())
+}
+
+fn as_text(request: &Bench, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {
     let weights = denoiser.weights();
     let (fastest, slowest) = (timing.seconds[0], timing.seconds[timing.seconds.len() - 1]);
     format!(
@@ -47,18 +66,18 @@ fn as_text(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) ->
         weights.metadata().name,
         weights.macs_per_pixel() / 1e3,
         weights.metadata().inputs,
-        args.width,
-        args.height,
+        request.width,
+        request.height,
         timing.tiles,
         timing.memory_bytes.div_ceil(1 << 20),
         timing.median(),
         timing.seconds.len(),
         timing.gflops(),
-        megapixels(args) / timing.median(),
+        megapixels(request) / timing.median(),
     )
 }
 
-fn as_json(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> String {
+fn as_json(request: &Bench, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) -> Value {
     json!({
         "adapter": gpu.info.name,
         "backend": format!("{:?}", gpu.info.backend),
@@ -66,18 +85,32 @@ fn as_json(args: &BenchArgs, gpu: &Gpu, denoiser: &Denoiser, timing: &Timing) ->
         "precision": format!("{:?}", denoiser.precision()),
         "weights": denoiser.weights().metadata().name,
         "macs_per_pixel": denoiser.weights().macs_per_pixel(),
-        "width": args.width,
-        "height": args.height,
+        "width": request.width,
+        "height": request.height,
         "tiles": timing.tiles,
         "memory_bytes": timing.memory_bytes,
         "seconds": timing.seconds,
         "median_seconds": timing.median(),
         "gflops": timing.gflops(),
-        "megapixels_per_second": megapixels(args) / timing.median(),
+        "megapixels_per_second": megapixels(request) / timing.median(),
     })
-    .to_string()
 }
 
-fn megapixels(args: &BenchArgs) -> f64 {
-    f64::from(args.width) * f64::from(args.height) / 1e6
+fn megapixels(request: &Bench) -> f64 {
+    f64::from(request.width) * f64::from(request.height) / 1e6
+}
+
+/// The median time of each kernel call, its share of the sum, and the rates that it reaches.
+fn table(rows: &[CallProfile]) -> String {
+    let total: f64 = rows.iter().map(CallProfile::median).sum();
+    let mut text = format!("{:<18}{:>10}{:>8}{:>10}{:>9}\n", "call", "ms", "%", "GFLOP/s", "GB/s");
+    for row in rows {
+        let (seconds, name) = (row.median(), &row.name);
+        let rate = |amount: f64| format!("{:.1}", amount / seconds / 1e9);
+        let (ms, share) = (seconds * 1e3, seconds / total * 100.0);
+        let (gflops, gbs) = (rate(2.0 * row.macs), rate(row.bytes));
+        let _ = writeln!(text, "{name:<18}{ms:>10.3}{share:>8.1}{gflops:>10}{gbs:>9}");
+    }
+    let _ = write!(text, "{:<18}{:>10.3}", "sum of medians", total * 1e3);
+    text
 }

@@ -1,137 +1,186 @@
-//! What is kept from run to run in files of the user's cache folder: here, measurements of adapters.
+//! The user's cache folder, and in it the kernels that drivers compiled: they make the next run
+//! faster. A file that is missing or damaged costs time and is not a failure.
 
 use std::fs;
-use std::io::Write;
+use std::io::Write as _;
 use std::path::{Path, PathBuf};
 
 use etcetera::BaseStrategy;
-use serde_json::{Map, Value, json};
 
-use wgdenoise::{Calibration, Cost, Quality};
-use wgdenoise_files::Problem;
+use wgdenoise::wgpu::{AdapterInfo, PipelineCache};
+use wgdenoise::{Gpu, Options, PipelineFile};
+use wgdenoise_files::{Out, Problem};
 
-/// `wgdenoise` where the system keeps what can be made again; `None` if the user has no home.
-pub(super) fn folder_of_user() -> Option<PathBuf> {
+/// `wgdenoise` in the system's folder for caches; `None` if the user has no home.
+pub(crate) fn folder_of_user() -> Option<PathBuf> {
     let folders = etcetera::base_strategy::choose_native_strategy().ok()?;
     Some(folders.cache_dir().join("wgdenoise"))
 }
 
-/// Replaces a file as a whole, so that other processes see the old or the new one; makes its
+/// Replaces a file as a whole, so that other processes see the old or the new one. Creates its
 /// folder first.
-pub(super) fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
+pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
     }
-    let write = |out: &mut wgdenoise_files::Out<'_>| out.write_all(bytes).map_err(Problem::Write);
+    let write = |out: &mut Out<'_>| out.write_all(bytes).map_err(Problem::Write);
     wgdenoise_files::replace(path, true, write).map_err(|error| error.to_string())
 }
 
-/// A measurement and its day.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) struct Kept {
-    pub(super) calibration: Calibration,
-    pub(super) date: String,
+/// A longer file is not read, and so replaced: drivers only ever add to what they were given.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// Compiled kernels of one adapter.
+struct Pipelines {
+    path: PathBuf,
+    file: PipelineFile,
 }
 
-/// The file: a JSON object with an entry for every adapter, driver and precision that was
-/// measured. Whatever is wrong with it, it is as if nothing had been kept.
-pub(super) struct Cache(PathBuf);
-
-impl Cache {
-    /// `calibrations.json` in the user's folder.
-    pub(super) fn of_user() -> Option<Self> {
-        Some(Self(folder_of_user()?.join("calibrations.json")))
+impl Pipelines {
+    /// `None` if wgpu keeps nothing for the adapter's backend or the user has no home.
+    fn of_user(info: &AdapterInfo) -> Option<Self> {
+        Self::within(&folder_of_user()?, info)
     }
 
-    /// What was kept under `key`.
-    pub(super) fn find(&self, key: &str) -> Option<Kept> {
-        let entries = self.entries();
-        let entry = entries.get(key)?;
-        let cost = |name: &str| {
-            let number = |part| entry[name][part].as_f64().filter(|v| v.is_finite() && *v >= 0.0);
-            Some(Cost { fixed: number("fixed")?, per_pixel: number("per_pixel")? })
-        };
-        Some(Kept {
-            calibration: Calibration::new(
-                Quality::ALL
-                    .into_iter()
-                    .filter_map(|quality| Some((quality, cost(quality.name())?))),
-            ),
-            date: entry["date"].as_str()?.to_string(),
-        })
+    fn within(folder: &Path, info: &AdapterInfo) -> Option<Self> {
+        let file = PipelineFile::of(info)?;
+        Some(Self { path: folder.join(file.name()), file })
     }
 
-    /// Keeps a measurement under `key`, in place of an older one and beside the others.
-    pub(super) fn keep(&self, key: &str, kept: &Kept) -> Result<(), String> {
-        let mut entries = self.entries();
-        entries.insert(key.to_string(), entry(kept));
-        write(&self.0, format!("{:#}\n", Value::Object(entries)).as_bytes())
+    /// What an earlier run left; empty if there is nothing, or too much.
+    fn read(&self) -> Vec<u8> {
+        let short = |metadata: &fs::Metadata| metadata.is_file() && metadata.len() <= MAX_BYTES;
+        let found = fs::metadata(&self.path).ok().filter(short);
+        found.and_then(|_| fs::read(&self.path).ok()).unwrap_or_default()
     }
 
-    fn entries(&self) -> Map<String, Value> {
-        let bytes = fs::read(&self.0).unwrap_or_default();
-        serde_json::from_slice(&bytes).unwrap_or_default()
+    /// A cache that starts with what the file holds.
+    fn cache(&self, Gpu { device, .. }: &Gpu) -> Option<PipelineCache> {
+        self.file.load(device, &self.read())
+    }
+
+    /// Replaces the file if it holds something else.
+    fn write(&self, bytes: &[u8]) -> Result<(), String> {
+        if self.read() == bytes { Ok(()) } else { write(&self.path, bytes) }
     }
 }
 
-fn entry(kept: &Kept) -> Value {
-    let mut entry = json!({"date": kept.date});
-    for (quality, cost) in kept.calibration.costs() {
-        entry[quality.name()] = json!({"fixed": cost.fixed, "per_pixel": cost.per_pixel});
+/// A cache for the adapter's kernels, with what earlier runs left; `None` where it can have none.
+pub(crate) fn pipelines(gpu: &Gpu) -> Option<PipelineCache> {
+    Pipelines::of_user(&gpu.info)?.cache(gpu)
+}
+
+/// Keeps what the options' cache holds for the next run. If that fails, the next run compiles again,
+/// which nobody needs to know.
+pub(crate) fn keep_pipelines(gpu: &Gpu, options: &Options) {
+    let bytes = |store: &Pipelines| store.file.save(options.pipeline_cache.as_ref()?);
+    if let Some(store) = Pipelines::of_user(&gpu.info)
+        && let Some(bytes) = bytes(&store)
+    {
+        let _ = store.write(&bytes);
     }
-    entry
 }
 
 #[cfg(test)]
 mod tests {
+    use std::thread;
+    use std::time::{Duration, SystemTime};
+
     use super::*;
+    use wgdenoise::wgpu::{Backend, DeviceType};
+    use wgdenoise::{Denoiser, Quality, Weights};
 
-    fn kept(seconds: f64) -> Kept {
-        let cost = |factor| Cost { fixed: factor * 1e-3, per_pixel: factor * seconds };
-        let calibration =
-            Calibration::new(Quality::ALL.into_iter().zip([0.1, 1.0 / 3.0, 1.0].map(cost)));
-        Kept { calibration, date: "2026-11-22".into() }
-    }
+    const BYTES: &[u8] = b"\0compiled\n\xff";
 
-    fn cache(folder: &tempfile::TempDir) -> Cache {
-        Cache(folder.path().join("not/yet/there.json"))
-    }
-
-    #[test]
-    fn what_is_kept_is_found_again_to_the_last_bit() {
-        let folder = tempfile::tempdir().unwrap();
-        let cache = cache(&folder);
-        assert_eq!(cache.find("a"), None);
-        cache.keep("a", &kept(1e-7)).unwrap();
-        cache.keep("b \"; ü", &kept(2e-7)).unwrap();
-        cache.keep("a", &kept(3e-7)).unwrap();
-        assert_eq!(cache.find("a"), Some(kept(3e-7)));
-        assert_eq!(cache.find("b \"; ü"), Some(kept(2e-7)));
-        assert_eq!(cache.find("c"), None);
+    fn store(folder: &Path) -> Pipelines {
+        let info = AdapterInfo::new(DeviceType::DiscreteGpu, Backend::Vulkan);
+        Pipelines::within(folder, &info).expect("Vulkan has one")
     }
 
     #[test]
-    fn a_damaged_file_is_as_good_as_none_and_is_replaced() {
+    fn what_was_written_is_read_and_its_folder_is_created() {
         let folder = tempfile::tempdir().unwrap();
-        let cache = cache(&folder);
-        cache.keep("a", &kept(1e-7)).unwrap();
-        let whole = fs::read_to_string(&cache.0).unwrap();
-        let negative = whole.replace("0.0001", "-0.0001");
-        assert_ne!(negative, whole);
-        for text in ["", "{", "[1]", "\0\u{1}", "{\"a\": 7}", &whole[..whole.len() / 2], &negative]
-        {
-            fs::write(&cache.0, text).unwrap();
-            assert_eq!(cache.find("a"), None, "{text}");
-            cache.keep("a", &kept(1e-7)).unwrap();
-            assert_eq!(cache.find("a"), Some(kept(1e-7)), "{text}");
-        }
+        let store = store(&folder.path().join("not/yet"));
+        assert_eq!(store.read(), b"");
+        store.write(BYTES).unwrap();
+        assert_eq!(store.read(), BYTES);
     }
 
     #[test]
-    fn a_folder_that_cannot_be_made_is_said() {
+    fn a_file_that_has_grown_too_long_is_replaced() {
         let folder = tempfile::tempdir().unwrap();
-        fs::write(folder.path().join("not"), "a file").unwrap();
-        let error = cache(&folder).keep("a", &kept(1e-7)).unwrap_err();
-        assert!(error.contains("not"), "{error}");
+        let store = store(folder.path());
+        store.write(&vec![7; MAX_BYTES as usize + 1]).unwrap();
+        assert_eq!(store.read(), b"");
+        store.write(BYTES).unwrap();
+        assert_eq!(store.read(), BYTES);
+    }
+
+    #[test]
+    fn only_what_has_changed_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = store(folder.path());
+        let changed = || fs::metadata(&store.path).unwrap().modified().unwrap();
+        store.write(BYTES).unwrap();
+        let long_ago = SystemTime::UNIX_EPOCH + Duration::from_secs(1);
+        let file = fs::File::options().write(true).open(&store.path).unwrap();
+        file.set_modified(long_ago).unwrap();
+        store.write(BYTES).unwrap();
+        assert_eq!(changed(), long_ago);
+        store.write(b"more").unwrap();
+        assert_ne!(changed(), long_ago);
+    }
+
+    #[test]
+    fn a_reader_sees_what_one_of_many_writers_wrote() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = store(folder.path());
+        let data = |i: u8| vec![i; 1000 + usize::from(i)];
+        store.write(&data(0)).unwrap();
+        thread::scope(|scope| {
+            for i in 0..4 {
+                let store = &store;
+                scope.spawn(move || (0..20).for_each(|_| store.write(&data(i)).unwrap()));
+            }
+            for _ in 0..100 {
+                let seen = store.read();
+                assert_eq!(seen, data(seen[0]));
+            }
+        });
+        assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn a_blocked_folder_and_a_blocked_file_are_errors() {
+        let folder = tempfile::tempdir().unwrap();
+        let blocked_file = store(folder.path());
+        fs::create_dir_all(&blocked_file.path).unwrap();
+        assert_eq!(blocked_file.read(), b"");
+        blocked_file.write(BYTES).unwrap_err();
+        fs::write(folder.path().join("file"), "").unwrap();
+        let blocked = store(&folder.path().join("file"));
+        assert_eq!(blocked.read(), b"");
+        blocked.write(BYTES).unwrap_err();
+    }
+
+    #[test]
+    fn the_adapter_accepts_what_it_compiled() {
+        let folder = tempfile::tempdir().unwrap();
+        let gpu = Gpu::open(None).expect("the tests need an adapter");
+        let Some(store) = Pipelines::within(folder.path(), &gpu.info) else {
+            assert_ne!(gpu.info.backend, Backend::Vulkan, "only other backends have none");
+            return;
+        };
+        let compile = || {
+            let cache = store.cache(&gpu).expect("Vulkan has one");
+            let options = Options::default().pipeline_cache(cache.clone());
+            let weights = Weights::builtin(Quality::Fast).unwrap();
+            Denoiser::new(&gpu.device, &gpu.queue, &weights, &options).unwrap();
+            store.file.save(&cache).expect("the device works")
+        };
+        let first = compile();
+        store.write(&first).unwrap();
+        assert_eq!(store.read(), first);
+        assert!(compile().len() >= first.len());
     }
 }

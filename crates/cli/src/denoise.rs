@@ -1,91 +1,88 @@
-//! `wgdenoise IN... OUT`.
+//! `wgdenoise IN... OUT`: reads, denoises and writes, image by image.
 
-use std::cell::RefCell;
-use std::collections::HashSet;
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
-use super::args::DenoiseArgs;
-use super::engine::{Engine, Networks};
-use super::failure::Failure;
-use super::jobs::{self, Job};
-use super::{fit, pipelines, say};
-use wgdenoise::{Frame, Gpu, Options, Weights};
-use wgdenoise_files::Picture;
+use crate::console::{Console, Verbosity};
+use crate::failure::{Failure, shown};
+use crate::fit;
+use crate::plan::{self, Job};
+use crate::request::Denoise;
+use crate::session::{Networks, Session};
+use wgdenoise::Frame;
+use wgdenoise_files::{Format, Picture, Selection, escaped, exposed};
 
-/// Reads, denoises and writes, picture by picture.
-pub(super) fn run(args: &DenoiseArgs) -> Result<(), Failure> {
-    args.engine.check()?;
-    args.prefilter.check(&args.engine)?;
-    let jobs = jobs::plan(args)?;
-    let mut work = Work::new(args, jobs.len())?;
-    for job in &jobs {
-        work.picture(job)?;
-    }
-    work.finish()
+/// Carries out a request.
+pub(crate) fn run(request: &Denoise) -> Result<(), Failure> {
+    let console = Console::new(request.verbosity);
+    let jobs = plan::jobs(request)?;
+    let session = Session::new(&request.device, &request.weights, &console)?;
+    let mut batch = Batch {
+        request,
+        console: &console,
+        session,
+        images: jobs.len(),
+        failed: 0,
+        watch: Stopwatch::start(),
+    };
+    console.begin(jobs.len());
+    let outcome = jobs.iter().enumerate().try_for_each(|(i, job)| batch.image(i, job));
+    console.end();
+    outcome?;
+    batch.finish(&jobs)
 }
 
-/// What serves all pictures, and what is said of them.
-struct Work<'a> {
-    args: &'a DenoiseArgs,
-    /// Of the file that the user named. All pictures need it, so it is read before them.
-    named: Option<Weights>,
-    device: Option<(Gpu, Options)>,
-    engine: Option<Engine>,
-    pictures: usize,
+/// The images of one run.
+struct Batch<'a> {
+    request: &'a Denoise,
+    console: &'a Console,
+    session: Session<'a>,
+    images: usize,
     failed: usize,
     watch: Stopwatch,
-    said: RefCell<HashSet<String>>,
 }
 
-impl<'a> Work<'a> {
-    fn new(args: &'a DenoiseArgs, pictures: usize) -> Result<Self, Failure> {
-        let named = args.engine.named_weights()?;
-        let watch = Stopwatch { last: Instant::now(), laps: Vec::new() };
-        let (device, engine, said) = (None, None, RefCell::default());
-        Ok(Self { args, named, device, engine, pictures, failed: 0, watch, said })
-    }
-
-    /// Of several pictures, one that fails is told of and the others go on.
+impl Batch<'_> {
+    /// Denoises one image. One of several that fails is reported, and the batch continues.
     ///
     /// # Errors
-    /// If the only picture fails, there is no adapter for the flags, or the device failed.
-    fn picture(&mut self, job: &Job) -> Result<(), Failure> {
+    /// If the only image fails, there is no adapter, or the device failed.
+    fn image(&mut self, index: usize, job: &Job) -> Result<(), Failure> {
+        self.console.item(index, &name(job));
         let outcome = match self.read(job) {
             Ok((picture, networks)) => {
-                self.open()?;
+                self.session.open()?;
                 self.denoise_and_write(job, &picture, networks)
             }
             Err(failure) => Err(failure),
         };
         match outcome {
-            Err(Failure::Work(what)) if self.pictures > 1 => {
+            Err(Failure::Work(what)) if self.images > 1 => {
                 self.failed += 1;
-                say(&format!("error: {}", self.with_name(job, what)));
+                self.console.error(&Failure::Work(self.with_name(job, what)));
                 Ok(())
             }
             outcome => outcome,
         }
     }
 
-    /// The picture, and the weights that it needs unless the engine has them. They come before the
-    /// adapter, which takes longer.
+    /// The image, and the weights that it needs unless the session has them.
     fn read(&mut self, job: &Job) -> Result<(Picture, Option<Networks>), Failure> {
         let picture = Picture::open(&job.input, &job.layers)?;
-        self.notices(job, picture.notices());
-        let source = self.args.source(&picture)?;
-        let fits = self.engine.as_ref().is_some_and(|engine| engine.source == source);
-        let load = || Networks::load(self.args, source, self.named.as_ref());
-        let networks = (!fits).then(load).transpose()?;
+        if let Some(selection) = picture.selection() {
+            self.tell_selection(job, selection);
+        }
+        self.tell(job, picture.notices());
+        let inputs = self.frame(&picture).inputs();
+        let networks = self.session.networks(inputs, !picture.is_display_referred())?;
         self.watch.lap("read");
         Ok((picture, networks))
     }
 
-    /// The adapter of the flags, once for all pictures.
-    fn open(&mut self) -> Result<(), Failure> {
-        if self.device.is_none() {
-            self.device = Some(self.args.engine.open()?);
-        }
-        Ok(())
+    fn frame<'p>(&self, picture: &'p Picture) -> Frame<'p> {
+        Frame::new(picture.color())
+            .albedo(picture.albedo())
+            .normal(picture.normal())
+            .input_scale(self.request.input_scale)
     }
 
     fn denoise_and_write(
@@ -94,107 +91,116 @@ impl<'a> Work<'a> {
         picture: &Picture,
         networks: Option<Networks>,
     ) -> Result<(), Failure> {
-        let frame = self.args.frame(picture);
+        let frame = self.frame(picture);
         if let Some(networks) = networks {
-            self.prepare(job, &frame, networks)?;
+            let notices = self.session.prepare(networks, &frame)?;
+            self.tell(job, &notices);
+            self.watch.lap("prepared");
         }
-        let engine = self.engine.as_ref().expect("the engine fits or has just been made");
-        fit::check(engine, job, picture)?;
-        let unusable = fit::unusable_pixels(engine, frame.color);
-        self.args.notices(&unusable.iter().map(|n| self.about(job, n)).collect::<Vec<_>>());
-        self.notices(job, &fit::notices(engine, picture));
-        let result = engine.denoise(self.args, &frame)?;
+        let (metadata, named) = (self.session.metadata(), self.session.weights_are_named());
+        fit::check(metadata, job, picture)?;
+        for notice in fit::unusable_pixels(metadata, picture.color()) {
+            self.console.notice(&format!("{}{notice}", self.about(job)));
+        }
+        self.tell(job, &fit::notices(metadata, named, picture));
+        let mut result = self.session.denoise(&frame, self.request.verify)?;
         self.watch.lap("denoised");
-        let notices = picture.save(&job.output, &result, self.args.force)?;
-        self.notices(job, &notices);
+        if Format::of_extension(&job.output).is_ok_and(Format::is_display_referred) {
+            result = exposed(result, self.request.exposure.unwrap_or(0.0));
+        }
+        let notices = picture.save(&job.output, &result, job.replace)?;
+        self.tell(job, &notices);
         self.watch.lap("written");
-        let laps = self.watch.told();
-        self.args.details(|| self.about(job, &laps));
+        let laps = self.watch.laps();
+        self.console.detail(|| self.about(job) + &laps);
         Ok(())
     }
 
-    /// Makes the engine of these networks, in place of the one before.
-    fn prepare(&mut self, job: &Job, frame: &Frame<'_>, networks: Networks) -> Result<(), Failure> {
-        // Its memory may be needed.
-        self.engine = None;
-        let (gpu, options) = self.device.as_ref().expect("it is open");
-        let engine = Engine::new(self.args, gpu, options, networks, frame)?;
-        self.args.details(|| engine.adapter_and_kernels(gpu));
-        self.notices(job, &engine.notices());
-        self.engine = Some(engine);
-        self.watch.lap("prepared");
-        Ok(())
+    /// One line on the layers that are used; all of it with `--verbose`.
+    fn tell_selection(&self, job: &Job, selection: &Selection) {
+        let text = match self.console.verbosity {
+            Verbosity::Verbose => selection.explanation.clone(),
+            _ => selection.summary(LINE_WIDTH),
+        };
+        let others: Vec<_> = other_colors(selection).into_iter().collect();
+        self.tell(job, &[text]);
+        self.tell(job, &others);
     }
 
-    /// Says what has not been said yet, of several pictures with the name.
-    fn notices(&self, job: &Job, notices: &[String]) {
+    /// Tells what a user should know, each sentence once per run.
+    fn tell(&self, job: &Job, notices: &[String]) {
+        let about = self.about(job);
         for notice in notices {
-            if self.said.borrow_mut().insert(notice.clone()) {
-                self.args.notices(&[self.about(job, notice)]);
-            }
+            self.console.notice_once(&about, notice);
         }
     }
 
-    fn about(&self, job: &Job, text: &str) -> String {
-        match self.pictures {
-            1 => text.into(),
-            _ => format!("{}: {text}", job.input.display()),
-        }
+    /// The start of a message on one of several images.
+    fn about(&self, job: &Job) -> String {
+        if self.images == 1 { String::new() } else { format!("{}: ", shown(&job.input)) }
     }
 
-    /// What went wrong, with the picture's name if it does not begin with it.
+    /// A message with the image's name, unless it starts with it.
     fn with_name(&self, job: &Job, what: String) -> String {
-        let begin = format!("{}: ", job.input.display());
-        if what.starts_with(&begin) { what } else { self.about(job, &what) }
+        let about = self.about(job);
+        if what.starts_with(&about) { what } else { about + &what }
     }
 
-    /// Keeps what the driver compiled and sums up.
-    fn finish(self) -> Result<(), Failure> {
-        if let Some((gpu, options)) = &self.device {
-            pipelines::keep(gpu, options);
+    /// Closes the session and sums up.
+    fn finish(self, jobs: &[Job]) -> Result<(), Failure> {
+        self.session.close();
+        let time = seconds(self.watch.total());
+        let (all, failed) = (self.images, self.failed);
+        match jobs {
+            [job] => self.console.notice(&format!("wrote {} in {time}", shown(&job.output))),
+            _ => self.console.notice(&format!("wrote {} images in {time}", all - failed)),
         }
-        match (self.pictures, self.failed) {
-            (1, _) => {}
-            (all, 0) => self.args.notices(&[format!("all {all} pictures denoised")]),
-            (all, failed) => {
-                return Err(Failure::Work(format!("{failed} of {all} pictures failed")));
-            }
+        match failed {
+            0 => Ok(()),
+            _ => Err(Failure::Work(format!("{failed} of {all} images failed"))),
         }
-        Ok(())
     }
 }
 
-impl DenoiseArgs {
-    pub(super) fn frame<'a>(&self, picture: &'a Picture) -> Frame<'a> {
-        Frame::new(picture.color())
-            .albedo(picture.albedo())
-            .normal(picture.normal())
-            .input_scale(self.input_scale)
-    }
+/// A line of a terminal with 80 columns, without the program's name.
+const LINE_WIDTH: usize = 80 - "wgdenoise: ".len();
 
-    /// What a user should know, one line each.
-    pub(super) fn notices(&self, notices: &[String]) {
-        if !self.quiet {
-            for notice in notices {
-                say(notice);
-            }
-        }
+/// Tells that only one of several beauty layers is denoised.
+pub(crate) fn other_colors(selection: &Selection) -> Option<String> {
+    let named = |name: &String| format!("`{}`", escaped(name));
+    let listed = selection.other_colors.iter().map(named).collect::<Vec<_>>().join(", ");
+    match selection.other_colors.len() {
+        0 => None,
+        1 => Some(format!("{listed} stays as it is; name it with --color to denoise it")),
+        _ => Some(format!("{listed} stay as they are; name one with --color to denoise it")),
     }
+}
 
-    /// What only `--verbose` tells.
-    pub(super) fn details(&self, text: impl FnOnce() -> String) {
-        if self.verbose {
-            say(&text());
-        }
+/// The file name of an input.
+fn name(job: &Job) -> String {
+    escaped(&job.input.file_name().unwrap_or_default().to_string_lossy())
+}
+
+/// `3.2 s`, or `4min 12s` for long runs.
+fn seconds(time: Duration) -> String {
+    if time < Duration::from_mins(1) {
+        return format!("{:.1} s", time.as_secs_f64());
     }
+    humantime::format_duration(Duration::from_secs(time.as_secs())).to_string()
 }
 
 struct Stopwatch {
+    start: Instant,
     last: Instant,
     laps: Vec<String>,
 }
 
 impl Stopwatch {
+    fn start() -> Self {
+        let now = Instant::now();
+        Self { start: now, last: now, laps: Vec::new() }
+    }
+
     /// Notes the time since the last call.
     fn lap(&mut self, what: &str) {
         let now = Instant::now();
@@ -202,8 +208,24 @@ impl Stopwatch {
         self.laps.push(format!("{what} in {lap:.1?}"));
     }
 
-    /// All notes, which begin anew.
-    fn told(&mut self) -> String {
+    /// All notes so far, which start over.
+    fn laps(&mut self) -> String {
         std::mem::take(&mut self.laps).join(", ")
+    }
+
+    fn total(&self) -> Duration {
+        self.start.elapsed()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_read_as_people_write_them() {
+        let text = |ms| seconds(Duration::from_millis(ms));
+        assert_eq!((text(40).as_str(), text(3249).as_str()), ("0.0 s", "3.2 s"));
+        assert_eq!((text(252_400).as_str(), text(3_600_000).as_str()), ("4m 12s", "1h"));
     }
 }

@@ -1,17 +1,18 @@
 //! Why the program stops, and with which exit code.
 
+use std::path::Path;
 use std::process::ExitCode;
 
 use wgdenoise::Error;
-use wgdenoise_files::FileError;
+use wgdenoise_files::{FileError, Problem, escaped};
 
-/// A failed run; the text is one sentence.
+/// A failed run. The message is one sentence.
 #[derive(Debug, thiserror::Error)]
-pub(super) enum Failure {
+pub(crate) enum Failure {
     /// An input could not be read or the output not be made.
     #[error("{0}")]
     Work(String),
-    /// The command line was wrong in a way that its grammar does not tell.
+    /// The command line was wrong in a way that its grammar cannot express.
     #[error("{0}")]
     Usage(String),
     /// No adapter can do the work.
@@ -23,7 +24,26 @@ pub(super) enum Failure {
 }
 
 impl Failure {
-    pub(super) fn exit_code(&self) -> ExitCode {
+    /// A problem with a file.
+    pub(crate) fn of(path: &Path, problem: impl std::fmt::Display) -> Self {
+        Self::Work(format!("{}: {problem}", shown(path)))
+    }
+
+    /// A file that cannot be used as the command line asks, with the flags that help. Layers are
+    /// named by `layer_flag`.
+    pub(crate) fn of_file(error: &FileError, layer_flag: &str) -> Self {
+        let advice = match error.problem {
+            Problem::Exists => "; give --force to replace it".into(),
+            Problem::NoFolder(_) => "; give --parents to create it".into(),
+            Problem::TooManyPixels { .. } => "; give --max-pixels to accept more".into(),
+            Problem::LargeBlocks { .. } => ", or give a higher --max-pixels".into(),
+            Problem::AmbiguousColor(_) => format!("; name one with {layer_flag}"),
+            _ => String::new(),
+        };
+        Self::Work(format!("{error}{advice}"))
+    }
+
+    pub(crate) fn exit_code(&self) -> ExitCode {
         ExitCode::from(match self {
             Self::Work(_) => 1,
             Self::Usage(_) => 2,
@@ -33,9 +53,14 @@ impl Failure {
     }
 }
 
+/// A path in a message.
+pub(crate) fn shown(path: &Path) -> String {
+    escaped(&path.to_string_lossy())
+}
+
 impl From<FileError> for Failure {
     fn from(error: FileError) -> Self {
-        Self::Work(error.to_string())
+        Self::of_file(&error, "--color")
     }
 }
 

@@ -1,4 +1,4 @@
-//! Frame numbers and the file names that stand for them; nothing here touches a file.
+//! Frame numbers, and file names with a place for one. Nothing here touches a file.
 
 /// Most frames that `--frames` may name.
 pub(crate) const MAX_FRAMES: u64 = 1_000_000;
@@ -6,7 +6,7 @@ pub(crate) const MAX_FRAMES: u64 = 1_000_000;
 /// Most digits of `%0Nd`; no frame number has more than 10.
 const MAX_DIGITS: usize = 32;
 
-/// Frame numbers in rising order, each once.
+/// Frame numbers in ascending order, each once.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Frames(pub(crate) Vec<u32>);
 
@@ -26,7 +26,7 @@ pub(crate) fn parse(text: &str) -> Result<Frames, String> {
     Ok(Frames(frames))
 }
 
-/// From the first frame to the last at most, by steps.
+/// From the first frame up to the last, by steps.
 struct Range {
     first: u32,
     last: u32,
@@ -41,9 +41,9 @@ impl Range {
         let number = |digits| number(digits).map_err(|why| format!("`{text}` {why}"));
         let range = Self { first: number(first)?, last: number(last)?, step: number(step)? };
         match range {
-            Self { step: 0, .. } => Err(format!("`{text}` has the step 0; give 1 or more")),
+            Self { step: 0, .. } => Err(format!("`{text}` has a step of 0; give 1 or more")),
             Self { first, last, .. } if first > last => {
-                Err(format!("`{text}` runs backwards; frames are denoised in rising order"))
+                Err(format!("`{text}` runs backwards; frames are denoised in ascending order"))
             }
             range => Ok(range),
         }
@@ -60,7 +60,7 @@ impl Range {
 
 fn number(digits: &str) -> Result<u32, &'static str> {
     if digits.is_empty() || !digits.bytes().all(|b| b.is_ascii_digit()) {
-        return Err("is no frame, range or range with a step, such as 60, 1-48 or 70-100x5");
+        return Err("is not a frame, a range or a range with a step, such as 60, 1-48 or 70-100x5");
     }
     digits.parse().map_err(|_| "has a number above 4294967295")
 }
@@ -68,7 +68,7 @@ fn number(digits: &str) -> Result<u32, &'static str> {
 /// Most runs of frames in one message.
 const MOST_SHOWN: usize = 20;
 
-/// Rising frame numbers as `--frames` takes them, for a message: `1-3,7,9-10`.
+/// Ascending frame numbers as `--frames` takes them, for a message: `1-3,7,9-10`.
 pub(crate) fn shown(frames: &[u32]) -> String {
     let run = |run: &[u32]| match run {
         [only] => only.to_string(),
@@ -82,11 +82,11 @@ pub(crate) fn shown(frames: &[u32]) -> String {
     }
 }
 
-/// A file name in which the frame number is left open: `beauty.####.exr` or `beauty.%04d.exr`.
+/// A file name with a place for the frame number: `beauty.####.exr` or `beauty.%04d.exr`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Pattern {
     prefix: String,
-    /// Digits that shorter numbers are filled up to with zeros.
+    /// Shorter numbers are padded with zeros to this many digits.
     digits: usize,
     suffix: String,
 }
@@ -99,7 +99,7 @@ impl Pattern {
     pub(crate) fn parse(name: &str) -> Result<Option<Self>, String> {
         let Some((prefix, digits, suffix)) = split(name) else { return Ok(None) };
         if split(suffix).is_some() {
-            return Err("has two places for a frame number, and one is accepted".into());
+            return Err("has two places for a frame number; only one is accepted".into());
         }
         if digits > MAX_DIGITS {
             return Err(format!(
@@ -109,12 +109,12 @@ impl Pattern {
         Ok(Some(Self { prefix: prefix.into(), digits, suffix: suffix.into() }))
     }
 
-    /// The name of a frame's file; numbers of more digits than the pattern's are not cut.
+    /// The name of a frame's file; longer numbers are not cut.
     pub(crate) fn name(&self, frame: u32) -> String {
         format!("{}{frame:0width$}{}", self.prefix, self.suffix, width = self.digits)
     }
 
-    /// The frame that [`name`](Self::name) gives this name.
+    /// The frame for which [`name`](Self::name) returns this name.
     pub(crate) fn frame(&self, name: &str) -> Option<u32> {
         let digits = name.strip_prefix(&self.prefix)?.strip_suffix(&self.suffix)?;
         let frame = digits.parse().ok()?;
@@ -122,7 +122,7 @@ impl Pattern {
     }
 }
 
-/// What stands before the first place for a frame number, its digits, and what stands behind it.
+/// The text before the first place for a frame number, its digits, and the text after it.
 fn split(name: &str) -> Option<(&str, usize, &str)> {
     let hash = name.find('#').map(|at| {
         let suffix = name[at..].trim_start_matches('#');
@@ -132,7 +132,7 @@ fn split(name: &str) -> Option<(&str, usize, &str)> {
     [hash, printf].into_iter().flatten().min_by_key(|(prefix, ..)| prefix.len())
 }
 
-/// `%d` or `%0Nd` at a place of the name.
+/// `%d` or `%0Nd` at a position of the name.
 fn split_printf(name: &str, at: usize) -> Option<(&str, usize, &str)> {
     let (width, suffix) = name[at + 1..].split_once('d')?;
     let digits = match width.strip_prefix('0') {

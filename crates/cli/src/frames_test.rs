@@ -11,7 +11,7 @@ fn pattern(name: &str) -> Pattern {
 }
 
 #[test]
-fn frames_ranges_and_steps_come_out_in_rising_order_and_once() {
+fn frames_ranges_and_steps_come_out_in_ascending_order_and_once() {
     assert_eq!(frames("60,1-4, 70-81x5"), [1, 2, 3, 4, 60, 70, 75, 80]);
     assert_eq!(frames("3-5,4,4294967295"), [3, 4, 5, u32::MAX]);
     assert_eq!(frames("0010"), [10]);
@@ -20,18 +20,18 @@ fn frames_ranges_and_steps_come_out_in_rising_order_and_once() {
 }
 
 #[test]
-fn what_names_no_frames_is_refused_and_said() {
+fn what_names_no_frames_is_refused_with_the_reason() {
     for (text, words) in [
-        ("", "`` is no frame"),
-        ("1,,2", "`` is no frame"),
-        ("1-", "`1-` is no frame"),
-        ("-5", "`-5` is no frame"),
-        ("1-2-3", "`1-2-3` is no frame"),
-        ("1x2x3", "`1x2x3` is no frame"),
-        ("1-9x", "`1-9x` is no frame"),
-        ("a", "`a` is no frame"),
-        ("+1", "`+1` is no frame"),
-        ("1-9x0", "the step 0"),
+        ("", "`` is not a frame"),
+        ("1,,2", "`` is not a frame"),
+        ("1-", "`1-` is not a frame"),
+        ("-5", "`-5` is not a frame"),
+        ("1-2-3", "`1-2-3` is not a frame"),
+        ("1x2x3", "`1x2x3` is not a frame"),
+        ("1-9x", "`1-9x` is not a frame"),
+        ("a", "`a` is not a frame"),
+        ("+1", "`+1` is not a frame"),
+        ("1-9x0", "a step of 0"),
         ("9-1", "runs backwards"),
         ("4294967296", "above 4294967295"),
         ("0-1000000", "names 1000001 frames"),
@@ -50,7 +50,7 @@ fn missing_frames_are_shown_as_ranges() {
 }
 
 #[test]
-fn both_ways_of_leaving_a_frame_number_open_mean_the_same() {
+fn both_notations_for_a_frame_number_mean_the_same() {
     for name in ["beauty.####.exr", "beauty.%04d.exr"] {
         let pattern = pattern(name);
         assert_eq!(pattern.name(7), "beauty.0007.exr");

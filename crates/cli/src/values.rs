@@ -1,35 +1,37 @@
-//! Values of flags.
+//! Parsers of flag values.
 
 use std::time::Duration;
 
+use bytesize::ByteSize;
 use clap::ValueEnum;
 use clap::builder::{RangedI64ValueParser, RangedU64ValueParser};
 
-use wgdenoise::{KernelSet, MatrixShape, Precision, Quality};
+use crate::request::Kernels;
+use wgdenoise::{KernelSet, Precision, Quality};
 
 /// [`Quality`] on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub(super) enum QualityArg {
-    /// The least work
+pub(crate) enum QualityArg {
+    /// Least work
     Fast,
-    /// Between the two
+    /// In between
     Balanced,
-    /// The best picture
+    /// Best result
     High,
 }
 
 /// [`Precision`] on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum PrecisionArg {
+pub(crate) enum PrecisionArg {
     /// 32-bit float
     F32,
     /// 16-bit float: half the memory
     F16,
 }
 
-/// [`KernelSet`] on the command line.
+/// [`Kernels`] on the command line.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub(super) enum KernelsArg {
+pub(crate) enum KernelsArg {
     /// The fastest for the adapter
     Auto,
     /// The readable definition
@@ -61,41 +63,103 @@ impl From<PrecisionArg> for Precision {
     }
 }
 
-impl KernelsArg {
-    /// The set, where `matrix` is what the adapter can do; `None` if it cannot.
-    pub(super) fn set(self, matrix: Option<MatrixShape>) -> Option<KernelSet> {
-        match self {
-            Self::Auto => Some(KernelSet::Auto),
-            Self::Plain => Some(KernelSet::Plain),
-            Self::Tiled => Some(KernelSet::Tiled),
-            Self::Simd => Some(KernelSet::Simd),
-            Self::Matrix => matrix.map(KernelSet::Matrix),
+impl From<KernelsArg> for Kernels {
+    fn from(kernels: KernelsArg) -> Self {
+        match kernels {
+            KernelsArg::Auto => Self::Set(KernelSet::Auto),
+            KernelsArg::Plain => Self::Set(KernelSet::Plain),
+            KernelsArg::Tiled => Self::Set(KernelSet::Tiled),
+            KernelsArg::Simd => Self::Set(KernelSet::Simd),
+            KernelsArg::Matrix => Self::Matrix,
         }
     }
 }
 
-/// A side of an image.
-pub(super) fn side() -> RangedI64ValueParser<u32> {
+/// A side of an image in pixels.
+pub(crate) fn side() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=65536)
 }
 
 /// A number of pixels.
-pub(super) fn pixels() -> RangedU64ValueParser<u64> {
+pub(crate) fn pixels() -> RangedU64ValueParser<u64> {
     clap::value_parser!(u64).range(1..=1 << 40)
 }
 
+/// A number of runs.
+pub(crate) fn runs() -> RangedI64ValueParser<u32> {
+    clap::value_parser!(u32).range(1..=10_000)
+}
+
 /// A finite number above 0.
-pub(super) fn positive(text: &str) -> Result<f32, String> {
+pub(crate) fn positive(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && f32::is_finite(value) => Ok(value),
         _ => Err("expected a number above 0".into()),
     }
 }
 
-/// A time above 0.
-pub(super) fn seconds(text: &str) -> Result<Duration, String> {
-    match Duration::try_from_secs_f32(positive(text)?) {
-        Ok(Duration::ZERO) => Err("expected at least a nanosecond".into()),
-        time => time.map_err(|error| error.to_string()),
+/// Stops of exposure: beyond ±64, everything is black or white.
+pub(crate) fn stops(text: &str) -> Result<f32, String> {
+    match text.parse() {
+        Ok(value) if (-64.0..=64.0).contains(&value) => Ok(value),
+        _ => Err("expected stops from -64 to 64, such as 1.5 or -2".into()),
+    }
+}
+
+/// A time above 0 with a unit.
+pub(crate) fn time(text: &str) -> Result<Duration, String> {
+    if text.parse::<f64>().is_ok() {
+        return Err(format!("a time needs a unit: write {text}s or {text}ms"));
+    }
+    match humantime::parse_duration(text) {
+        Ok(Duration::ZERO) => Err("expected a time above 0".into()),
+        Ok(time) => Ok(time),
+        Err(_) => Err("expected a time with a unit, such as 60s or 40ms".into()),
+    }
+}
+
+/// An amount of memory with a unit, in bytes.
+pub(crate) fn memory(text: &str) -> Result<u64, String> {
+    if text.parse::<f64>().is_ok() {
+        return Err(format!("memory needs a unit: write {text}MiB or {text}GiB"));
+    }
+    match text.parse().map(|ByteSize(bytes)| bytes) {
+        Ok(bytes) if (1 << 20..=1 << 44).contains(&bytes) => Ok(bytes),
+        Ok(_) => Err("expected 1MiB to 16TiB".into()),
+        Err(_) => Err("expected memory with a unit, such as 512MiB or 2GiB".into()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn units_are_required_and_the_right_form_is_shown() {
+        assert_eq!(time("60s"), Ok(Duration::from_mins(1)));
+        assert_eq!(time("4.7ms"), Ok(Duration::from_micros(4700)));
+        assert_eq!(time("1m 30s"), Ok(Duration::from_secs(90)));
+        assert_eq!(memory("2GiB"), Ok(2 << 30));
+        assert_eq!(memory("512 MiB"), Ok(512 << 20));
+        assert_eq!(memory("3GB"), Ok(3_000_000_000));
+        for text in ["60", "0", "1e3", "-1", ".5", "nan"] {
+            let error = time(text).unwrap_err();
+            assert!(error.contains("unit") && error.contains("ms"), "{text}: {error}");
+            let error = memory(text).unwrap_err();
+            assert!(error.contains("unit") && error.contains("GiB"), "{text}: {error}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_amount_is_refused() {
+        for text in ["", "s", "soon", "0s", "0ms", "-1s", "5 parsecs", "99999999999999999999s"] {
+            assert!(time(text).is_err(), "{text}");
+        }
+        for text in ["", "GiB", "much", "0MiB", "1KiB", "17TiB", "99999999999999999999EiB", "-1GiB"]
+        {
+            assert!(memory(text).is_err(), "{text}");
+        }
+        assert!(["nan", "inf", "65", "bright"].iter().all(|text| stops(text).is_err()));
+        assert_eq!((stops("-1.5"), positive("0.5")), (Ok(-1.5), Ok(0.5)));
     }
 }

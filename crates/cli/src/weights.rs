@@ -1,37 +1,36 @@
-//! Which weights `--weights` and `--quality` mean.
+//! Weights files: which one an image needs, reading it, and converting those of Open Image Denoise.
 
 use std::fs::File;
-use std::io::{self, Read as _};
+use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
-use super::args::EngineArgs;
-use super::failure::Failure;
-use super::values::QualityArg;
-use wgdenoise::{Inputs, Weights};
-use wgdenoise::{MainImage, tza};
+use crate::console::Console;
+use crate::failure::{Failure, shown};
+use crate::request::{Convert, WeightsChoice};
+use wgdenoise::{Inputs, MainImage, Quality, Weights, tza};
+use wgdenoise_files::{Identity, Problem, replace};
 
 /// The longest weights file that is read.
 const MAX_WEIGHTS_BYTES: u64 = 1 << 30;
 
-/// What there is to denoise, by which weights are chosen from a folder.
+/// What is denoised; weights in a folder are chosen by it.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Given {
-    /// What is denoised.
-    pub(super) main: MainImage,
-    /// What else there is.
-    pub(super) inputs: Inputs,
-    /// Whether the colour is scene-referred, as in EXR files.
-    pub(super) hdr: bool,
+pub(crate) struct Subject {
+    pub(crate) main: MainImage,
+    /// The images next to the main one.
+    pub(crate) inputs: Inputs,
+    /// Whether the color is scene-referred, as in EXR files.
+    pub(crate) hdr: bool,
     /// Whether albedo and normal are free of noise.
-    pub(super) clean: bool,
+    pub(crate) clean: bool,
 }
 
-impl Given {
-    /// Scene-referred colour with noisy albedo and normal.
-    pub(super) const ALL: Self =
+impl Subject {
+    /// Scene-referred color with noisy albedo and normal.
+    pub(crate) const ALL: Self =
         Self { main: MainImage::Color, inputs: Inputs::ALL, hdr: true, clean: false };
 
-    /// Names of Open Image Denoise's weights that can do it, the best first, without their size.
+    /// Names of Open Image Denoise's weights that fit, the best first, without their size.
     fn stems(self) -> Vec<String> {
         let prefix = match self.main {
             MainImage::Albedo => return vec!["rt_alb".into()],
@@ -49,118 +48,112 @@ impl Given {
     }
 }
 
-/// A network's size in the names of files, the wanted one first.
-fn sizes(quality: Option<QualityArg>) -> &'static [&'static str] {
+/// A network's size in file names, the wanted one first.
+fn sizes(quality: Option<Quality>) -> &'static [&'static str] {
     match quality {
-        Some(QualityArg::Fast) => &["_small", ""],
-        None | Some(QualityArg::Balanced) => &[""],
-        Some(QualityArg::High) => &["_large", ""],
+        Some(Quality::Fast) => &["_small", ""],
+        None | Some(Quality::Balanced) => &[""],
+        Some(Quality::High) => &["_large", ""],
     }
 }
 
-/// Where weights come from.
+/// Where an image's weights come from.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Source {
+pub(crate) enum Source {
     /// The program itself.
-    BuiltIn(QualityArg),
-    /// A file that the user named.
+    BuiltIn(Quality),
+    /// The file that the user named.
     Named(PathBuf),
-    /// The file of a folder that fits what is given.
+    /// The file of a folder that fits the image.
     Chosen(PathBuf),
 }
 
 impl Source {
-    pub(super) fn load(&self) -> Result<Weights, Failure> {
+    pub(crate) fn load(&self) -> Result<Weights, Failure> {
         match self {
-            Self::BuiltIn(quality) => Ok(Weights::builtin((*quality).into())?),
+            Self::BuiltIn(quality) => Ok(Weights::builtin(*quality)?),
             Self::Named(file) | Self::Chosen(file) => load(file),
         }
     }
 
-    /// What the user should know of the choice.
-    pub(super) fn notice(&self) -> Option<String> {
+    /// What the user should know about the choice.
+    pub(crate) fn notice(&self) -> Option<String> {
         let Self::Chosen(file) = self else { return None };
-        Some(format!("weights: {}", file.display()))
+        Some(format!("weights: {}", shown(file)))
     }
 }
 
-impl EngineArgs {
-    /// Where the weights for what is given are.
-    pub(super) fn source(&self, given: Given) -> Result<Source, Failure> {
-        let Some(path) = &self.weights else {
-            return Ok(Source::BuiltIn(self.quality.unwrap_or(QualityArg::Balanced)));
-        };
-        if path.is_dir() {
-            return choose(path, given, self.quality).map(Source::Chosen);
-        }
-        Ok(Source::Named(path.clone()))
+impl WeightsChoice {
+    /// The source of the weights for a subject; `None` if a time budget chooses.
+    pub(crate) fn source(&self, subject: Subject) -> Result<Option<Source>, Failure> {
+        Ok(match self {
+            Self::BuiltIn(quality) => Some(Source::BuiltIn(*quality)),
+            Self::File(file) => Some(Source::Named(file.clone())),
+            Self::Folder { path, quality, prefilter } => {
+                let subject = Subject { clean: *prefilter, ..subject };
+                Some(Source::Chosen(choose(path, subject, *quality)?))
+            }
+            Self::Budget { .. } => None,
+        })
     }
 
-    /// Refuses `--quality` where it has nothing to choose from.
-    pub(super) fn check(&self) -> Result<(), Failure> {
-        match self.file() {
-            Some(file) if self.quality.is_some() => Err(Failure::Usage(format!(
-                "--quality chooses among the built-in weights or those of a folder, but --weights \
-                 names {}, which is no folder; leave one of them out",
-                file.display()
-            ))),
-            _ => Ok(()),
-        }
-    }
-
-    /// Those of the file that `--weights` names.
-    pub(super) fn named_weights(&self) -> Result<Option<Weights>, Failure> {
-        self.file().map(load).transpose()
-    }
-
-    /// What `--weights` names, unless it is a folder.
-    fn file(&self) -> Option<&Path> {
-        self.weights.as_deref().filter(|path| !path.is_dir())
+    /// The weights that denoise albedo and normals first, if they are wanted.
+    pub(crate) fn prefilter(&self) -> Result<Option<[Weights; 2]>, Failure> {
+        let Self::Folder { path, quality, prefilter: true } = self else { return Ok(None) };
+        let load = |main| load(&choose(path, Subject { main, ..Subject::ALL }, *quality)?);
+        Ok(Some([load(MainImage::Albedo)?, load(MainImage::Normal)?]))
     }
 }
 
 /// The file of a folder that fits best.
-pub(super) fn choose(
-    folder: &Path,
-    given: Given,
-    quality: Option<QualityArg>,
-) -> Result<PathBuf, Failure> {
-    let stems = given.stems();
+fn choose(folder: &Path, subject: Subject, quality: Option<Quality>) -> Result<PathBuf, Failure> {
+    let stems = subject.stems();
     let names = stems.iter().flat_map(|stem| sizes(quality).iter().map(move |s| stem.clone() + s));
     let files = names.flat_map(|name| ["tza", "safetensors"].map(|e| format!("{name}.{e}")));
     let found = files.map(|file| folder.join(file)).find(|path| path.is_file());
     found.ok_or_else(|| {
-        Failure::Work(format!(
-            "{}: has {} {}.tza, nor a converted one; the README says where Open Image Denoise's \
-             weights are",
-            folder.display(),
-            if stems.len() == 1 { "no" } else { "none of" },
-            stems.join(".tza, ")
-        ))
+        let none = if stems.len() == 1 { "no" } else { "none of" };
+        let list = stems.join(".tza, ");
+        Failure::of(
+            folder,
+            format_args!(
+                "has {none} {list}.tza, nor a converted one; docs/cli.md tells where to get Open \
+                 Image Denoise's weights"
+            ),
+        )
     })
 }
 
-/// Reads a file of either format.
-pub(super) fn load(path: &Path) -> Result<Weights, Failure> {
+/// Reads a weights file of either format.
+pub(crate) fn load(path: &Path) -> Result<Weights, Failure> {
     let bytes = read(path)?;
-    let weights = if tza::is_tza(path, &bytes) {
-        Weights::from_tza(&bytes, &stem(path))
-    } else {
-        Weights::from_bytes(&bytes)
-    };
-    weights.map_err(|error| Failure::Work(format!("{}: {error}", path.display())))
+    if tza::is_tza(path, &bytes) {
+        return Weights::from_tza(&bytes, &stem(path)).map_err(|error| Failure::of(path, error));
+    }
+    if !is_safetensors(&bytes) {
+        return Err(Failure::of(
+            path,
+            "is not a weights file, which is a .safetensors file in wgdenoise's format or a .tza \
+             file of Open Image Denoise",
+        ));
+    }
+    Weights::from_bytes(&bytes).map_err(|error| Failure::of(path, error))
+}
+
+/// Whether a file starts like safetensors: the length of the header, then its JSON.
+fn is_safetensors(bytes: &[u8]) -> bool {
+    bytes.get(8) == Some(&b'{')
 }
 
 /// A file's name without its extension.
-pub(super) fn stem(path: &Path) -> String {
+fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// A whole weights file. Not more than the limit is read, even of what has no length, such as a
-/// pipe or a device.
-pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
-    let wrong = |what: String| Failure::Work(format!("{}: {what}", path.display()));
-    let unreadable = |error: io::Error| wrong(format!("cannot be read: {error}"));
+/// A whole weights file. No more than the limit is read, even from a pipe or a device, which have
+/// no length.
+fn read(path: &Path) -> Result<Vec<u8>, Failure> {
+    let unreadable = |error: io::Error| Failure::of(path, format_args!("cannot be read: {error}"));
     let file = File::open(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();
     let mut bytes = Vec::new();
@@ -168,11 +161,45 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, Failure> {
         file.take(MAX_WEIGHTS_BYTES + 1).read_to_end(&mut bytes).map_err(unreadable)?;
     }
     if length.max(bytes.len() as u64) > MAX_WEIGHTS_BYTES {
-        return Err(wrong(format!(
-            "is longer than {MAX_WEIGHTS_BYTES} bytes, the most that is accepted of weights"
-        )));
+        let what = format!("is longer than {MAX_WEIGHTS_BYTES} bytes, the most for weights");
+        return Err(Failure::of(path, what));
     }
     Ok(bytes)
+}
+
+/// Writes a weights file of Open Image Denoise as one of wgdenoise's format, after checking it.
+pub(crate) fn convert(request: &Convert, console: &Console) -> Result<(), Failure> {
+    let Convert { input, output, force } = request;
+    check_output(request)?;
+    let bytes = read(input)?;
+    let of_input = |error| Failure::of(input, error);
+    let converted = tza::to_safetensors(&bytes, &stem(input)).map_err(of_input)?;
+    let checked = Weights::from_bytes(&converted).map_err(of_input)?;
+    replace(output, *force, |out| out.write_all(&converted).map_err(Problem::Write))?;
+    let metadata = checked.metadata();
+    console.notice(&format!(
+        "wrote {}: `{}`, {}, transfer function {}",
+        shown(output),
+        metadata.name,
+        metadata.inputs,
+        metadata.transfer_function.name()
+    ));
+    Ok(())
+}
+
+/// Refuses an output that is the input, exists, or would be read as the wrong format.
+fn check_output(Convert { input, output, force }: &Convert) -> Result<(), Failure> {
+    if Identity::of(input) == Identity::of(output) {
+        return Err(Failure::of(output, "is also the input; give another OUT"));
+    }
+    if tza::is_tza(output, &[]) {
+        let what = "would be taken for a TZA file; end its name in .safetensors";
+        return Err(Failure::of(output, what));
+    }
+    if output.exists() && !force {
+        return Err(Problem::Exists.at(output).into());
+    }
+    Ok(())
 }
 
 #[cfg(test)]
@@ -180,12 +207,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_stems_follow_what_is_given() {
-        let stems = |given: Given| given.stems().join(" ");
-        assert_eq!(stems(Given::ALL), "rt_hdr_alb_nrm rt_hdr_alb rt_hdr");
-        assert_eq!(stems(Given { clean: true, ..Given::ALL }), "rt_hdr_calb_cnrm");
+    fn the_stems_follow_the_subject() {
+        let stems = |subject: Subject| subject.stems().join(" ");
+        assert_eq!(stems(Subject::ALL), "rt_hdr_alb_nrm rt_hdr_alb rt_hdr");
+        assert_eq!(stems(Subject { clean: true, ..Subject::ALL }), "rt_hdr_calb_cnrm");
         let normal = Inputs { albedo: false, normal: true };
-        assert_eq!(stems(Given { hdr: false, inputs: normal, ..Given::ALL }), "rt_ldr");
-        assert_eq!(stems(Given { main: MainImage::Normal, ..Given::ALL }), "rt_nrm");
+        assert_eq!(stems(Subject { hdr: false, inputs: normal, ..Subject::ALL }), "rt_ldr");
+        assert_eq!(stems(Subject { main: MainImage::Normal, ..Subject::ALL }), "rt_nrm");
     }
 }

@@ -1,4 +1,4 @@
-//! Albedo and normals from files of their own.
+//! Albedo and normals from separate files.
 
 use std::path::Path;
 
@@ -9,12 +9,12 @@ use super::limits::Limits;
 use super::{FileError, Problem, ldr, window};
 use wgdenoise::Image;
 
-/// An albedo of the colour's size: from an EXR file's albedo or only layer, or a PNG or JPEG.
+/// An albedo of the color's size: from an EXR file's albedo or only layer, or a PNG or JPEG.
 pub(super) fn albedo(path: &Path, size: (u32, u32), limits: Limits) -> Result<Image, FileError> {
     read(path, Kind::Albedo, limits).and_then(|image| fitting(image, size)).map_err(|p| p.at(path))
 }
 
-/// Normals of the colour's size; those of PNG and JPEG files are `n·0.5+0.5`.
+/// Normals of the color's size; PNG and JPEG files hold them as `n·0.5+0.5`.
 pub(super) fn normal(path: &Path, size: (u32, u32), limits: Limits) -> Result<Image, FileError> {
     read(path, Kind::Normal, limits).and_then(|image| fitting(image, size)).map_err(|p| p.at(path))
 }

@@ -1,4 +1,4 @@
-//! Which layers of an EXR file are colour, albedo and normal: decided from names alone.
+//! Which layers of an EXR file are color, albedo and normal: decided from names alone.
 //!
 //! `Noisy Image` is read rather than the combined layer, and the result goes into the combined
 //! layer of the same view layer where there is one.
@@ -7,52 +7,56 @@ use std::collections::HashSet;
 
 use super::Problem;
 use super::conventions::{self, Convention};
+use super::escape::escaped;
 use super::layers::{Layer, Part, layers, list, named, not_three};
+use super::selection::Selection;
 
-/// What the command line says about a layer.
+/// How to choose a layer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum Wish {
-    /// Find it by its name.
+    /// By the names that renderers use.
     #[default]
     Auto,
-    /// Do without it.
+    /// Not at all.
     Without,
-    /// Take the layer of this name.
+    /// The layer of this name.
     Named(String),
 }
 
-/// A layer, the three channels of it, and why it was taken.
+/// Three channels of a layer, and why the layer was chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pick {
     /// The layer's name as messages show it.
     pub layer: String,
-    /// The index of the part.
+    /// Index of the part.
     pub part: usize,
-    /// The indices in the part of red, green and blue, or of x, y and z.
+    /// Indices within the part of red, green and blue, or of x, y and z.
     pub channels: [usize; 3],
-    /// What it was recognised as.
+    /// What the layer was recognized as.
     pub reason: &'static str,
 }
 
-/// The layers to read and the one to write.
+/// The layers to read, and the one to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
-    /// The noisy colour.
+    /// The noisy color.
     pub color: Pick,
-    /// Where the denoised colour goes.
+    /// Where the denoised color goes.
     pub target: Pick,
-    /// The albedo, if there is one.
+    /// The albedo, if any.
     pub albedo: Option<Pick>,
-    /// The normal, if there is one.
+    /// The normal, if any.
     pub normal: Option<Pick>,
-    /// What was passed over, and why or what to do about it.
-    pub remarks: Vec<String>,
+    /// Other layers that could be the color.
+    pub other_colors: Vec<String>,
+    /// Why a layer that was found is not used, a sentence each.
+    pub left_out: Vec<String>,
 }
 
 /// Decides which layers to read and which to write.
 ///
 /// # Errors
-/// If a named layer is not there or lacks three channels, or no layer can be the colour.
+/// If a named layer is missing or lacks three channels, or no layer can be the color.
 pub fn choose(
     parts: &[Part],
     color: Option<&str>,
@@ -77,14 +81,14 @@ pub fn choose(
         }
     };
     let (albedo, normal) = (aux(albedo, conventions::ALBEDO)?, aux(normal, conventions::NORMAL)?);
-    let remarks = others_left(&others);
-    Ok(Choice { color, target, albedo, normal, remarks })
+    let other_colors = others.into_iter().map(|l| l.shown().to_string()).collect();
+    Ok(Choice { color, target, albedo, normal, other_colors, left_out: Vec::new() })
 }
 
-/// The reason of what the command line names.
+/// The reason for a layer that the caller named.
 const ASKED_FOR: &str = "as asked for";
 
-/// What a file of its own holds.
+/// What a separate file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// Albedo.
@@ -93,7 +97,7 @@ pub enum Kind {
     Normal,
 }
 
-/// The albedo or normal of a file that holds little else: by name, else the plain or only layer.
+/// The albedo or normal of a separate file: by its name, or else the plain or only layer.
 ///
 /// # Errors
 /// If no layer can be it.
@@ -117,7 +121,7 @@ fn not_single(layers: &[Layer], kind: Kind, candidates: usize) -> Problem {
     Problem::Layers(match candidates {
         0 => format!("has no layer with three channels; its layers are {listed}"),
         n => format!(
-            "has {n} layers that could be the {what}; give a file with one, or call it \
+            "has {n} layers that could be the {what}; give a file with one, or name the layer \
              `{what}`; its layers are {listed}"
         ),
     })
@@ -127,43 +131,63 @@ impl Pick {
     fn new(layer: &Layer, channels: [usize; 3], reason: &'static str) -> Self {
         Self { layer: layer.shown().to_string(), part: layer.part, channels, reason }
     }
+
+    /// Channels that the caller named.
+    pub(super) fn named(layer: &str, part: usize, channels: [usize; 3]) -> Self {
+        Self { layer: layer.to_string(), part, channels, reason: ASKED_FOR }
+    }
 }
 
 impl Choice {
-    /// Does without an albedo and a normal that were found and not asked for, if they do not
-    /// pass `check`.
+    /// Drops an albedo or normal that was found by its name and does not pass `check`. One that the
+    /// caller named stays.
     pub(super) fn leave_out_unusable(&mut self, check: impl Fn(&Pick) -> Result<(), Problem>) {
         for aux in [&mut self.albedo, &mut self.normal] {
             let Some(pick) = aux.as_ref().filter(|pick| pick.reason != ASKED_FOR) else { continue };
             if let Err(problem) = check(pick) {
-                self.remarks.push(format!("`{}` is left out: {problem}", pick.layer));
+                self.left_out.push(format!("`{}` is left out: {problem}", escaped(&pick.layer)));
                 *aux = None;
             }
         }
     }
 
-    /// One line for a person: what is read, why, and where the result goes. Albedo and normal
-    /// may instead come from files, whose names are given.
+    /// The choice as a user reads it. Albedo and normal may come from files instead, whose names
+    /// are given.
     #[must_use]
-    pub fn explain(&self, albedo_file: Option<&str>, normal_file: Option<&str>) -> String {
-        let say = |what: &str, pick: &Option<Pick>, file: Option<&str>| match (pick, file) {
-            (_, Some(file)) => format!("{what} from the file {file}"),
-            (Some(pick), None) => format!("{what} from `{}` ({})", pick.layer, pick.reason),
+    pub fn selection(&self, albedo_file: Option<&str>, normal_file: Option<&str>) -> Selection {
+        let aux = |pick: &Option<Pick>, file: Option<&str>| pick.is_some() || file.is_some();
+        Selection {
+            color: self.color.layer.clone(),
+            target: self.target.layer.clone(),
+            albedo: aux(&self.albedo, albedo_file),
+            normal: aux(&self.normal, normal_file),
+            explanation: self.explain(albedo_file, normal_file),
+            other_colors: self.other_colors.clone(),
+            left_out: self.left_out.clone(),
+        }
+    }
+
+    fn explain(&self, albedo_file: Option<&str>, normal_file: Option<&str>) -> String {
+        let aux = |what: &str, pick: &Option<Pick>, file: Option<&str>| match (pick, file) {
+            (_, Some(file)) => format!("{what} from the file {}", escaped(file)),
+            (Some(pick), None) => {
+                format!("{what} from `{}` ({})", escaped(&pick.layer), pick.reason)
+            }
             (None, None) => format!("no {what}"),
         };
-        let color = &self.color;
-        let head = format!(
-            "colour from `{}` ({}), written to `{}`",
-            color.layer, color.reason, self.target.layer
-        );
-        let albedo = say("albedo", &self.albedo, albedo_file);
-        let normal = say("normal", &self.normal, normal_file);
-        let remarks = self.remarks.iter().cloned();
-        [head, albedo, normal].into_iter().chain(remarks).collect::<Vec<_>>().join("; ")
+        let Self { color, target, .. } = self;
+        format!(
+            "color from `{}` ({}), written to `{}`; {}; {}",
+            escaped(&color.layer),
+            color.reason,
+            escaped(&target.layer),
+            aux("albedo", &self.albedo, albedo_file),
+            aux("normal", &self.normal, normal_file)
+        )
     }
 }
 
-/// The colour's layer, why it is that, and the others that meet the same convention.
+/// The color's layer, the reason, and the other layers of the same convention.
 fn find_color(layers: &[Layer]) -> Result<(&Layer, &'static str, Vec<&Layer>), Problem> {
     let has_rgb = |l: &&Layer| l.rgb().is_some();
     let homes = homes_with_aux(layers);
@@ -177,13 +201,13 @@ fn find_color(layers: &[Layer]) -> Result<(&Layer, &'static str, Vec<&Layer>), P
     let has_alpha = |l: &&&Layer| l.find(["r", "g", "a"]).is_some();
     let with_alpha: Vec<_> = rest.iter().filter(has_alpha).collect();
     match (rest.as_slice(), with_alpha.as_slice()) {
-        ([only], _) => Ok((only, "the only layer that can be the colour", Vec::new())),
+        ([only], _) => Ok((only, "the only layer that can be the color", Vec::new())),
         (_, [only]) => Ok((only, "the only layer with R, G, B and alpha", Vec::new())),
         _ => Err(no_color(layers, rest.len())),
     }
 }
 
-/// Where a layer stands that is an albedo or a normal by its name.
+/// The view layers that have an albedo or a normal by name.
 fn homes_with_aux(layers: &[Layer]) -> HashSet<&str> {
     let is_aux = |l: &&Layer| {
         conventions::ALBEDO.iter().chain(conventions::NORMAL).any(|convention| l.is(convention))
@@ -191,39 +215,29 @@ fn homes_with_aux(layers: &[Layer]) -> HashSet<&str> {
     layers.iter().filter(is_aux).map(|l| l.pass_name().0).collect()
 }
 
-/// Orders layers of one convention, the preferred first: Blender's compositor may have filtered
-/// its picture, and a view layer with albedo or normal is the one that is meant to be denoised.
+/// Orders layers of one convention, the preferred first: a view layer with albedo or normal is the
+/// one meant for denoising, and Blender's compositor may have filtered its output.
 fn rank(homes_with_aux: &HashSet<&str>, color: &Layer) -> (bool, bool) {
     let home = color.pass_name().0;
     (conventions::simple(home) == "composite", !homes_with_aux.contains(home))
 }
 
-fn others_left(others: &[&Layer]) -> Vec<String> {
-    let listed = list(others.iter().copied());
-    match others.len() {
-        0 => Vec::new(),
-        1 => vec![format!("{listed} is left as it is; name it with --color")],
-        _ => vec![format!("{listed} are left as they are; name one with --color")],
-    }
-}
-
 fn no_color(layers: &[Layer], candidates: usize) -> Problem {
     let gray = layers.iter().any(|l| l.channels.iter().any(|(c, _)| c == "Y"));
     let listed = list(layers);
-    Problem::Layers(match candidates {
-        0 if gray => format!(
+    match candidates {
+        0 if gray => Problem::Layers(format!(
             "has luminance (Y) but no layer with R, G and B, and only three channels can be \
              denoised; its layers are {listed}"
-        ),
-        0 => format!("has no layer with R, G and B; its layers are {listed}"),
-        n => format!(
-            "has {n} layers that could be the colour; name one with --color; its layers are \
-             {listed}"
-        ),
-    })
+        )),
+        0 => Problem::Layers(format!("has no layer with R, G and B; its layers are {listed}")),
+        n => Problem::AmbiguousColor(format!(
+            "has {n} layers that could be the color; its layers are {listed}"
+        )),
+    }
 }
 
-/// The first convention that a layer beside the colour meets; for plain colour, any layer.
+/// The first convention that a layer next to the color meets; for plain color, any layer.
 fn find_aux(layers: &[Layer], table: &[Convention], color: &Layer) -> Option<Pick> {
     let home = color.pass_name().0;
     let near = |l: &&Layer| home.is_empty() || l.pass_name().0 == home;
@@ -233,7 +247,7 @@ fn find_aux(layers: &[Layer], table: &[Convention], color: &Layer) -> Option<Pic
     })
 }
 
-/// The combined layer of the same view layer, if the colour is its noisy image.
+/// The combined layer of the same view layer, if the color is its noisy image.
 fn combined_beside(layers: &[Layer], noisy: &Layer) -> Option<Pick> {
     let (home, pass) = noisy.pass_name();
     let is_combined = |l: &&Layer| {

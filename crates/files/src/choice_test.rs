@@ -6,7 +6,7 @@ struct Case {
     expected: [&'static str; 4],
 }
 
-/// Parts as `(name, channels)`; expected are colour, target, albedo and normal.
+/// Parts as `(name, channels)`; expected are color, target, albedo and normal.
 const CASES: &[Case] = &[
     Case {
         renderer: "Blender 4, one part",
@@ -162,7 +162,7 @@ fn every_renderers_names_are_known() {
 }
 
 #[test]
-fn the_three_channels_are_red_green_blue_and_x_y_z_wherever_they_stand() {
+fn red_green_blue_and_x_y_z_are_found_in_any_order() {
     let choice = automatic(&parts(&[("C", "A B G R"), ("N", "Y X Z")])).unwrap();
     assert_eq!((choice.color.part, choice.color.channels), (0, [3, 2, 1]));
     let normal = choice.normal.unwrap();
@@ -181,7 +181,7 @@ fn a_named_layer_is_found_exactly_or_by_its_last_word() {
 }
 
 #[test]
-fn an_unknown_layer_is_refused_with_a_list_of_those_there_are() {
+fn an_unknown_layer_is_refused_with_a_list_of_the_layers() {
     let parts = parts(&[("", "R G B albedo.R albedo.G albedo.B depth.Z")]);
     let wish = Wish::Named("albido".into());
     let error = choose(&parts, None, &wish, &Wish::Auto).unwrap_err().to_string();
@@ -191,43 +191,42 @@ fn an_unknown_layer_is_refused_with_a_list_of_those_there_are() {
 }
 
 #[test]
-fn colour_that_cannot_be_told_is_an_error_that_says_what_to_do() {
+fn ambiguous_or_missing_color_is_an_error_with_the_reason() {
     let error = |p: &[(&str, &str)]| automatic(&parts(p)).unwrap_err().to_string();
-    assert!(error(&[("", "x.R x.G x.B y.R y.G y.B")]).contains("--color"));
+    let two = automatic(&parts(&[("", "x.R x.G x.B y.R y.G y.B")])).unwrap_err();
+    assert!(matches!(two, Problem::AmbiguousColor(_)), "{two}");
+    assert!(two.to_string().contains("2 layers that could be the color"), "{two}");
     assert!(error(&[("", "Y A")]).contains("luminance (Y)"));
     assert!(error(&[("", "depth.Z")]).contains("no layer with R, G and B"));
 }
 
 #[test]
-fn a_view_layer_goes_before_the_compositors_picture_and_the_others_are_named() {
+fn a_view_layer_is_preferred_to_the_compositors_output_and_the_others_are_named() {
     let parts = parts(&[(
         "",
         "Composite.Combined.B Composite.Combined.G Composite.Combined.R \
          Fog.Combined.B Fog.Combined.G Fog.Combined.R",
     )]);
-    let said = automatic(&parts).unwrap().explain(None, None);
-    assert!(said.starts_with("colour from `Fog.Combined`"), "{said}");
-    assert!(
-        said.ends_with("`Composite.Combined` is left as it is; name it with --color"),
-        "{said}"
-    );
+    let said = automatic(&parts).unwrap().selection(None, None);
+    assert!(said.explanation.starts_with("color from `Fog.Combined`"), "{said:?}");
+    assert_eq!(said.other_colors, ["Composite.Combined"]);
     let named = choose(&parts, Some("Fog.Combined"), &Wish::Auto, &Wish::Auto).unwrap();
-    assert!(named.remarks.is_empty(), "{named:?}");
+    assert!(named.other_colors.is_empty() && named.left_out.is_empty(), "{named:?}");
 }
 
 #[test]
-fn a_found_albedo_that_cannot_be_used_is_left_out_and_one_asked_for_stays() {
+fn an_unusable_albedo_is_left_out_unless_it_was_named() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let named = Wish::Named("N".into());
     let mut choice = choose(&parts, None, &Wish::Auto, &named).unwrap();
     choice.leave_out_unusable(|_| Err(Problem::Unsupported("it holds integers".into())));
     assert_eq!((choice.albedo.is_some(), choice.normal.is_some()), (false, true));
-    let said = choice.explain(None, None);
-    assert!(said.ends_with("`albedo` is left out: it holds integers"), "{said}");
+    let said = choice.selection(None, None).left_out;
+    assert_eq!(said, ["`albedo` is left out: it holds integers"]);
 }
 
 #[test]
-fn a_file_of_its_own_with_two_candidates_is_told_what_it_should_hold() {
+fn a_separate_file_with_two_candidates_is_refused_with_advice() {
     let error = |kind| {
         choose_single(&parts(&[("", "x.R x.G x.B y.R y.G y.B")]), kind).unwrap_err().to_string()
     };
@@ -238,12 +237,14 @@ fn a_file_of_its_own_with_two_candidates_is_told_what_it_should_hold() {
 }
 
 #[test]
-fn no_aux_leaves_both_out_and_the_choice_reads_as_one_line() {
+fn no_aux_leaves_both_out_and_the_choice_is_one_line() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let choice = choose(&parts, None, &Wish::Without, &Wish::Without).unwrap();
     assert_eq!(
-        choice.explain(None, None),
-        "colour from `C` (Karma's beauty), written to `C`; no albedo; no normal"
+        choice.selection(None, None).explanation,
+        "color from `C` (Karma's beauty), written to `C`; no albedo; no normal"
     );
-    assert!(choice.explain(Some("a.exr"), None).contains("albedo from the file a.exr; no normal"));
+    let with_file = choice.selection(Some("a.exr"), None);
+    assert!(with_file.explanation.contains("albedo from the file a.exr; no normal"));
+    assert!(with_file.albedo && !with_file.normal, "{with_file:?}");
 }

@@ -1,6 +1,6 @@
-//! What renderers call their colour, albedo and normal layers, the preferred name first.
+//! Renderers' names for color, albedo and normal layers, the preferred name first.
 
-/// A layer's name, without case, blanks and underscores, and whose word that is.
+/// A layer's name, and the renderer that uses it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Convention {
     /// The last word of the layer's name as [`simple`] leaves it.
@@ -8,7 +8,7 @@ pub(super) struct Convention {
     /// Whether the channels must be called `red`, `green` and `blue`, as V-Ray does: its
     /// `diffuse` is an albedo, while that of other renderers is light.
     pub(super) words: bool,
-    /// What messages call it.
+    /// How messages name it.
     pub(super) whose: &'static str,
 }
 
@@ -16,7 +16,7 @@ const fn of(pass: &'static str, whose: &'static str) -> Convention {
     Convention { pass, words: false, whose }
 }
 
-/// Noisy colour.
+/// Noisy color.
 pub(super) const COLOR: &[Convention] = &[
     of("noisyimage", "Blender's noisy image"),
     of("combined", "Blender's combined pass"),
@@ -51,14 +51,14 @@ pub(super) const NORMAL: &[Convention] = &[
     of("normals", "the normal by its name"),
 ];
 
-/// Whether a layer of this name holds data or finished pictures, never noisy colour.
+/// Whether a layer of this name holds data or finished images, never noisy color.
 pub(super) fn is_data(pass: &str) -> bool {
     let pass = simple(pass);
     let known = ["variance", "position", "p", "uv", "vector", "motionvectors", "effectsresult"];
     pass.contains("crypto") || known.contains(&pass.as_str())
 }
 
-/// A name without case, blanks and underscores.
+/// A name in lower case, without blanks and underscores.
 pub(super) fn simple(name: &str) -> String {
     name.chars().filter(|c| !matches!(c, ' ' | '_')).collect::<String>().to_lowercase()
 }

@@ -1,4 +1,4 @@
-//! What a file holds, found without reading its pixels.
+//! What a file holds, without reading its pixels.
 
 use std::path::Path;
 
@@ -6,44 +6,45 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 
-use super::choice::{self, Pick};
+use super::choice::{self, Choice, Pick};
 use super::exr::ExrFile;
 use super::format::{self, Format};
 use super::layers::{self, Layer};
+use super::selection::Selection;
 use super::wanted::{LayerChoice, wish};
 use super::{FileError, Problem, ldr};
 
-/// What `wgdenoise info` shows.
-#[derive(Clone, Debug)]
+/// A file's format, size and layers, and which of them would be denoised.
+#[derive(Debug)]
 pub struct Description {
     /// `EXR`, or what kind of PNG or JPEG.
     pub format: String,
-    /// Pixels per row of the colour.
+    /// Pixels per row of the color.
     pub width: u32,
-    /// Rows of the colour.
+    /// Rows of the color.
     pub height: u32,
-    /// The layers there are; none for PNG and JPEG.
+    /// The layers; none for PNG and JPEG.
     pub layers: Vec<LayerInfo>,
-    /// The layer that would be read as colour.
+    /// The layer that would be read as color.
     pub color: Option<String>,
-    /// The layer that would be written.
+    /// The layer that the result would be written to.
     pub target: Option<String>,
     /// The layer or file that would be read as albedo.
     pub albedo: Option<String>,
     /// The layer or file that would be read as normals.
     pub normal: Option<String>,
-    /// The choice and its reasons in one line, or why there is none.
-    pub choice: String,
+    /// Which layers are used and why, or why the file cannot be denoised; `None` for PNG and JPEG.
+    pub selection: Option<Result<Selection, Problem>>,
 }
 
 /// One layer.
 #[derive(Clone, Debug)]
 pub struct LayerInfo {
-    /// Its name.
+    /// The layer's name, as the file has it.
     pub name: String,
-    /// The index of its part.
+    /// Index of its part.
     pub part: usize,
-    /// Names of the channels and how their samples are stored.
+    /// Names of the channels, and the type of their samples.
     pub channels: Vec<(String, &'static str)>,
     /// Window, tiling and compression of its part.
     pub storage: String,
@@ -53,7 +54,7 @@ impl Description {
     /// Reads the header of a file.
     ///
     /// # Errors
-    /// If the file cannot be read or is damaged. A choice that cannot be made is no error.
+    /// If the file cannot be read or is damaged. That no layer can be chosen is not an error.
     pub fn of(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
         let described = match format::sniff(path) {
             Ok(Format::Exr) => Self::of_exr(path, wanted),
@@ -66,9 +67,8 @@ impl Description {
     fn of_ldr(path: &Path, wanted: &LayerChoice) -> Result<Self, Problem> {
         let (format, (width, height)) = ldr::describe(path, wanted.limits)?;
         let (albedo, normal) = (wanted.albedo.clone(), wanted.normal.clone());
-        let choice = "colour from the pixels, decoded by the sRGB curve".into();
-        let (color, target) = (None, None);
-        Ok(Self { format, width, height, layers: vec![], color, target, albedo, normal, choice })
+        let (layers, color, target, selection) = (Vec::new(), None, None, None);
+        Ok(Self { format, width, height, layers, color, target, albedo, normal, selection })
     }
 
     fn of_exr(path: &Path, wanted: &LayerChoice) -> Result<Self, Problem> {
@@ -82,11 +82,15 @@ impl Description {
                 choice.leave_out_unusable(|pick| file.check(pick));
                 choice
             });
-        let explained = match &choice {
-            Ok(choice) => choice.explain(albedo_file.as_deref(), normal_file.as_deref()),
-            Err(problem) => format!("cannot be denoised: it {problem}"),
+        let files = (albedo_file.as_deref(), normal_file.as_deref());
+        let select = |choice: &Choice| choice.selection(files.0, files.1);
+        let (choice, selection) = match choice {
+            Ok(choice) => {
+                let selection = select(&choice);
+                (Some(choice), Ok(selection))
+            }
+            Err(problem) => (None, Err(problem)),
         };
-        let choice = choice.ok();
         let size = file.window(choice.as_ref().map_or(0, |c| c.color.part)).size;
         let name = |pick: Option<&Pick>| pick.map(|p| p.layer.clone());
         let all = layers::layers(&parts);
@@ -103,7 +107,7 @@ impl Description {
             target: name(choice.as_ref().map(|c| &c.target)),
             albedo: albedo_file.or_else(|| name(choice.as_ref().and_then(|c| c.albedo.as_ref()))),
             normal: normal_file.or_else(|| name(choice.as_ref().and_then(|c| c.normal.as_ref()))),
-            choice: explained,
+            selection: Some(selection),
         })
     }
 }

@@ -1,4 +1,7 @@
 //! A file that has no name, or a temporary one, until it is whole.
+//!
+//! Own code over `tempfile` because no crate does both: the unnamed files of `tempfile` cannot be
+//! given a name, and `atomic-write-file` always replaces what is there.
 
 use std::fs::File;
 use std::io;
@@ -6,18 +9,18 @@ use std::path::Path;
 
 use tempfile::{Builder, NamedTempFile};
 
-/// What is being written.
+/// A file being written.
 #[derive(Debug)]
 pub(super) enum Draft {
-    /// Gone when the process ends, however it ends.
+    /// Vanishes when the process ends, however it ends.
     #[cfg(target_os = "linux")]
     Nameless(File),
-    /// Where there are no files without a name: gone unless the process is killed.
+    /// Where the system has no unnamed files: removed unless the process is killed.
     Named(NamedTempFile),
 }
 
 impl Draft {
-    /// An empty file in a folder, with the permissions that a new output would get.
+    /// An empty file in a folder, with the permissions of a new file.
     pub(super) fn within(folder: &Path) -> io::Result<Self> {
         #[cfg(target_os = "linux")]
         if let Some(file) = nameless::file(folder) {
@@ -34,10 +37,10 @@ impl Draft {
         }
     }
 
-    /// Gives it its name, which is in its folder; without `force` only if nothing has that name.
+    /// Gives it a name in its folder; without `force` only if nothing has that name yet.
     pub(super) fn keep(self, path: &Path, force: bool) -> io::Result<()> {
         let temporary = match self {
-            // A name cannot be taken over from another file, but a temporary one can be renamed.
+            // A link cannot replace a file, but a rename can.
             #[cfg(target_os = "linux")]
             Self::Nameless(file) => {
                 let link = |name: &Path| nameless::link(&file, name);
@@ -65,7 +68,7 @@ fn builder() -> Builder<'static, 'static> {
     builder
 }
 
-/// The error's text ends with the path of a file that nobody knows.
+/// Cuts the path of the temporary file off an error's message: it means nothing to a user.
 fn known(error: &io::Error) -> io::Error {
     let text = error.to_string();
     io::Error::new(error.kind(), text.split(" at path ").next().unwrap_or_default())
@@ -80,7 +83,7 @@ mod nameless {
 
     use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
 
-    /// `None` where the file system or the system has no such files, or could not name them.
+    /// `None` where the system or the file system has no unnamed files, or cannot name them later.
     pub(super) fn file(folder: &Path) -> Option<File> {
         let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
         let file = File::from(open(folder, flags, Mode::from_raw_mode(0o666)).ok()?);

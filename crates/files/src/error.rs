@@ -1,11 +1,13 @@
-//! What can go wrong with a file.
+//! What can be wrong with a file.
 
 use std::io;
 use std::path::{Path, PathBuf};
 
-/// A problem with a file: one sentence that begins with the file's path.
+use crate::escape::escaped;
+
+/// A problem with a file. The message is one sentence that starts with the path.
 #[derive(Debug, thiserror::Error)]
-#[error("{}: {problem}", path.display())]
+#[error("{}: {problem}", escaped(&path.to_string_lossy()))]
 pub struct FileError {
     /// The file.
     pub path: PathBuf,
@@ -14,32 +16,63 @@ pub struct FileError {
     pub problem: Problem,
 }
 
-/// What is wrong with a file; the text goes on where the file's name ended.
+/// What is wrong with a file. The message continues a sentence that starts with the file's name.
+///
+/// A caller that offers a way out of [`Exists`](Self::Exists), [`NoFolder`](Self::NoFolder),
+/// [`TooManyPixels`](Self::TooManyPixels), [`LargeBlocks`](Self::LargeBlocks) or
+/// [`AmbiguousColor`](Self::AmbiguousColor) adds it to the message.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Problem {
-    /// The system does not let it be read.
+    /// The system cannot read it.
     #[error("cannot be read: {0}")]
     Read(#[source] io::Error),
-    /// The system does not let it be written.
+    /// The system cannot write it.
     #[error("cannot be written: {0}")]
     Write(#[source] io::Error),
-    /// It is there and may not be replaced.
-    #[error("already exists; give --force to replace it")]
+    /// It exists and must not be replaced.
+    #[error("already exists")]
     Exists,
-    /// It is of none of the known formats.
+    /// The folder it should go into does not exist.
+    #[error("cannot be written: the folder {} does not exist", escaped(&.0.to_string_lossy()))]
+    NoFolder(PathBuf),
+    /// It has none of the known formats.
     #[error("{0}")]
     Format(String),
-    /// It is cut off or contradicts itself.
+    /// It is truncated or contradicts itself.
     #[error("{0}")]
     Damaged(String),
     /// It uses a feature of its format that is not supported.
     #[error("{0}")]
     Unsupported(String),
-    /// It claims more pixels or bytes than are accepted.
+    /// It claims more pixels than [`Limits`](crate::Limits) accepts.
+    #[error("claims {width}×{height} pixels, and at most {most} are accepted")]
+    TooManyPixels {
+        /// Pixels per row.
+        width: u64,
+        /// Rows.
+        height: u64,
+        /// The most pixels that are accepted.
+        most: u64,
+    },
+    /// Its blocks unpack to more bytes than [`Limits`](crate::Limits) accepts.
+    #[error(
+        "has blocks of {bytes} bytes, and at most {most} are accepted; write it with smaller \
+         tiles or another compression"
+    )]
+    LargeBlocks {
+        /// The size of the largest block.
+        bytes: u128,
+        /// The most bytes that are accepted.
+        most: u64,
+    },
+    /// It needs more memory than is reasonable.
     #[error("{0}")]
     TooLarge(String),
-    /// A layer is not there or cannot be used.
+    /// Several layers could be the color.
+    #[error("{0}")]
+    AmbiguousColor(String),
+    /// A layer is missing or cannot be used.
     #[error("{0}")]
     Layers(String),
     /// Two images that belong together differ in size.
@@ -48,7 +81,7 @@ pub enum Problem {
 }
 
 impl Problem {
-    /// The same, with the file's path.
+    /// Adds the path of the file.
     #[must_use]
     pub fn at(self, path: &Path) -> FileError {
         FileError { path: path.to_path_buf(), problem: self }

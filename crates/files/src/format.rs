@@ -1,4 +1,4 @@
-//! Which format a file has.
+//! File formats.
 
 use std::fs::File;
 use std::io::Read;
@@ -6,7 +6,7 @@ use std::path::Path;
 
 use super::Problem;
 
-/// A format that is read and written.
+/// A format that can be read and written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// `OpenEXR`.
@@ -36,6 +36,9 @@ pub(super) fn sniff(path: &Path) -> Result<Format, Problem> {
 
 impl Format {
     /// The format of a file to write, by its extension.
+    ///
+    /// # Errors
+    /// If the extension is not .exr, .png, .jpg or .jpeg.
     pub fn of_extension(path: &Path) -> Result<Self, Problem> {
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         match extension.as_str() {
@@ -48,7 +51,8 @@ impl Format {
         }
     }
 
-    /// Whether it holds what a display shows, from 0 to 1, and not light of any size.
+    /// Whether it is display-referred: holds color from 0 to 1 rather than light of any brightness.
+    #[must_use]
     pub fn is_display_referred(self) -> bool {
         self != Self::Exr
     }

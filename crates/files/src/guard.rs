@@ -1,17 +1,18 @@
 //! Refuses hostile and broken EXR files before anything is allocated for their pixels.
 //!
-//! The header may claim any size; only what the file's length can back is believed.
+//! A header may claim any size; only what the file's length can back is believed.
 
 use ::exr::meta::attribute::{Compression, IntegerBounds};
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 
-use super::Problem;
+use super::escape::escaped;
 use super::limits::Limits;
+use super::{Problem, exr};
 
 /// Checks every part's claims against the limits and against the file's length.
 ///
-/// `header_end` is where the header ended and the table of block positions begins.
+/// `header_end` is where the header ends and the table of block positions begins.
 ///
 /// # Errors
 /// If a part is deep, too large, or the file is too short for its table.
@@ -51,11 +52,7 @@ fn check_part(header: &Header, limits: Limits) -> Result<(), Problem> {
     limits.check_size(header.layer_size.width() as u64, header.layer_size.height() as u64)?;
     let bytes = block_bytes(header);
     if bytes > u128::from(limits.block_bytes()) {
-        return Err(Problem::TooLarge(format!(
-            "has blocks of {bytes} bytes, and at most {} are accepted; write it with smaller \
-             tiles or another compression, or give a higher --max-pixels",
-            limits.block_bytes()
-        )));
+        return Err(Problem::LargeBlocks { bytes, most: limits.block_bytes() });
     }
     Ok(())
 }
@@ -70,7 +67,7 @@ pub(super) fn block_bytes(header: &Header) -> u128 {
     w.min(width) as u128 * h.min(height) as u128 * header.channels.bytes_per_pixel as u128
 }
 
-/// Refuses parts whose channels do not all have one sample per pixel.
+/// Refuses parts with channels that lack a sample for every pixel.
 ///
 /// # Errors
 /// If a channel is subsampled.
@@ -80,7 +77,7 @@ pub(super) fn check_sampling(header: &Header) -> Result<(), Problem> {
         Err(Problem::Unsupported(format!(
             "channel `{}` has one sample for {}×{} pixels, which is not supported; write all \
              channels at full resolution",
-            channel.name,
+            escaped(&exr::name(&channel.name)),
             channel.sampling.width(),
             channel.sampling.height()
         )))
@@ -105,8 +102,8 @@ pub(super) fn check_ratio(
     Ok(())
 }
 
-/// Refuses a DWA block whose own counters claim more than its pixels need; the decoder would
-/// allocate what they say.
+/// Refuses a DWA block whose counters claim more than its pixels need: the decoder would allocate
+/// that much.
 ///
 /// # Errors
 /// If a counter is too large or the block is too short for them.

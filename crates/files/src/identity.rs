@@ -1,15 +1,15 @@
-//! Which file a path leads to.
+//! Telling whether two paths lead to the same file.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A file, whatever name or link leads to it; a file that is not there yet is its place.
+/// A file, whatever name or link leads to it. A file that does not exist yet is its place.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Identity {
-    /// The device and the number on it, which all hard links share.
+    /// The device, and the inode number on it, which all hard links share.
     #[cfg(unix)]
     Number(u64, u64),
-    /// Where it is or will be.
+    /// Its absolute path.
     Place(PathBuf),
 }
 

@@ -1,11 +1,12 @@
-//! Whether a JPEG file goes on to its end.
+//! Telling whether a JPEG file is complete.
 
 use std::fs;
 use std::path::Path;
 
 use super::Problem;
 
-/// Whether the picture has its end marker; a thumbnail within and data behind do not count.
+/// Whether the image has its end marker. That of a thumbnail inside does not count, nor does data
+/// after the end.
 pub(super) fn is_whole(path: &Path) -> Result<bool, Problem> {
     fs::read(path).map(|bytes| has_end(&bytes)).map_err(Problem::Read)
 }
@@ -24,7 +25,7 @@ fn has_end(bytes: &[u8]) -> bool {
     false
 }
 
-/// Not a stuffed 0xff, filling, or a restart marker, all of which stand among pixels.
+/// Not a stuffed 0xff, a fill byte or a restart marker, all of which occur among pixels.
 fn is_marker(pair: &[u8]) -> bool {
     pair[0] == 0xff && !matches!(pair[1], 0 | 0xd0..=0xd7 | 0xff)
 }

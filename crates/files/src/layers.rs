@@ -8,8 +8,9 @@ use std::collections::HashMap;
 
 use super::Problem;
 use super::conventions::{self, Convention};
+use super::escape::escaped;
 
-/// One part of a file, by its names.
+/// The names of one part of a file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Part {
     /// The part's `name` attribute.
@@ -23,13 +24,13 @@ pub struct Part {
 pub struct Layer {
     /// The shared name; empty for the plain channels of a file with a single part.
     pub name: String,
-    /// The index of the part that holds it.
+    /// Index of its part.
     pub part: usize,
-    /// What follows the last dot, and the channel's index in the part.
+    /// The word after the last dot, and the channel's index in the part.
     pub channels: Vec<(String, usize)>,
 }
 
-/// All layers of a file, in the order in which it names them.
+/// All layers of a file, in the file's order.
 #[must_use]
 pub fn layers(parts: &[Part]) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
@@ -48,10 +49,10 @@ pub fn layers(parts: &[Part]) -> Vec<Layer> {
     layers
 }
 
-/// The layer called `name`: exactly, else in any case, else the only one whose last word it is.
+/// The layer called `name`: exactly, or else in any case, or else the only one with that last word.
 ///
 /// # Errors
-/// If there is none; the text lists those there are.
+/// If there is none; the message lists the layers.
 pub fn named<'a>(layers: &'a [Layer], name: &str) -> Result<&'a Layer, Problem> {
     let same = |l: &&Layer| l.name == name || (l.name.is_empty() && name == PLAIN);
     let alike = |l: &&Layer| l.shown().eq_ignore_ascii_case(name);
@@ -59,11 +60,15 @@ pub fn named<'a>(layers: &'a [Layer], name: &str) -> Result<&'a Layer, Problem> 
     let only_end = || layers.iter().find(ends).filter(|_| layers.iter().filter(ends).count() == 1);
     let found = layers.iter().find(same).or_else(|| layers.iter().find(alike));
     found.or_else(only_end).ok_or_else(|| {
-        Problem::Layers(format!("has no layer `{name}`; its layers are {}", list(layers)))
+        Problem::Layers(format!(
+            "has no layer `{}`; its layers are {}",
+            escaped(name),
+            list(layers)
+        ))
     })
 }
 
-/// What messages and the command line call the plain channels of a file with a single part.
+/// The name that stands for the plain channels of a file with a single part.
 const PLAIN: &str = "RGB";
 
 impl Layer {
@@ -90,7 +95,7 @@ impl Layer {
         self.xyz().or_else(|| self.rgb())
     }
 
-    /// The indices of three channels, their letters in any case.
+    /// Indices of the channels with these letters, in any case.
     pub(super) fn find(&self, letters: [&str; 3]) -> Option<[usize; 3]> {
         let index = |letter: &str| {
             self.channels.iter().find(|(l, _)| l.eq_ignore_ascii_case(letter)).map(|(_, i)| *i)
@@ -98,18 +103,18 @@ impl Layer {
         Some([index(letters[0])?, index(letters[1])?, index(letters[2])?])
     }
 
-    /// What stands before the last dot of the layer's name, and what stands after it.
+    /// The layer's name before and after its last dot.
     pub(super) fn pass_name(&self) -> (&str, &str) {
         self.name.rsplit_once('.').unwrap_or(("", &self.name))
     }
 
-    /// Whether its name is that of a convention.
+    /// Whether its name follows a convention.
     pub(super) fn is(&self, convention: &Convention) -> bool {
         conventions::simple(self.pass_name().1) == convention.pass
             && (!convention.words || self.channels.iter().any(|(l, _)| l == "red"))
     }
 
-    /// Whether it is known to be something else than colour.
+    /// Whether it is known to hold something other than color.
     pub(super) fn is_known_data(&self) -> bool {
         let known = conventions::ALBEDO.iter().chain(conventions::NORMAL);
         known.into_iter().any(|c| self.is(c)) || conventions::is_data(self.pass_name().1)
@@ -127,9 +132,9 @@ fn split<'a>(full: &'a str, plain: &'a str) -> (&'a str, &'a str) {
     }
 }
 
-/// A layer that was to be colour and cannot be.
+/// The problem with a layer that lacks three channels.
 pub(super) fn not_three(layer: &Layer) -> Problem {
-    let letters: Vec<_> = layer.channels.iter().map(|(l, _)| l.as_str()).collect();
+    let letters: Vec<_> = layer.channels.iter().map(|(l, _)| escaped(l)).collect();
     Problem::Layers(format!(
         "layer `{}` has the channels {} and not R, G, B or X, Y, Z",
         layer.shown(),
@@ -140,11 +145,11 @@ pub(super) fn not_three(layer: &Layer) -> Problem {
 /// Most names in one message.
 const MOST_LISTED: usize = 20;
 
-/// The names of layers, for a message.
+/// The names of layers, as messages list them.
 pub(super) fn list<'a>(layers: impl IntoIterator<Item = &'a Layer>) -> String {
     let mut rest = layers.into_iter();
     let names: Vec<_> =
-        rest.by_ref().take(MOST_LISTED).map(|l| format!("`{}`", l.shown())).collect();
+        rest.by_ref().take(MOST_LISTED).map(|l| format!("`{}`", escaped(l.shown()))).collect();
     let more = rest.count();
     let end = if more > 0 { format!(" and {more} more") } else { String::new() };
     names.join(", ") + &end
@@ -154,7 +159,7 @@ pub(super) fn list<'a>(layers: impl IntoIterator<Item = &'a Layer>) -> String {
 mod tests {
     use super::*;
 
-    /// Grouping by comparing every two layers would make this test run for minutes.
+    /// Quadratic grouping would take minutes here.
     #[test]
     fn a_great_many_layers_are_told_apart_and_few_are_listed() {
         let channel = |i: usize| format!("light{}.{}", i % 50_000, ["R", "G", "B"][i / 50_000]);

@@ -15,20 +15,20 @@ use super::srgb::{encoded, linear};
 use super::{Problem, jpeg, normals};
 use wgdenoise::Image;
 
-/// Of 100; the loss cannot be seen.
+/// Out of 100; the loss is invisible.
 const JPEG_QUALITY: u8 = 95;
 
-/// What a PNG or JPEG file holds beside its colour.
+/// What a PNG or JPEG file holds next to its color.
 #[derive(Debug)]
 pub(super) struct LdrFile {
-    /// The file's pixels, from which alpha is taken again.
+    /// The file's pixels; alpha is taken from them.
     pixels: DynamicImage,
     icc: Option<Vec<u8>>,
     exif: Option<Vec<u8>>,
 }
 
 impl LdrFile {
-    /// Reads a file and its colour, decoded by the sRGB curve.
+    /// Reads a file and its color, decoded by the sRGB curve.
     pub(super) fn read(path: &Path, limits: Limits) -> Result<(Self, Image), Problem> {
         let mut decoder = decoder(path, limits)?;
         let (icc, exif) = (
@@ -57,27 +57,29 @@ impl LdrFile {
         let mut notices = Vec::new();
         if format == Format::Jpeg {
             if kind.has_alpha() {
-                notices.push("JPEG has no alpha: it was left out".into());
+                notices.push("JPEG has no alpha channel: alpha was left out".into());
             }
             kind = if kind.has_color() { ColorType::Rgb8 } else { ColorType::L8 };
         }
         let encoded = convert(&with_color(&self.pixels, color), kind);
         let icc = self.icc.clone().filter(|icc| is_profile_of(icc, kind));
         if icc.is_none() && self.icc.is_some() {
-            notices.push("the colour profile is not for the channels written: left out".into());
+            notices.push(
+                "the color profile does not apply to the channels written and was left out".into(),
+            );
         }
         write(out, format, &encoded, icc, self.exif.clone())?;
         Ok(notices)
     }
 }
 
-/// Whether an ICC profile's colour space (ICC.1, 7.2.6) is that of the pixels; CMYK is read as RGB.
+/// Whether an ICC profile's color space (ICC.1, 7.2.6) is that of the pixels; CMYK is read as RGB.
 fn is_profile_of(icc: &[u8], kind: ColorType) -> bool {
     let space = if kind.has_color() { b"RGB " } else { b"GRAY" };
     icc.get(16..20) == Some(space)
 }
 
-/// Writes linear colour as a new 8-bit file.
+/// Writes linear color as a new 8-bit file.
 pub(super) fn write_new(
     out: &mut impl Write,
     format: Format,
@@ -86,10 +88,10 @@ pub(super) fn write_new(
     let blank = DynamicImage::new_rgb8(color.width(), color.height());
     let encoded = convert(&with_color(&blank, color), ColorType::Rgb8);
     write(out, format, &encoded, None, None)?;
-    Ok(vec!["only the colour was written, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
+    Ok(vec!["wrote only the color, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
 }
 
-/// What kind of file it is, and its width and height.
+/// The kind of file, and its width and height.
 pub(super) fn describe(path: &Path, limits: Limits) -> Result<(String, (u32, u32)), Problem> {
     let decoder = decoder(path, limits)?;
     Ok((format!("image of {:?}", decoder.original_color_type()), decoder.dimensions()))
@@ -106,7 +108,7 @@ pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem
 fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
     let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
     let mut reader = reader.map_err(Problem::Read)?;
-    // The decoder fills in grey where a JPEG ends early.
+    // The decoder fills in gray where a JPEG ends early.
     if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(path)? {
         return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));
     }
@@ -126,7 +128,7 @@ fn to_image(pixels: &DynamicImage, decode: fn(f32) -> f32) -> Result<Image, Prob
     Image::new(width, height, pixels).map_err(|e| Problem::Damaged(e.to_string()))
 }
 
-/// `original` with another colour, in float.
+/// `original` with another color, in float.
 fn with_color(original: &DynamicImage, color: &Image) -> DynamicImage {
     let mut values = original.to_rgba32f();
     for (value, pixel) in values.pixels_mut().zip(color.pixels()) {
@@ -167,9 +169,9 @@ fn encode(
     icc: Option<Vec<u8>>,
     exif: Option<Vec<u8>>,
 ) -> Result<(), Problem> {
-    let unsupported = |e| Problem::Unsupported(format!("cannot keep the colour profile: {e}"));
+    let unsupported = |e| Problem::Unsupported(format!("cannot keep the color profile: {e}"));
     icc.map_or(Ok(()), |icc| encoder.set_icc_profile(icc)).map_err(unsupported)?;
-    // Camera data is a courtesy: a format that has no place for it goes without.
+    // Camera data is a courtesy: a format without a place for it does without.
     let _ = exif.map(|exif| encoder.set_exif_metadata(exif));
     image.write_with_encoder(encoder).map_err(|error| match error {
         ImageError::IoError(error) => Problem::Write(error),

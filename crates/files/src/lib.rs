@@ -1,6 +1,7 @@
-//! Image files: what is read as colour, albedo and normal, and how the result is written.
+//! Image files: reading color, albedo and normal, and writing the result.
 //!
-//! Formats are told apart by content when reading and by extension when writing.
+//! The format of an input is recognized by its content, that of an output by its extension. Colors
+//! are linear in memory, with Rec. 709 primaries if the file does not say otherwise.
 
 use std::path::Path;
 
@@ -16,6 +17,7 @@ mod conventions;
 mod describe;
 mod draft;
 mod error;
+mod escape;
 mod format;
 mod identity;
 mod jpeg;
@@ -23,18 +25,23 @@ mod ldr;
 mod limits;
 mod normals;
 mod output;
+mod preview;
+mod selection;
 mod srgb;
 mod wanted;
 mod window;
 
 pub use describe::{Description, LayerInfo};
 pub use error::{FileError, Problem};
+pub use escape::{escaped, escaped_json, escaped_lines};
 pub use format::Format;
 pub use identity::Identity;
 pub use limits::Limits;
 pub use output::Out;
 pub use output::check as check_output;
 pub use output::replace;
+pub use preview::{Preview, exposed};
+pub use selection::Selection;
 pub use wanted::LayerChoice;
 
 use self::choice::Choice;
@@ -42,13 +49,14 @@ use self::exr::ExrFile;
 use self::ldr::LdrFile;
 use self::wanted::wish;
 
-/// An image file that has been read, and all that is needed to write it with another colour.
+/// An image file that has been read, with everything needed to write it with another color.
 #[derive(Debug)]
 pub struct Picture {
     source: Source,
     color: Image,
     albedo: Option<Image>,
     normal: Option<Image>,
+    selection: Option<Selection>,
     notices: Vec<String>,
 }
 
@@ -59,10 +67,10 @@ enum Source {
 }
 
 impl Picture {
-    /// Reads colour, albedo and normal.
+    /// Reads color, albedo and normal.
     ///
     /// # Errors
-    /// If the file cannot be read, is damaged or too large, or a layer is not there.
+    /// If the file cannot be read, is damaged or too large, or a layer is missing.
     pub fn open(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
         let mut picture = match format::sniff(path).map_err(|p| p.at(path))? {
             Format::Exr => Self::open_exr(path, wanted)?,
@@ -85,17 +93,17 @@ impl Picture {
         }
         file.check(&choice.target).map_err(at)?;
         choice.leave_out_unusable(|pick| file.check(pick));
-        let explained = choice.explain(albedo_file.as_deref(), normal_file.as_deref());
-        let mut picture = Self::read_layers(file, choice, explained).map_err(at)?;
+        let selection = choice.selection(albedo_file.as_deref(), normal_file.as_deref());
+        let mut picture = Self::read_layers(file, choice, selection).map_err(at)?;
         picture.add_files(albedo_file, normal_file, wanted.limits)?;
         Ok(picture)
     }
 
-    fn read_layers(file: ExrFile, choice: Choice, explained: String) -> Result<Self, Problem> {
+    fn read_layers(file: ExrFile, choice: Choice, selection: Selection) -> Result<Self, Problem> {
         let aux = [&choice.albedo, &choice.normal];
         let picks: Vec<_> = [&choice.color].into_iter().chain(aux.into_iter().flatten()).collect();
         let to = file.window(choice.color.part);
-        let mut notices = vec![explained];
+        let mut notices = selection.left_out.clone();
         let mut images = file.read(&picks)?.into_iter().zip(&picks).map(|(image, pick)| {
             let from = file.window(pick.part);
             if from != to {
@@ -103,28 +111,30 @@ impl Picture {
             }
             window::align(image, from, to)
         });
-        let color = images.next().transpose()?.expect("the colour is always picked");
+        let color = images.next().transpose()?.expect("the color is always picked");
         let albedo = choice.albedo.as_ref().and_then(|_| images.next()).transpose()?;
         let normal = choice.normal.as_ref().and_then(|_| images.next()).transpose()?;
         drop(images);
         let (file, choice) = (Box::new(file), Box::new(choice));
-        Ok(Self { source: Source::Exr { file, choice }, color, albedo, normal, notices })
+        let (source, selection) = (Source::Exr { file, choice }, Some(selection));
+        Ok(Self { source, color, albedo, normal, selection, notices })
     }
 
     fn open_ldr(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
         if let Some(layer) = &wanted.color {
-            return Err(Problem::Layers(format!("has no layers, so no layer `{layer}`")).at(path));
+            return Err(no_layers(layer).at(path));
         }
         let (file, color) = LdrFile::read(path, wanted.limits).map_err(|p| p.at(path))?;
         let wish = |name: &Option<String>| name.clone().filter(|_| !wanted.no_aux);
         let (albedo_file, normal_file) = (wish(&wanted.albedo), wish(&wanted.normal));
-        let say = |what, file: &Option<String>| {
-            file.as_ref().map(|file| format!("{what} from the file {file}"))
+        let from = |what, file: &Option<String>| {
+            file.as_ref().map(|file| format!("{what} from the file {}", escaped(file)))
         };
-        let notices = [say("albedo", &albedo_file), say("normal", &normal_file)];
+        let notices = [from("albedo", &albedo_file), from("normal", &normal_file)];
         let notices = notices.into_iter().flatten().collect();
-        let (albedo, normal) = (None, None);
-        let mut picture = Self { source: Source::Ldr(file), color, albedo, normal, notices };
+        let source = Source::Ldr(file);
+        let mut picture =
+            Self { source, color, albedo: None, normal: None, selection: None, notices };
         picture.add_files(albedo_file, normal_file, wanted.limits)?;
         Ok(picture)
     }
@@ -148,46 +158,52 @@ impl Picture {
 
     fn decode_normals(&mut self) {
         if self.normal.as_mut().is_some_and(normals::decode_if_encoded) {
-            self.notices.push("the normals are stored as n·0.5+0.5 and were decoded".into());
+            self.notices.push("the normals were stored as n·0.5+0.5 and have been decoded".into());
         }
     }
 
-    /// The noisy colour: linear, scene-referred.
+    /// The noisy color: linear, and scene-referred unless the file is PNG or JPEG.
     #[must_use]
     pub fn color(&self) -> &Image {
         &self.color
     }
 
-    /// Whether the file holds what a display shows, as PNG and JPEG do, and not light of any size.
+    /// Whether the file is display-referred, as PNG and JPEG are: color from 0 to 1.
     #[must_use]
     pub fn is_display_referred(&self) -> bool {
         matches!(self.source, Source::Ldr(_))
     }
 
-    /// The albedo, of the colour's size.
+    /// The albedo in [0, 1], of the color's size.
     #[must_use]
     pub fn albedo(&self) -> Option<&Image> {
         self.albedo.as_ref()
     }
 
-    /// The normals, of the colour's size.
+    /// The normals in [−1, 1], of the color's size.
     #[must_use]
     pub fn normal(&self) -> Option<&Image> {
         self.normal.as_ref()
     }
 
-    /// What a user should know of how the file was read, a sentence each.
+    /// The layers that were read; `None` for PNG and JPEG, which have none.
+    #[must_use]
+    pub fn selection(&self) -> Option<&Selection> {
+        self.selection.as_ref()
+    }
+
+    /// What a user should know about how the file was read, a sentence each.
     #[must_use]
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
 
-    /// Writes the picture with `denoised` in place of its colour, in the format of `path`'s
-    /// extension; returns what a user should know of it.
+    /// Writes the picture with `denoised` in place of its color, in the format of `path`'s
+    /// extension. Returns what a user should know about it, a sentence each.
     ///
     /// # Errors
-    /// If `path` exists and `force` is not given, or it cannot be written; it is then left as
-    /// it was.
+    /// If `path` exists and `force` is not given, or it cannot be written. A file that was there
+    /// stays as it was.
     pub fn save(
         &self,
         path: &Path,
@@ -212,6 +228,11 @@ impl Picture {
     }
 }
 
+/// PNG and JPEG files have no layers.
+fn no_layers(wanted: &str) -> Problem {
+    Problem::Layers(format!("has no layers, so no layer `{}`", escaped(wanted)))
+}
+
 fn save_exr(
     file: &ExrFile,
     choice: &Choice,
@@ -223,14 +244,14 @@ fn save_exr(
     let mut notices = Vec::new();
     if clamped > 0 {
         notices.push(format!(
-            "{clamped} values are beyond 65504, the largest of a half channel, and were clamped"
+            "{clamped} values exceed 65504, the largest half float, and were clamped"
         ));
     }
     if file.rewrites_others_lossily(target) {
         notices.push(format!(
-            "the other channels beside `{}` were compressed again with its lossy compression \
-             and may have changed slightly",
-            target.layer
+            "other channels in the part of `{}` went through its lossy compression again and \
+             may have changed slightly",
+            escaped(&target.layer)
         ));
     }
     if file.has_levels(target.part) {

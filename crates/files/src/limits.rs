@@ -2,10 +2,10 @@
 
 use super::Problem;
 
-/// How large images may be; what is larger is refused before memory is taken for it.
+/// The largest image that is read. Larger ones are refused before memory is allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// Most pixels of an image. By default 16384 × 16384, three images of which take 9 GiB in
+    /// Most pixels per image; 16384 × 16384 by default. Three images of that size take 9 GiB of
     /// memory.
     pub pixels: u64,
 }
@@ -17,8 +17,8 @@ impl Default for Limits {
 }
 
 impl Limits {
-    /// Most bytes that one block of an EXR file may hold when unpacked: 1 GiB, or more where more
-    /// pixels than by default are accepted.
+    /// Most bytes that one block of an EXR file may unpack to: 1 GiB, or more if more pixels than
+    /// the default are accepted.
     #[must_use]
     pub fn block_bytes(self) -> u64 {
         self.pixels.max(Self::default().pixels).saturating_mul(4)
@@ -27,16 +27,12 @@ impl Limits {
     /// Checks the sides of an image.
     ///
     /// # Errors
-    /// If it has no pixels or more than are accepted.
+    /// If it has no pixels, or more than are accepted.
     pub fn check_size(self, width: u64, height: u64) -> Result<(), Problem> {
         match width.checked_mul(height) {
             Some(0) => Err(Problem::Damaged(format!("is {width}×{height} pixels: there are none"))),
             Some(pixels) if pixels <= self.pixels => Ok(()),
-            _ => Err(Problem::TooLarge(format!(
-                "claims {width}×{height} pixels, and at most {} are accepted; give --max-pixels to \
-                 accept more",
-                self.pixels
-            ))),
+            _ => Err(Problem::TooManyPixels { width, height, most: self.pixels }),
         }
     }
 }

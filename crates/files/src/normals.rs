@@ -1,11 +1,11 @@
-//! Normals that were stored as colours.
+//! Normals stored as colors.
 
 use wgdenoise::Image;
 
-/// Decodes an image of `n·0.5+0.5` to `n`; returns whether it was one.
+/// Decodes an image of `n·0.5+0.5` to `n`, if it is one, and returns whether it was.
 ///
-/// It is one if no component is negative, nearly all pixels decode to unit vectors, and few
-/// are unit vectors as they stand. Background does not count.
+/// It is one if no component is negative, nearly all pixels decode to unit vectors, and few are
+/// unit vectors already. Background does not count.
 pub(super) fn decode_if_encoded(image: &mut Image) -> bool {
     let lit = || image.pixels().iter().filter(|p| !is_background(**p));
     let (all, encoded) = (lit().count(), lit().filter(|p| is_unit(decoded(**p))).count());
@@ -25,7 +25,7 @@ pub(super) fn decode(image: &mut Image) {
     }
 }
 
-/// Whether a pixel is no normal: 0, an encoded 0 as far as 8 bits tell, or not finite.
+/// Whether a pixel is not a normal: 0, an encoded 0 to 8 bits, or not finite.
 fn is_background(pixel: [f32; 3]) -> bool {
     let near_half = |v: f32| (v - 0.5).abs() < 1.0 / 128.0;
     pixel == [0.0; 3] || pixel.iter().all(|&v| near_half(v)) || pixel.iter().any(|v| !v.is_finite())

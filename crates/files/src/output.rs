@@ -1,5 +1,5 @@
-//! Writing beside the output and only then giving it its name, so that a failure leaves what was
-//! there.
+//! Outputs appear whole or not at all: a file is written in the folder of the output and takes its
+//! name at the end, so a failure leaves what was there.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -9,18 +9,18 @@ use super::draft::Draft;
 use super::format::Format;
 use super::{FileError, Problem};
 
-/// Where a picture is written to.
+/// The file being written.
 pub type Out<'a> = BufWriter<&'a File>;
 
-/// Checks, before any work is done, that `path` can be an output; returns its format.
+/// Checks, before any work is done, that `path` can be written; returns its format.
 ///
 /// # Errors
-/// If its extension says no format, its folder is not there or takes no file, it is not a plain
+/// If its extension names no format, its folder does not exist or takes no file, it is not a plain
 /// file, or it exists and `force` is not given.
 pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     let format = Format::of_extension(path).map_err(|p| p.at(path))?;
     if !folder(path).is_dir() {
-        return Err(Problem::Format("cannot be written: its folder is not there".into()).at(path));
+        return Err(Problem::NoFolder(folder(path).to_path_buf()).at(path));
     }
     if path.exists() && !path.is_file() {
         return Err(Problem::Format("cannot be written: it is not a plain file".into()).at(path));
@@ -33,7 +33,11 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     Ok(format)
 }
 
-/// Lets `write` fill a file in the folder of `path`, then calls it `path`.
+/// Writes a file as a whole: `path` is what `write` wrote, or, if that fails, what it was before.
+/// A link stays a link to the file that is replaced, and the file keeps its permissions.
+///
+/// # Errors
+/// If `path` exists and `force` is not given, `write` fails, or the system does.
 pub fn replace<T>(
     path: &Path,
     force: bool,
@@ -73,7 +77,7 @@ fn draft(path: &Path) -> Result<Draft, Problem> {
     Draft::within(folder(path)).map_err(Problem::Write)
 }
 
-/// What a link points to, so that the link stays one.
+/// The target of a link, so that the link stays one.
 fn resolved(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
 }
@@ -136,7 +140,8 @@ mod tests {
     #[test]
     fn a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole() {
         const OUTPUT: &str = "WGDENOISE_TEST_OUTPUT";
-        const THIS: &str = "files::output::tests::a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole";
+        const THIS: &str =
+            "output::tests::a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole";
         if let Some(path) = std::env::var_os(OUTPUT) {
             return write_half_and_wait(Path::new(&path));
         }
@@ -201,7 +206,7 @@ mod tests {
     fn an_output_must_have_a_known_extension_and_a_folder_and_be_a_plain_file() {
         let text = |path: &str| check(Path::new(path), true).unwrap_err().to_string();
         assert!(text("picture.tiff").contains(".exr, .png, .jpg or .jpeg"));
-        assert!(text("no/such/folder/x.exr").contains("its folder is not there"));
+        assert!(text("no/such/folder/x.exr").contains("the folder no/such/folder does not exist"));
         let folder = tempfile::tempdir().unwrap();
         let inner = folder.path().join("folder.exr");
         fs::create_dir(&inner).unwrap();

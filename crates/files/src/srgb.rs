@@ -5,7 +5,7 @@ pub(super) fn linear(v: f32) -> f32 {
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The sRGB curve; what is not a number becomes 0.
+/// The sRGB curve, for values clipped to [0, 1]; NaN becomes 0.
 pub(super) fn encoded(v: f32) -> f32 {
     let v = if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }

@@ -50,8 +50,8 @@ fn layer(
     Layer::new(size, attributes, encoding, AnyChannels::sort(list))
 }
 
-/// Karma's parts: half colour with alpha, a float and an integer beside it; albedo in a window
-/// of its own; normals.
+/// Karma's parts: half color with alpha, next to a float and an integer channel; albedo in another
+/// window; normals.
 fn karma(compression: Compression, blocks: Blocks) -> AnyImage {
     let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
     let n = SIZE.0 * SIZE.1;
@@ -100,7 +100,7 @@ fn open(path: &std::path::Path) -> Picture {
     Picture::open(path, &LayerChoice::default()).unwrap()
 }
 
-/// A colour with values that half holds exactly.
+/// A color with values that half holds exactly.
 fn painted(like: &Pixels) -> Pixels {
     let (w, h) = like.size();
     let pixel = |i: u32| [i % 512, i * 7 % 509, i / 3 % 503].map(|v| v as f32 * 0.5);
@@ -108,7 +108,7 @@ fn painted(like: &Pixels) -> Pixels {
     Pixels::new(w, h, pixels).unwrap()
 }
 
-fn colour(image: &AnyImage, part: usize, name: &str) -> Vec<f32> {
+fn color(image: &AnyImage, part: usize, name: &str) -> Vec<f32> {
     let list = &image.layer_data[part].channel_data.list;
     list.iter().find(|c| c.name == *name).unwrap().sample_data.values_as_f32().collect()
 }
@@ -117,8 +117,8 @@ fn planes(image: &Pixels) -> [Vec<f32>; 3] {
     [0, 1, 2].map(|c| image.pixels().iter().map(|p| p[c]).collect())
 }
 
-fn colours(image: &AnyImage, part: usize) -> [Vec<f32>; 3] {
-    ["R", "G", "B"].map(|name| colour(image, part, name))
+fn colors(image: &AnyImage, part: usize) -> [Vec<f32>; 3] {
+    ["R", "G", "B"].map(|name| color(image, part, name))
 }
 
 #[test]
@@ -134,7 +134,7 @@ fn every_compression_keeps_all_but_the_three_channels_bit_for_bit() {
         ] {
             let mut image = karma(compression, blocks);
             image.layer_data.iter_mut().for_each(|l| l.encoding.line_order = line_order);
-            // The colour's part is the first, or the last.
+            // The color's part is the first, or the last.
             let last = line_order != LineOrder::Increasing;
             if last {
                 image.layer_data.reverse();
@@ -153,15 +153,15 @@ fn check_round_trip(image: &AnyImage, compression: Compression, part: usize) {
     let denoised = painted(picture.color());
     let notices = picture.save(&output, &denoised, false).unwrap();
 
-    // Alpha is half, of which B44 loses something; to DWA it is neither colour nor luminance.
+    // B44 changes half channels such as alpha; to DWA, alpha is neither color nor luminance.
     let b44 = matches!(compression, Compression::B44 | Compression::B44A);
     let lossy = b44 || matches!(compression, Compression::DWAA(_) | Compression::DWAB(_));
     assert_eq!(notices.len(), usize::from(b44), "{compression}: {notices:?}");
     let (before, mut after) = (read(&input), read(&output));
-    assert!(planes(picture.color()) == colours(&before, part), "{compression}: other colours");
+    assert!(planes(picture.color()) == colors(&before, part), "{compression}: other colors");
     if !lossy {
-        assert!(colours(&before, part) == colours(image, part), "{compression}: other colours");
-        assert!(colours(&after, part) == planes(&denoised), "{compression}: not as painted");
+        assert!(colors(&before, part) == colors(image, part), "{compression}: other colors");
+        assert!(colors(&after, part) == planes(&denoised), "{compression}: not as painted");
     }
     let old = &before.layer_data[part].channel_data.list;
     for (new, old) in after.layer_data[part].channel_data.list.iter_mut().zip(old) {
@@ -175,12 +175,12 @@ fn check_round_trip(image: &AnyImage, compression: Compression, part: usize) {
 }
 
 #[test]
-fn albedo_of_another_window_is_moved_to_where_the_colour_is_and_that_is_said() {
+fn albedo_in_another_window_is_moved_to_the_color_with_a_notice() {
     let folder = Folder::new();
     let picture = open(&folder.with(&karma(Compression::ZIP16, Blocks::ScanLines)));
     let albedo = picture.albedo().unwrap();
     assert_eq!(albedo.size(), (37, 41));
-    // The colour's corner is (−3, 5), the albedo's (0, 0): column 3 of row 0 is its row 5.
+    // The color's corner is (−3, 5), the albedo's (0, 0): column 3 of row 0 is its row 5.
     let expected = f16::from_f32(noise(6, 5 * 20)).to_f32();
     assert_eq!((albedo.row(0)[2], albedo.row(0)[3]), ([0.0; 3], [expected; 3]));
     assert!(
@@ -189,7 +189,7 @@ fn albedo_of_another_window_is_moved_to_where_the_colour_is_and_that_is_said() {
 }
 
 #[test]
-fn smaller_mip_levels_stay_as_they_were_and_that_is_said() {
+fn smaller_mip_levels_stay_as_they_were_with_a_notice() {
     let folder = Folder::new();
     let path = folder.path("in.exr");
     let levels = |seed| Levels::Mip {
@@ -223,13 +223,13 @@ fn smaller_mip_levels_stay_as_they_were_and_that_is_said() {
 }
 
 #[test]
-fn halves_too_large_are_clamped_and_counted() {
+fn values_too_large_for_half_are_clamped_and_counted() {
     let folder = Folder::new();
     let picture = open(&folder.with(&karma(Compression::PIZ, Blocks::ScanLines)));
     let mut denoised = painted(picture.color());
     denoised.pixels_mut()[7] = [1e6, 65504.0, f32::INFINITY];
     let notices = picture.save(&folder.path("out.exr"), &denoised, false).unwrap();
-    assert!(notices[0].starts_with("2 values are beyond 65504"), "{notices:?}");
+    assert!(notices[0].starts_with("2 values exceed 65504"), "{notices:?}");
     let written = read(&folder.path("out.exr"));
-    assert_eq!((colour(&written, 0, "R")[7], colour(&written, 0, "B")[7]), (65504.0, 65504.0));
+    assert_eq!((color(&written, 0, "R")[7], color(&written, 0, "B")[7]), (65504.0, 65504.0));
 }

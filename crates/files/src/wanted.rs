@@ -1,4 +1,4 @@
-//! What the caller asks for.
+//! The caller's choice of layers.
 
 use std::path::Path;
 
@@ -7,7 +7,8 @@ use super::choice::Wish;
 use super::layers::{self, Part};
 use super::limits::Limits;
 
-/// What to read: names of layers where the file's own names do not tell, and how much at most.
+/// Which layers to read, and how much at most. Layers that are not named are found by the names that
+/// renderers give them.
 #[derive(Clone, Debug, Default)]
 pub struct LayerChoice {
     /// The layer to denoise.
@@ -16,7 +17,7 @@ pub struct LayerChoice {
     pub albedo: Option<String>,
     /// The layer or the file with the normals.
     pub normal: Option<String>,
-    /// Leave albedo and normal out even where they are there.
+    /// Ignore albedo and normal.
     pub no_aux: bool,
     /// Read the layer that results are written to instead of the noisy one.
     pub finished: bool,
@@ -24,7 +25,7 @@ pub struct LayerChoice {
     pub limits: Limits,
 }
 
-/// A layer's name stays a name; anything else must be a file.
+/// What `name` stands for: a layer, or else a file.
 pub(super) fn wish(
     parts: &[Part],
     name: Option<&str>,

@@ -1,11 +1,12 @@
-//! Parts of one file that cover different rectangles of the picture.
+//! Parts of one file that cover different rectangles of the image.
 
 use ::exr::meta::attribute::IntegerBounds;
 
 use super::Problem;
+use super::escape::escaped;
 use wgdenoise::Image;
 
-/// Brings an image of the window `from` into the window `to`; pixels outside `from` are 0.
+/// Moves an image from the window `from` to the window `to`; pixels outside `from` become 0.
 pub(super) fn align(
     image: Image,
     from: IntegerBounds,
@@ -30,19 +31,20 @@ pub(super) fn align(
     Image::new(width as u32, height as u32, pixels).map_err(|e| Problem::Size(e.to_string()))
 }
 
-/// What to say of a layer that was brought into another window.
+/// Tells that a layer was moved to another window.
 pub(super) fn notice(layer: &str, from: IntegerBounds, to: IntegerBounds) -> String {
     format!(
-        "`{layer}` covers {} and the colour {}: it was cropped and extended with 0 to fit",
+        "`{}` covers {} and the color {}: it was cropped and padded with 0 to fit",
+        escaped(layer),
         shown(from),
         shown(to)
     )
 }
 
-/// Two sizes that had to be the same.
+/// The problem with two sizes that had to be equal.
 pub(super) fn other_size(found: (u32, u32), expected: (u32, u32)) -> Problem {
     Problem::Size(format!(
-        "is {}×{} pixels and the colour is {}×{}; both must be of one size",
+        "is {}×{} pixels and the color is {}×{}; both must have the same size",
         found.0, found.1, expected.0, expected.1
     ))
 }
@@ -76,7 +78,7 @@ mod tests {
         assert_eq!(align(image.clone(), from, from).unwrap(), image);
     }
 
-    /// The pixel of the picture, of which the image is a part.
+    /// The pixel at a position of the whole picture.
     fn at(image: &Image, from: IntegerBounds, x: i64, y: i64) -> [f32; 3] {
         let corner = (i64::from(from.position.x()), i64::from(from.position.y()));
         match (u32::try_from(x - corner.0), u32::try_from(y - corner.1)) {

@@ -19,7 +19,7 @@ use crate::plan::tiles::TilePlan;
 const TILE_STRIDE: usize = 256;
 
 /// The images in the form that kernels bind.
-struct Images {
+struct BoundImages {
     color: Held,
     albedo: Option<Held>,
     normal: Option<Held>,
@@ -39,7 +39,7 @@ impl Denoiser {
     }
 
     /// Takes the images, rejecting those of other devices.
-    fn hold(&self, d: &PassDescriptor<'_>) -> Result<Images> {
+    fn hold(&self, d: &PassDescriptor<'_>) -> Result<BoundImages> {
         let device = &self.context.device;
         let mut rescues = Vec::new();
         let mut hold = |role: Role, image: PassImage<'_>| {
@@ -68,13 +68,13 @@ impl Denoiser {
             let bind = || try_bind(device, Binding::Buffer, scale_binding(buffer));
             check_device(device, &"input scale", bind)?;
         }
-        Ok(Images { color, albedo, normal, output, rescues })
+        Ok(BoundImages { color, albedo, normal, output, rescues })
     }
 
     fn bind_images(
         &self,
         d: &PassDescriptor<'_>,
-        images: Images,
+        images: BoundImages,
         network: &CompiledNetwork,
         plan: &TilePlan,
     ) -> Pass {
@@ -156,7 +156,7 @@ fn try_bind(device: &wgpu::Device, binding: Binding, resource: wgpu::BindingReso
 }
 
 /// All tiles of a plan, one every [`TILE_STRIDE`] bytes.
-fn tile_bytes(image_size: [u32; 2], images: &Images, plan: &TilePlan) -> Vec<u8> {
+fn tile_bytes(image_size: [u32; 2], images: &BoundImages, plan: &TilePlan) -> Vec<u8> {
     let layout = |image: &Option<Held>| image.as_ref().map(|held| held.layout).unwrap_or_default();
     let mut bytes = vec![0; plan.tiles.len() * TILE_STRIDE];
     for (slot, placed) in bytes.chunks_exact_mut(TILE_STRIDE).zip(&plan.tiles) {

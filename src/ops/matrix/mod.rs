@@ -18,11 +18,11 @@
 
 mod wgsl;
 
-use super::convolution::{Variant, Weights};
+use super::convolution::{PackedWeights, Variant};
 use super::packing::{Taps, storage_buffer};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::matrix_shape::{Factor, MatrixShape, SUBGROUPS};
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// Tiles side by side in a row of pixels, per workgroup.
 pub const COLUMNS: u32 = 2;
@@ -43,7 +43,7 @@ pub fn spec(shape: MatrixShape, channels: u32) -> KernelSpec {
     let MatrixShape { side, lanes, .. } = shape;
     KernelSpec {
         name: format!("conv3x3_matrix{side}_{}_{lanes}_{channels}", shape.wgsl_type()).into(),
-        source: Source::Generated(wgsl::source(shape, channels)),
+        source: ShaderRoot::Generated(wgsl::source(shape, channels)),
         features: features(shape, channels).into(),
         entry: "main",
         bindings: vec![Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer]
@@ -66,7 +66,7 @@ pub fn variant(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> Varian
     let channels = channels_per_workgroup(taps.outputs);
     Variant {
         spec: spec(shape, channels),
-        weights: Weights::Buffer(pack(context, shape, taps)),
+        weights: PackedWeights::Buffer(pack(context, shape, taps)),
         tile: [COLUMNS * shape.side, SUBGROUPS * ROWS],
         blocks: (taps.outputs as u32).div_ceil(channels),
         footprint: None,

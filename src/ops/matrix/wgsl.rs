@@ -9,13 +9,19 @@ use super::{COLUMNS, MatrixShape, ROWS, SUBGROUPS, SUMS};
 pub(super) fn source(shape: MatrixShape, channels: u32) -> String {
     let body = [zeros(shape, channels), products(shape, channels), stores(shape, channels)];
     let [zeros, products, stores] = body;
-    let (lanes, invocations) = (shape.lanes, shape.lanes * SUBGROUPS);
+    let MatrixShape { side, lanes, .. } = shape;
+    let invocations = lanes * SUBGROUPS;
     format!(
         "import package::conv3x3_matrix::{{
-    CHANNELS, HEIGHT, Pixels, QUADS, ROWS, SIDE, STAGED_WIDTH, SUMS, Sums, Taps, WIDTH,
+    CHANNELS, Factor, HEIGHT, QUADS, ROWS, SIDE, STAGED_WIDTH, SUMS, WIDTH,
     input, pixels, put, stage, sums, weights
 }};
 
+enable wgpu_cooperative_matrix;
+
+alias Pixels = coop_mat{side}x{side}<Factor, A>;
+alias Taps = coop_mat{side}x{side}<Factor, B>;
+alias Sums = coop_mat{side}x{side}<f32, C>;
 const LANES = {lanes}u;
 const INVOCATIONS = {invocations}u;
 

@@ -20,11 +20,11 @@ use self::walk::Walk;
 use super::packing::weight_texture;
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::SIMD_LANES;
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// The operator a generated kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum SimdKernel {
     /// [`super::conv3x3`].
     Conv3x3,
     /// [`super::up_conv`].
@@ -38,7 +38,7 @@ pub enum Shape {
 /// Invocations that share a set of weights: a subgroup.
 pub const LANES: u32 = SIMD_LANES;
 
-impl Shape {
+impl SimdKernel {
     fn name(self) -> &'static str {
         match self {
             Self::Conv3x3 => "conv3x3",
@@ -92,14 +92,14 @@ impl Shape {
 /// The generated kernel for this many output quads per invocation, without features.
 #[must_use]
 pub fn spec(
-    shape: Shape,
+    shape: SimdKernel,
     out_quads: usize,
     bindings: Cow<'static, [Binding]>,
     overrides: &'static [&'static str],
 ) -> KernelSpec {
     KernelSpec {
         name: format!("{}_simd{}", shape.name(), out_quads * 4).into(),
-        source: Source::Generated(text::source(shape, out_quads)),
+        source: ShaderRoot::Generated(text::source(shape, out_quads)),
         features: Cow::Borrowed(&[]),
         entry: "main",
         bindings,
@@ -110,7 +110,7 @@ pub fn spec(
 
 /// Invocations along z: blocks of `4 · quads` output channels.
 #[must_use]
-pub fn blocks(shape: Shape, outputs: usize) -> usize {
+pub fn blocks(shape: SimdKernel, outputs: usize) -> usize {
     outputs.div_ceil(4 * shape.quads(outputs))
 }
 
@@ -120,7 +120,7 @@ pub fn blocks(shape: Shape, outputs: usize) -> usize {
 #[must_use]
 pub fn pack(
     context: &Context,
-    shape: Shape,
+    shape: SimdKernel,
     outputs: usize,
     steps: usize,
     weight: impl Fn(usize, usize, usize, usize) -> f32,

@@ -3,26 +3,26 @@
 use std::fmt::Write as _;
 
 use super::walk::Walk;
-use super::{LANES, Shape};
+use super::{LANES, SimdKernel};
 
 /// The components of a texel.
 const CHANNELS: [&str; 4] = ["x", "y", "z", "w"];
 
 /// The entry point's imports from `shaders/`.
-fn imports(shape: Shape) -> &'static str {
+fn imports(shape: SimdKernel) -> &'static str {
     match shape {
-        Shape::Conv3x3 => {
+        SimdKernel::Conv3x3 => {
             "import package::common::conv_output::{activated, bias, output};
 import package::common::simd::{any_needed, weights};
 import package::conv3x3_simd::input;"
         }
-        Shape::UpConv => {
+        SimdKernel::UpConv => {
             "import package::common::conv_output::{activated, bias, output};
 import package::common::simd::{any_needed, weights};
 import package::up_conv_simd::{low, skip};"
         }
-        Shape::Head => "import package::common::head::{finish, input, weights};",
-        Shape::ConvHead => {
+        SimdKernel::Head => "import package::common::head::{finish, input, weights};",
+        SimdKernel::ConvHead => {
             "import package::common::conv_head::{conv_bias, relu};
 import package::common::head::{finish, input, weights};
 import package::conv_head_simd::{any_needed, conv_weights};"
@@ -31,13 +31,13 @@ import package::conv_head_simd::{any_needed, conv_weights};"
 }
 
 /// The entry point.
-pub(super) fn source(shape: Shape, quads: usize) -> String {
+pub(super) fn source(shape: SimdKernel, quads: usize) -> String {
     let walks = shape.walks().iter().map(|walk| walk_text(shape, walk, quads));
-    let needed = if shape == Shape::Head { "true" } else { "any_needed(x, y)" };
+    let needed = if shape == SimdKernel::Head { "true" } else { "any_needed(x, y)" };
     let tail = match shape {
-        Shape::Conv3x3 | Shape::UpConv => store(shape, quads),
-        Shape::Head => finish("sum0_"),
-        Shape::ConvHead => project(quads) + &finish("result"),
+        SimdKernel::Conv3x3 | SimdKernel::UpConv => store(shape, quads),
+        SimdKernel::Head => finish("sum0_"),
+        SimdKernel::ConvHead => project(quads) + &finish("result"),
     };
     format!(
         "{imports}
@@ -62,7 +62,7 @@ fn main(
     )
 }
 
-fn accumulators(shape: Shape, quads: usize) -> String {
+fn accumulators(shape: SimdKernel, quads: usize) -> String {
     let mut text = String::new();
     for (k, p) in pairs(shape, quads) {
         let _ = writeln!(text, "    var sum{k}_{p} = vec4<f32>();");
@@ -71,7 +71,7 @@ fn accumulators(shape: Shape, quads: usize) -> String {
 }
 
 /// A loop over the steps of a walk: one kernel row of four input channels at a time.
-fn walk_text(shape: Shape, walk: &Walk, quads: usize) -> String {
+fn walk_text(shape: SimdKernel, walk: &Walk, quads: usize) -> String {
     let Walk { tensor, rows, first_step, .. } = walk;
     format!(
         "    {{
@@ -93,7 +93,7 @@ fn walk_text(shape: Shape, walk: &Walk, quads: usize) -> String {
 }
 
 /// Loads, then all multiply-adds.
-fn step(shape: Shape, walk: &Walk, quads: usize) -> String {
+fn step(shape: SimdKernel, walk: &Walk, quads: usize) -> String {
     let Walk { tensor, weights, x, y, .. } = walk;
     let (pixels, lanes) = (shape.pixels() as usize, LANES as usize);
     let mut text = String::new();
@@ -131,7 +131,7 @@ fn multiply_add(walk: &Walk, k: usize, p: usize) -> String {
 }
 
 /// Biases and stores. Pixels outside the output are not stored.
-fn store(shape: Shape, quads: usize) -> String {
+fn store(shape: SimdKernel, quads: usize) -> String {
     let mut text = format!(
         "    if needed {{
     let size = vec2<i32>(textureDimensions(output));
@@ -140,7 +140,7 @@ fn store(shape: Shape, quads: usize) -> String {
     let vertical = select(select(1, 2, y == size.y - 1), 0, y == 0);
 "
     );
-    let bias = if shape == Shape::UpConv { up_conv_bias } else { conv3x3_bias };
+    let bias = if shape == SimdKernel::UpConv { up_conv_bias } else { conv3x3_bias };
     for k in 0..quads {
         text += &bias(k);
         for p in 0..shape.pixels() {
@@ -154,7 +154,7 @@ fn store(shape: Shape, quads: usize) -> String {
 
 fn conv3x3_bias(k: usize) -> String {
     let mut text = format!("    let bias{k} = bias[first + {k}];\n");
-    for p in 0..Shape::Conv3x3.pixels() {
+    for p in 0..SimdKernel::Conv3x3.pixels() {
         let _ = writeln!(text, "    let bias{k}_{p} = bias{k};");
     }
     text
@@ -168,7 +168,7 @@ fn up_conv_bias(k: usize) -> String {
         let index = format!("(vertical * 3 + {i}) * out_quads + first + {k}");
         let _ = writeln!(text, "    let {column}{k} = bias[{index}];");
     }
-    for p in 0..Shape::UpConv.pixels() {
+    for p in 0..SimdKernel::UpConv.pixels() {
         let right = format!("select(inside{k}, right{k}, x + {p} == size.x - 1)");
         let _ = writeln!(text, "    let bias{k}_{p} = select({right}, left{k}, x + {p} == 0);");
     }
@@ -177,7 +177,7 @@ fn up_conv_bias(k: usize) -> String {
 
 /// The 1×1 convolution of the activated sums: the lanes load a quad's weights and share them.
 fn project(quads: usize) -> String {
-    let pixels = Shape::ConvHead.pixels();
+    let pixels = SimdKernel::ConvHead.pixels();
     let mut text = String::new();
     for p in 0..pixels {
         let _ = writeln!(text, "    var result{p} = vec4<f32>();");
@@ -201,9 +201,9 @@ fn project(quads: usize) -> String {
 /// Passes the results, one per pixel, to the shader's function that stores them in the image.
 fn finish(result: &str) -> String {
     let pixel = |p| format!("    finish(vec2(x + {p}, y), {result}{p});\n");
-    (0..Shape::Head.pixels()).map(pixel).collect()
+    (0..SimdKernel::Head.pixels()).map(pixel).collect()
 }
 
-fn pairs(shape: Shape, quads: usize) -> impl Iterator<Item = (usize, usize)> {
+fn pairs(shape: SimdKernel, quads: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..quads).flat_map(move |k| (0..shape.pixels() as usize).map(move |p| (k, p)))
 }

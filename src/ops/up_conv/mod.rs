@@ -14,14 +14,14 @@ use std::borrow::Cow;
 
 use self::fold::Folded;
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, TILED_QUADS, Variant, Weights};
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::model::Params;
-use crate::shader::Source;
+use crate::shader::ShaderRoot;
 
 /// The bindings of the generated variant.
 const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
@@ -29,7 +29,7 @@ const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
 /// The variant for GPUs.
 pub const TILED: KernelSpec = KernelSpec {
     name: Cow::Borrowed("up_conv_tiled"),
-    source: Source::Module("up_conv_tiled"),
+    source: ShaderRoot::Module("up_conv_tiled"),
     features: Cow::Borrowed(&["up_conv"]),
     entry: "main",
     bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
@@ -46,7 +46,7 @@ const fn bindings(weights: Binding) -> [Binding; 7] {
 #[must_use]
 pub fn simd_spec(out_quads: usize) -> KernelSpec {
     let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
-    let spec = simd::spec(simd::Shape::UpConv, out_quads, bindings, &["largest", "relu"]);
+    let spec = simd::spec(simd::SimdKernel::UpConv, out_quads, bindings, &["largest", "relu"]);
     KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
 }
 
@@ -97,8 +97,8 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
         low.at(output, stored, ((y * 2 + x) * 2 + row) * 2 + column)
     };
     let steps = 3 * skip_quads + 4 * low_quads;
-    let (shape, outputs) = (simd::Shape::UpConv, skip.outputs);
-    let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
+    let (shape, outputs) = (simd::SimdKernel::UpConv, skip.outputs);
+    let weights = PackedWeights::Texture(simd::pack(context, shape, outputs, steps, weight));
     Variant::simd(simd_spec(shape.quads(outputs)), shape, weights, outputs)
 }
 
@@ -108,7 +108,7 @@ fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let blocks = skip.out_quads().div_ceil(TILED_QUADS);
     let data: Vec<f32> =
         [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
-    let weights = Weights::Buffer(storage_buffer(context, "weights", &data));
+    let weights = PackedWeights::Buffer(storage_buffer(context, "weights", &data));
     Variant::tiled(TILED, weights, blocks)
 }
 

@@ -17,7 +17,7 @@ fn formats() -> PassFormats {
 fn formats_that_a_pass_takes_can_be_compiled_ahead() {
     let denoiser = denoiser(&Options::default());
     denoiser.warm_up(&formats()).unwrap();
-    let buffers = formats().color(super::F32);
+    let buffers = formats().color(super::F32).albedo(None).normal(None);
     denoiser.warm_up(&buffers).unwrap();
 }
 

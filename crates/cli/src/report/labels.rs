@@ -1,11 +1,11 @@
-//! Where the labels of points go, so that they hide neither points nor each other.
+//! Places the labels of a plot so that they hide neither points nor each other.
 
 use std::ops::Range;
 
-/// Pixels of a line of text, and about those of a letter.
+/// Pixels per line of text, and roughly per letter.
 pub(super) const HEIGHT: i32 = 12;
 const LETTER: i32 = 7;
-/// From the middle of a point to what stands beside it.
+/// From the middle of a point to its label.
 const GAP: i32 = 9;
 
 type Place = (i32, i32);
@@ -26,8 +26,8 @@ impl Area {
     }
 }
 
-/// Puts every text beside its point, where it meets least of the points and of the texts before
-/// it and stays in the frame; gives the texts with their top left corners.
+/// Puts every text next to its point, within the frame and where it overlaps as few points and
+/// earlier texts as possible. Returns the texts with their top left corners.
 pub(super) fn placed(
     named: &[(Place, String)],
     points: &[Place],
@@ -51,8 +51,8 @@ pub(super) fn placed(
     placed
 }
 
-/// The first of the best is taken. To the left and below of a point of the front there is no other
-/// point: it would be faster and closer.
+/// The preferred corner first: below and to the left of a point on the front no other point can be,
+/// since it would be faster and closer.
 fn corners(text: &str, (x, y): Place) -> [Place; 8] {
     let width = LETTER * text.chars().count() as i32;
     let (right, middle, left) = (x + GAP, x - width / 2, x - GAP - width);

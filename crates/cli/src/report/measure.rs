@@ -1,9 +1,8 @@
-//! Runs every configuration, in rounds.
+//! Runs every configuration in rounds, and finds those worth their time.
 
 use std::time::Instant;
 
-use super::super::progress::Progress;
-use super::front;
+use crate::console::Console;
 use wgdenoise::measure::median;
 use wgdenoise::{
     Denoiser, Frame, Gpu, Image, Inputs, KernelSet, MatrixShape, Options, Precision, Quality,
@@ -11,12 +10,12 @@ use wgdenoise::{
 };
 use wgdenoise_metrics::Metrics;
 
-/// A configuration and what came of it.
+/// A configuration and its outcome.
 pub(super) struct Row {
     pub(super) quality: Quality,
     pub(super) precision: Precision,
     pub(super) inputs: Inputs,
-    /// Or why it failed.
+    /// The measurement, or why it failed.
     pub(super) outcome: Result<Measured, String>,
     /// No other is both faster and closer to the reference.
     pub(super) front: bool,
@@ -28,11 +27,11 @@ impl Row {
     }
 }
 
-/// What was measured of a configuration.
+/// The measurement of a configuration.
 pub(super) struct Measured {
     /// Seconds per run, shortest first.
     pub(super) seconds: Vec<f64>,
-    /// Of the result.
+    /// The error of the result.
     pub(super) metrics: Metrics,
 }
 
@@ -43,37 +42,38 @@ impl Measured {
 }
 
 /// Measures every configuration: once to warm up and to get the result, then in `runs` rounds in
-/// which each has its turn, so that a clock that drifts drifts for all alike.
+/// which each has its turn, so that a drifting clock drifts for all alike.
 pub(super) fn rows(
     gpu: &Gpu,
     options: &Options,
     frame: &Frame<'_>,
     reference: &Image,
     runs: u32,
+    console: &Console,
 ) -> Vec<Row> {
     let inputs = input_sets(frame.inputs());
     let denoisers = denoisers(gpu, options);
     let each = || denoisers.iter().flat_map(|d| inputs.iter().map(move |&inputs| (d, inputs)));
-    let frames = each().count() * (1 + runs as usize);
-    let progress = Progress::new(frames, "frames", false);
-    let mut done = 0..;
-    let mut tick = || progress.set(done.next().map_or(0, |d: usize| d + 1), frames);
+    console.begin(each().count() * (1 + runs as usize));
+    let mut started = 0..;
+    let mut tick = || started.next().into_iter().for_each(|i| console.item(i, "frames"));
     let mut rows: Vec<Row> = Vec::new();
     for (one, inputs) in each() {
-        rows.push(one.warm_up(&restricted(frame, inputs), reference));
         tick();
+        rows.push(one.warm_up(&restricted(frame, inputs), reference));
     }
     for _ in 0..runs {
         for ((one, inputs), row) in each().zip(&mut rows) {
-            one.time(&restricted(frame, inputs), row);
             tick();
+            one.time(&restricted(frame, inputs), row);
         }
     }
-    front::mark(&mut rows);
+    console.end();
+    mark_front(&mut rows);
     rows
 }
 
-/// Colour, then with every other image that there is.
+/// Color alone, then with each further image that the frame has.
 fn input_sets(given: Inputs) -> Vec<Inputs> {
     let albedo = Inputs { albedo: given.albedo, normal: false };
     let mut sets = vec![Inputs::default(), albedo, given];
@@ -86,7 +86,7 @@ fn restricted<'a>(frame: &Frame<'a>, inputs: Inputs) -> Frame<'a> {
     frame.albedo(albedo.filter(|_| inputs.albedo)).normal(normal.filter(|_| inputs.normal))
 }
 
-/// A denoiser, or why there is none.
+/// A denoiser, or why it cannot be made.
 struct Contender {
     quality: Quality,
     precision: Precision,
@@ -141,9 +141,28 @@ impl Contender {
     }
 }
 
+/// Marks the Pareto front: rows that no other row beats in time without losing in error, or the
+/// reverse.
+fn mark_front(rows: &mut [Row]) {
+    let points: Vec<_> = rows.iter().map(point).collect();
+    for (row, own) in rows.iter_mut().zip(&points) {
+        let Some(own) = own else { continue };
+        row.front = !points.iter().flatten().any(|other| beats(*other, *own));
+    }
+}
+
+/// Time and error of a row that was measured.
+fn point(row: &Row) -> Option<(f64, f64)> {
+    row.measured().map(|measured| (measured.median(), measured.metrics.l1))
+}
+
+fn beats(a: (f64, f64), b: (f64, f64)) -> bool {
+    a.0 <= b.0 && a.1 <= b.1 && a != b
+}
+
 #[cfg(test)]
 impl Row {
-    /// A row of a run of so many seconds and an L1, or of a failure.
+    /// A row with one run of these seconds and L1, or a failure.
     pub(super) fn made_up(outcome: Result<(f64, f64), &str>) -> Self {
         let measured = |(seconds, l1)| Measured {
             seconds: vec![seconds],
@@ -173,5 +192,22 @@ mod tests {
         assert_eq!(names(true, false), ["color", "color, albedo"]);
         assert_eq!(names(false, true), ["color", "color, normal"]);
         assert_eq!(names(true, true), ["color", "color, albedo", "color, albedo, normal"]);
+    }
+
+    #[test]
+    fn a_row_that_another_beats_is_not_on_the_front() {
+        let mut rows = [
+            Row::made_up(Ok((2.0, 0.5))),
+            Row::made_up(Ok((1.0, 0.9))),
+            Row::made_up(Err("failed")),
+            Row::made_up(Ok((3.0, 0.5))),
+            Row::made_up(Ok((1.0, 0.95))),
+            Row::made_up(Ok((2.5, 0.7))),
+            Row::made_up(Ok((9.0, 0.4))),
+            Row::made_up(Ok((9.0, 0.4))),
+        ];
+        mark_front(&mut rows);
+        let front = rows.map(|row| row.front);
+        assert_eq!(front, [true, true, false, false, false, false, true, true]);
     }
 }

@@ -1,19 +1,19 @@
-//! `wgdenoise bench --report NOISY REFERENCE`: time against error of the built-in weights.
+//! `wgdenoise report NOISY REFERENCE`: time against error of the built-in weights.
 
 use std::fs;
 use std::io::Write;
 use std::path::Path;
 
-use super::args::BenchArgs;
-use super::failure::Failure;
-use super::{pipelines, print, say};
+use crate::cache;
+use crate::console::{Console, print, print_json};
+use crate::failure::{Failure, shown};
+use crate::request;
+use crate::session;
 use wgdenoise::{Denoiser, Frame, Gpu, Options, Quality, Weights};
-use wgdenoise_files::{LayerChoice, Picture, Problem};
+use wgdenoise_files::{LayerChoice, Out, Picture, Problem};
 use wgdenoise_metrics::Metrics;
 
-mod front;
 mod labels;
-mod marker;
 mod measure;
 mod plot;
 mod table;
@@ -25,7 +25,7 @@ const MARKDOWN: &str = "report.md";
 const JSON: &str = "report.json";
 const PLOT: &str = "report.svg";
 
-/// All that a report says.
+/// The content of a report.
 struct Report {
     /// The files' names.
     noisy: String,
@@ -41,58 +41,59 @@ struct Report {
 }
 
 /// Measures every configuration, prints the table, and writes it with the plot.
-pub(super) fn run(args: &BenchArgs, noisy: &Path, reference: &Path) -> Result<(), Failure> {
-    if let Some(folder) = &args.out {
-        prepare(folder, args.force)?;
+pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Failure> {
+    if let Some(folder) = &request.out {
+        prepare(folder, request.force)?;
     }
-    let picture = Picture::open(noisy, &LayerChoice::from(&args.layers))?;
-    let finished = LayerChoice { no_aux: true, finished: true, ..LayerChoice::from(&args.layers) };
-    let truth = Picture::open(reference, &finished)?;
+    let picture = Picture::open(&request.noisy, &request.layers)?;
+    let finished = LayerChoice { no_aux: true, finished: true, ..request.layers.clone() };
+    let truth = Picture::open(&request.reference, &finished)?;
     let before = wgdenoise_metrics::compare(picture.color(), truth.color())?;
-    let gpu = args.engine.open_gpu()?;
-    let options = args.engine.options(&gpu)?;
+    let (gpu, options) = session::open(&request.device)?;
     let (width, height) = picture.color().size();
     let frame = Frame::new(picture.color()).albedo(picture.albedo()).normal(picture.normal());
     let report = Report {
-        noisy: name(noisy),
-        reference: name(reference),
+        noisy: name(&request.noisy),
+        reference: name(&request.reference),
         width,
         height,
-        device: device(&gpu, &kernels(&gpu, &options)?),
-        runs: args.runs,
+        device: device(&gpu, &kernels(&gpu, &options, console)?),
+        runs: request.runs,
         before,
-        rows: measure::rows(&gpu, &options, &frame, truth.color(), args.runs),
+        rows: measure::rows(&gpu, &options, &frame, truth.color(), request.runs, console),
     };
-    pipelines::keep(&gpu, &options);
-    report.deliver(args)
+    cache::keep_pipelines(&gpu, &options);
+    report.deliver(request, console)
 }
 
-/// The kernels that run with these options; says why if they are not those asked for.
-fn kernels(gpu: &Gpu, options: &Options) -> Result<String, Failure> {
+/// The kernels that run with these options; a notice explains if they are not the ones asked for.
+fn kernels(gpu: &Gpu, options: &Options, console: &Console) -> Result<String, Failure> {
     let weights = Weights::builtin(Quality::Fast)?;
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, options)?;
-    denoiser.take_notices().iter().for_each(|notice| say(notice));
+    denoiser.take_notices().iter().for_each(|notice| console.notice(notice));
     Ok(denoiser.kernels().to_string())
 }
 
 impl Report {
-    fn deliver(&self, args: &BenchArgs) -> Result<(), Failure> {
-        print(&if args.json { table::json(self) } else { table::markdown(self) })?;
+    fn deliver(&self, request: &request::Report, console: &Console) -> Result<(), Failure> {
+        let markdown = table::markdown(self);
+        if request.json { print_json(&table::json(self)) } else { print(&markdown) }?;
         if self.rows.iter().all(|row| row.measured().is_none()) {
-            return Err(Failure::Work("nothing could be measured; the report says why".into()));
+            return Err(Failure::Work("nothing could be measured; the report tells why".into()));
         }
-        if let Some(folder) = &args.out {
-            let plot = plot::svg(self).map_err(|e| Failure::Work(format!("the plot: {e}")))?;
-            let markdown = format!("{}\n\n![Time against error]({PLOT})", table::markdown(self));
-            for (name, text) in [(MARKDOWN, markdown), (JSON, table::json(self)), (PLOT, plot)] {
-                write(&folder.join(name), args.force, &text)?;
-            }
+        let Some(folder) = &request.out else { return Ok(()) };
+        let plot = plot::svg(self).map_err(|e| Failure::Work(format!("the plot: {e}")))?;
+        let markdown = format!("{markdown}\n\n![Time against error]({PLOT})");
+        let json = table::json(self).to_string();
+        for (name, text) in [(MARKDOWN, markdown), (JSON, json), (PLOT, plot)] {
+            write(&folder.join(name), request.force, &text)?;
         }
+        console.notice(&format!("wrote {MARKDOWN}, {JSON} and {PLOT} to {}", shown(folder)));
         Ok(())
     }
 }
 
-/// Makes the folder and finds, before any work is done, what may not be replaced.
+/// Creates the folder, and finds before any work is done what must not be replaced.
 fn prepare(folder: &Path, force: bool) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| Problem::Write(error).at(folder))?;
     for path in [MARKDOWN, JSON, PLOT].map(|name| folder.join(name)) {
@@ -104,8 +105,7 @@ fn prepare(folder: &Path, force: bool) -> Result<(), Failure> {
 }
 
 fn write(path: &Path, force: bool, text: &str) -> Result<(), Failure> {
-    let write =
-        |out: &mut wgdenoise_files::Out<'_>| writeln!(out, "{text}").map_err(Problem::Write);
+    let write = |out: &mut Out<'_>| writeln!(out, "{text}").map_err(Problem::Write);
     Ok(wgdenoise_files::replace(path, force, write)?)
 }
 

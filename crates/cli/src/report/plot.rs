@@ -7,16 +7,15 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use plotters::style::text_anchor::{HPos, Pos, VPos};
 
-use super::marker::Marker;
 use super::measure::Row;
 use super::{Report, labels, table};
-use wgdenoise::Inputs;
+use wgdenoise::{Inputs, Precision, Quality};
 
-pub(super) type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-pub(super) type Drawn = Result<(), Box<dyn Error>>;
+type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
+type Drawn = Result<(), Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (960, 600);
-/// Beside the axes stands what the markers mean.
+/// Room for the legend next to the axes.
 const LEGEND_WIDTH: u32 = 170;
 const FONT: &str = "sans-serif";
 const FRONT: RGBColor = RGBColor(130, 130, 130);
@@ -25,7 +24,7 @@ const FRONT: RGBColor = RGBColor(130, 130, 130);
 struct Point<'a> {
     row: &'a Row,
     milliseconds: f64,
-    /// In percent of the noisy image's; itself, times 100, if the noisy image has none.
+    /// In percent of the noisy image's error, or times 100 if that is 0.
     error: f64,
 }
 
@@ -100,7 +99,7 @@ fn label(row: &Row) -> String {
     format!("{} {}", row.quality.name(), table::precision(row.precision))
 }
 
-/// From the least to the most, with a tenth of that, or of the value, on either side.
+/// From the least to the most value, with a margin of a tenth.
 fn padded(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     let least = values.clone().fold(f64::INFINITY, f64::min);
     let most = values.fold(f64::NEG_INFINITY, f64::max);
@@ -108,11 +107,11 @@ fn padded(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     least - margin..most + margin
 }
 
-/// Round numbers in a range of a logarithmic axis: 1, 2, 5 and so on, or more if these are few.
+/// Round numbers for a logarithmic axis: 1, 2, 5 and so on, or more where these are too few.
 fn ticks(range: &Range<f64>) -> Vec<f64> {
     let of = |digits: &[u8]| -> Vec<f64> {
         let tick = |exponent: i32| {
-            // Parsed, a tick is the number that its text is.
+            // Parsing makes a tick exactly the number in its label.
             let parse = move |digit: &u8| format!("{digit}e{exponent}").parse().ok();
             digits.iter().filter_map(parse)
         };
@@ -138,6 +137,67 @@ fn draw_legend(area: &Area<'_>, report: &Report) -> Drawn {
         y += 16;
     }
     Ok(())
+}
+
+/// A marker: its color shows the tier, its shape the precision, its filling the inputs.
+struct Marker {
+    quality: Option<Quality>,
+    precision: Precision,
+    inputs: Inputs,
+}
+
+const RADIUS: i32 = 5;
+const GRAY: RGBColor = RGBColor(90, 90, 90);
+
+impl Marker {
+    fn of(row: &Row) -> Self {
+        Self { quality: Some(row.quality), precision: row.precision, inputs: row.inputs }
+    }
+
+    /// The markers of the legend with their texts.
+    fn legend(sets: &[Inputs]) -> Vec<(Self, String)> {
+        let (precision, inputs) = (Precision::F16, Inputs::ALL);
+        let tier =
+            |q: Quality| (Self { quality: Some(q), precision, inputs }, q.name().to_string());
+        let shape = |(precision, name): (_, &str)| {
+            (Self { quality: None, precision, inputs }, name.to_string())
+        };
+        let filling =
+            |&inputs: &Inputs| (Self { quality: None, precision, inputs }, inputs.to_string());
+        let tiers = Quality::ALL.into_iter().map(tier);
+        let shapes = [(Precision::F32, "f32"), (Precision::F16, "f16")].into_iter().map(shape);
+        tiers.chain(shapes).chain(sets.iter().map(filling)).collect()
+    }
+
+    fn draw(&self, area: &Area<'_>, at: (i32, i32)) -> Drawn {
+        let color = self.quality.map_or(GRAY, color);
+        self.shape(area, at, RADIUS, WHITE.filled())?;
+        match (self.inputs.albedo, self.inputs.normal) {
+            (true, true) => self.shape(area, at, RADIUS, color.filled())?,
+            (false, false) => {}
+            _ => self.shape(area, at, RADIUS / 2, color.filled())?,
+        }
+        self.shape(area, at, RADIUS, color.stroke_width(2))
+    }
+
+    fn shape(&self, area: &Area<'_>, (x, y): (i32, i32), r: i32, style: ShapeStyle) -> Drawn {
+        match self.precision {
+            Precision::F32 => {
+                area.draw(&Rectangle::new([(x - r, y - r), (x + r, y + r)], style))?;
+            }
+            Precision::F16 => area.draw(&Circle::new((x, y), r, style))?,
+        }
+        Ok(())
+    }
+}
+
+/// Distinct for color-blind readers too (Okabe and Ito 2008).
+fn color(quality: Quality) -> RGBColor {
+    match quality {
+        Quality::Fast => RGBColor(0, 158, 115),
+        Quality::Balanced => RGBColor(0, 114, 178),
+        Quality::High => RGBColor(213, 94, 0),
+    }
 }
 
 #[cfg(test)]

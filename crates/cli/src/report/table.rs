@@ -11,10 +11,10 @@ const HEAD: &str = "\
 | --- | --- | --- | ---: | ---: | ---: | ---: | ---: | :---: |";
 
 const FOOT: &str = "\
-L1 and SSIM are those of `wgdenoise compare`. On the front: no other is both faster and closer to
-the reference by L1.";
+L1 and SSIM as `wgdenoise compare` measures them. On the front: no other row is both faster and
+closer to the reference by L1.";
 
-/// A line on what was measured, and a table.
+/// A paragraph on what was measured, and a table.
 pub(super) fn markdown(report: &Report) -> String {
     let Report { noisy, reference, width, height, device, runs, before, .. } = report;
     let of = if *runs == 1 { "One run".into() } else { format!("Medians of {runs} runs") };
@@ -51,7 +51,7 @@ fn cells(measured: &Measured, noisy_l1: f64) -> String {
     )
 }
 
-/// The error as a part of the noisy image's; of an image without error there is none.
+/// The error relative to the noisy image's; `None` if that has no error.
 pub(super) fn relative(measured: &Measured, noisy_l1: f64) -> Option<f64> {
     (noisy_l1 > 0.0).then_some(measured.metrics.l1 / noisy_l1)
 }
@@ -64,7 +64,7 @@ pub(super) fn precision(precision: Precision) -> &'static str {
     }
 }
 
-/// Three digits or more.
+/// At least three significant digits.
 fn milliseconds(seconds: f64) -> String {
     let ms = 1e3 * seconds;
     match ms {
@@ -75,9 +75,9 @@ fn milliseconds(seconds: f64) -> String {
 }
 
 /// Everything, unrounded.
-pub(super) fn json(report: &Report) -> String {
+pub(super) fn json(report: &Report) -> Value {
     let rows: Vec<Value> = report.rows.iter().map(|row| entry(row, report.before.l1)).collect();
-    let text = json!({
+    json!({
         "noisy": report.noisy,
         "reference": report.reference,
         "width": report.width,
@@ -87,8 +87,7 @@ pub(super) fn json(report: &Report) -> String {
         "noisy_l1": report.before.l1,
         "noisy_ssim": report.before.ssim,
         "configurations": rows,
-    });
-    text.to_string()
+    })
 }
 
 fn entry(row: &Row, noisy_l1: f64) -> Value {

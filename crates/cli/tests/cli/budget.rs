@@ -1,4 +1,4 @@
-//! Only on Linux does a variable say where the cache is.
+//! On Linux only, a variable moves the cache.
 #![cfg(target_os = "linux")]
 
 use serde_json::{Value, json};
@@ -21,16 +21,16 @@ fn made_up() -> Value {
     json!({"date": "2001-02-03", "fast": cost(1e3), "balanced": cost(2e3), "high": cost(3e3)})
 }
 
-/// One measurement, which takes a CPU driver half a minute, serves all that is tested.
+/// One measurement, which takes a CPU driver half a minute, serves all cases.
 #[test]
 fn a_budget_chooses_the_weights_by_what_was_measured_once() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     let cache = folder.path("cache/wgdenoise/calibrations.json");
 
-    let first = run(&folder, &["--budget", "0.001"]);
+    let first = run(&folder, &["--budget", "1us"]);
     first.assert_done();
-    for word in ["kept for the next time", "fast: predicted", "over the 0.00 ms allowed"] {
+    for word in ["kept for the next run", "fast: predicted", "over the 0.00 ms allowed"] {
         assert!(first.stderr.contains(word), "no `{word}` in {first:?}");
     }
     let mut kept: Value = serde_json::from_slice(&std::fs::read(&cache).unwrap()).unwrap();
@@ -44,35 +44,36 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
     *entry = made_up();
     std::fs::write(&cache, kept.to_string()).unwrap();
     for (budget, said) in [
-        ("4.7", "high: predicted 4.61 ms of 4.70 ms on "),
-        ("4.5", "balanced: predicted 3.07 ms of 4.50 ms on "),
+        ("4.7ms", "high: predicted 4.61 ms of 4.70 ms on "),
+        ("4.5ms", "balanced: predicted 3.07 ms of 4.50 ms on "),
         // Without the margin that the tile adds, it would be 1.70 ms and within the budget.
-        ("2.5", "fast: predicted 1.54 ms of 2.50 ms on "),
-        ("1", "fast: predicted 1.54 ms, which is over the 1.00 ms allowed"),
+        ("2.5ms", "fast: predicted 1.54 ms of 2.50 ms on "),
+        ("1ms", "fast: predicted 1.54 ms, over the 1.00 ms allowed"),
     ] {
         let run = run(&folder, &["--budget", budget]);
         run.assert_done();
         let (count, known) = (run.stderr.lines().count(), "(calibrated 2001-02-03)");
-        assert!(count == 2 && run.stderr.contains(said) && run.stderr.contains(known), "{run:?}");
+        assert!(count == 3 && run.stderr.contains(said) && run.stderr.contains(known), "{run:?}");
     }
-    // 2 MiB hold the tensors of a picture of this size for the smaller networks only.
+    // At this size, 2 MiB hold the tensors of the smaller networks only.
     image::RgbImage::new(128, 64).save(folder.path("large.png")).unwrap();
-    let large = run_on(&folder, "large.png", &["--budget", "9999", "--memory", "2"]);
+    let large = run_on(&folder, "large.png", &["--budget", "9999ms", "--memory", "2MiB"]);
     large.assert_done();
     assert!(large.stderr.contains("balanced: predicted"), "{large:?}");
-    let quiet = run(&folder, &["--budget", "4.7", "-q"]);
+    let quiet = run(&folder, &["--budget", "4.7ms", "-q"]);
     assert_eq!((quiet.code, quiet.stderr.as_str()), (0, ""));
 }
 
 #[test]
-fn a_budget_goes_with_no_other_choice_of_weights() {
+fn a_budget_excludes_other_choices_of_weights() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     for args in [
-        &["--budget", "0"][..],
+        &["--budget", "0ms"][..],
+        &["--budget", "40"],
         &["--budget", "soon"],
-        &["--budget", "40", "--quality", "fast"],
-        &["--budget", "40", "--weights", crate::support::WEIGHTS],
+        &["--budget", "40ms", "--quality", "fast"],
+        &["--budget", "40ms", "--weights", crate::support::WEIGHTS],
         &["--recalibrate"],
     ] {
         let run = run(&folder, args);

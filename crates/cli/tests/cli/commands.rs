@@ -7,6 +7,69 @@ fn help_tells_the_exit_codes() {
     for word in ["Exit codes:", "3  no usable adapter", "info", "devices", "compare", "bench"] {
         assert!(run.stdout.contains(word), "no `{word}` in {run:?}");
     }
+    for word in ["Advanced layer", "Advanced device", "--in-place", "completions", "--timeout"] {
+        assert!(run.stdout.contains(word), "no `{word}` in {run:?}");
+    }
+}
+
+#[test]
+fn the_short_help_fits_a_screen_and_has_what_is_used_every_day() {
+    let run = Folder::new().run(&["-h"]);
+    assert_eq!(run.code, 0);
+    let lines: Vec<_> = run.stdout.lines().collect();
+    assert!(lines.len() <= 26, "{} lines: {}", lines.len(), run.stdout);
+    assert!(lines.iter().all(|line| line.chars().count() <= 80), "{}", run.stdout);
+    for word in ["<IN>... <OUT>", "info", "preview", "--quality", "--frames", "--force", "--quiet"]
+    {
+        assert!(run.stdout.contains(word), "no `{word}` in {}", run.stdout);
+    }
+    for word in ["Advanced", "completions", "--kernels", "--timeout"] {
+        assert!(!run.stdout.contains(word), "`{word}` in {}", run.stdout);
+    }
+}
+
+#[test]
+fn completions_and_the_manual_page_know_every_command() {
+    let folder = Folder::new();
+    for (args, begin) in [
+        (&["completions", "bash"][..], "_wgdenoise()"),
+        (&["completions", "zsh"], "#compdef wgdenoise"),
+        (&["completions", "fish"], "# Print an optspec"),
+        (&["man"], ".ie"),
+    ] {
+        let run = folder.run(args);
+        assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{args:?}");
+        assert!(run.stdout.starts_with(begin), "{args:?}: {}", &run.stdout[..60]);
+        for command in ["preview", "compare", "report"] {
+            assert!(run.stdout.contains(command), "no {command} of {args:?}");
+        }
+    }
+}
+
+#[test]
+fn a_misspelled_command_is_answered_with_the_command() {
+    let folder = Folder::new();
+    let (a, b) = (folder.copy("plain_rgb.exr"), folder.copy("karma_like.exr"));
+    let files = [a.to_str().unwrap(), b.to_str().unwrap()];
+    for (word, command) in [("compar", "compare"), ("infoo", "info")] {
+        let run = folder.run(&[&[word], &files[..]].concat());
+        run.assert_failed(2, &[&format!("did you mean `wgdenoise {command}`?")]);
+        assert!(!run.stderr.contains("--force"), "{run:?}");
+    }
+}
+
+#[test]
+fn a_number_without_a_unit_is_refused_with_the_right_form() {
+    let folder = Folder::new();
+    for (flag, bare, right) in [
+        ("--timeout", "60", "write 60s or 60ms"),
+        ("--budget", "40", "write 40s or 40ms"),
+        ("--memory", "2", "write 2MiB or 2GiB"),
+    ] {
+        let run = folder.run(&["a.exr", "b.exr", flag, bare]);
+        assert_eq!((run.code, run.stdout.as_str()), (2, ""), "{run:?}");
+        assert!(run.stderr.contains(right), "{run:?}");
+    }
 }
 
 #[test]
@@ -29,7 +92,7 @@ fn info_shows_layers_the_choice_and_the_cost() {
 }
 
 #[test]
-fn info_of_a_file_that_is_none_has_exit_code_1() {
+fn info_of_something_else_has_exit_code_1() {
     let folder = Folder::new();
     std::fs::write(folder.path("x.exr"), "nothing").unwrap();
     folder.run(&["info", "x.exr"]).assert_failed(1, &["x.exr: is not an EXR"]);
@@ -68,7 +131,7 @@ fn compare_reads_the_result_and_measures_it() {
 }
 
 #[test]
-fn images_of_two_sizes_cannot_be_compared() {
+fn images_of_different_sizes_cannot_be_compared() {
     let folder = Folder::new();
     let (a, b) = (data("karma_like.exr"), data("plain_rgb.exr"));
     folder.run(&["compare", a.to_str().unwrap(), b.to_str().unwrap()]).assert_failed(1, &["37×23"]);
@@ -107,7 +170,7 @@ fn kernels_are_what_the_flag_names() {
     }
 }
 
-/// Where the adapter has matrices they run, elsewhere one sentence says that it has none.
+/// On an adapter with matrices they run; elsewhere one sentence explains that it has none.
 #[test]
 fn matrix_kernels_run_or_are_refused() {
     let folder = Folder::new();
@@ -127,7 +190,7 @@ fn matrix_kernels_run_or_are_refused() {
     }
 }
 
-/// With vectors of 128 bits lavapipe has subgroups of 4, for which the simd kernels are not made.
+/// With vectors of 128 bits lavapipe has subgroups of 4, too few for the simd kernels.
 #[test]
 fn kernels_that_do_not_run_on_the_adapter_are_one_sentence() {
     let folder = Folder::new();

@@ -5,7 +5,8 @@ struct Case {
     /// The part that is written, and its three channels.
     part: usize,
     layer: &'static str,
-    /// What the notice must say.
+    /// The notice, and part of the longer one with `--verbose`.
+    summary: &'static str,
     said: &'static str,
 }
 
@@ -14,23 +15,49 @@ const CASES: &[Case] = &[
         file: "blender5_parts.exr",
         part: 0,
         layer: "ViewLayer.Combined.",
-        said: "colour from `ViewLayer.Noisy Image` (Blender's noisy image), written to \
+        summary: "denoising `Noisy Image` into `Combined` with albedo and normal",
+        said: "color from `ViewLayer.Noisy Image` (Blender's noisy image), written to \
                `ViewLayer.Combined`; albedo from `ViewLayer.Denoising Albedo`",
     },
     Case {
         file: "blender4_single_part.exr",
         part: 0,
         layer: "ViewLayer.Combined.",
+        summary: "denoising `Noisy Image` into `Combined` with albedo and normal",
         said: "normal from `ViewLayer.Denoising Normal`",
     },
-    Case { file: "karma_like.exr", part: 0, layer: "", said: "colour from `C` (Karma's beauty)" },
-    Case { file: "mitsuba_like.exr", part: 0, layer: "", said: "normal from `sh_normal`" },
-    Case { file: "plain_rgb.exr", part: 0, layer: "", said: "no albedo; no normal" },
-    Case { file: "rgba_zips.exr", part: 0, layer: "", said: "the file's plain R, G, B" },
+    Case {
+        file: "karma_like.exr",
+        part: 0,
+        layer: "",
+        summary: "denoising `C` with albedo and normal",
+        said: "color from `C` (Karma's beauty)",
+    },
+    Case {
+        file: "mitsuba_like.exr",
+        part: 0,
+        layer: "",
+        summary: "denoising `RGB` with albedo and normal",
+        said: "normal from `sh_normal`",
+    },
+    Case {
+        file: "plain_rgb.exr",
+        part: 0,
+        layer: "",
+        summary: "denoising `RGB` without albedo and normal",
+        said: "no albedo; no normal",
+    },
+    Case {
+        file: "rgba_zips.exr",
+        part: 0,
+        layer: "",
+        summary: "denoising `RGB` without albedo and normal",
+        said: "the file's plain R, G, B",
+    },
 ];
 
 /// Takes the three channels that a case writes out of an image.
-fn take_colour(image: &mut AnyImage, case: &Case) -> [Vec<f32>; 3] {
+fn take_color(image: &mut AnyImage, case: &Case) -> [Vec<f32>; 3] {
     ["R", "G", "B"].map(|letter| {
         let name = format!("{}{letter}", case.layer);
         take(image, case.part, &name).values_as_f32().collect()
@@ -38,18 +65,27 @@ fn take_colour(image: &mut AnyImage, case: &Case) -> [Vec<f32>; 3] {
 }
 
 #[test]
-fn only_the_colour_changes_and_everything_else_comes_out_as_it_came_in() {
+fn only_the_color_changes_and_everything_else_comes_out_as_it_came_in() {
     assert_eq!(CASES.len(), 6);
     for case in CASES {
         let folder = Folder::new();
         folder.copy(case.file);
         let run = folder.denoise(&[case.file, "out.exr"]);
         run.assert_done();
-        assert!(run.stderr.lines().count() == 1 && run.stderr.contains(case.said), "{run:?}");
+        let lines: Vec<_> = run.stderr.lines().collect();
+        assert_eq!(lines[0], format!("wgdenoise: {}", case.summary), "{run:?}");
+        assert!(
+            lines.len() == 2 && lines[1].starts_with("wgdenoise: wrote out.exr in "),
+            "{run:?}"
+        );
+        assert!(lines[1].ends_with(" s") && lines.iter().all(|l| l.chars().count() <= 80));
+        let verbose = folder.denoise(&[case.file, "out.exr", "-v", "--force"]);
+        verbose.assert_done();
+        assert!(verbose.stderr.contains(case.said), "{verbose:?}");
 
         let before_path = data(case.file);
         let (mut before, mut after) = (read_exr(&before_path), read_exr(&folder.path("out.exr")));
-        let (old, new) = (take_colour(&mut before, case), take_colour(&mut after, case));
+        let (old, new) = (take_color(&mut before, case), take_color(&mut after, case));
         assert_ne!(old, new, "{}", case.file);
         let finite = |v: &f32| v.is_finite() && *v >= 0.0;
         assert!(!new[0].is_empty() && new.iter().flatten().all(finite), "{}", case.file);
@@ -66,7 +102,7 @@ fn the_header_is_copied_byte_for_byte() {
     let (before, after) = (std::fs::read(input), std::fs::read(folder.path("out.exr")));
     let (before, after) = (before.unwrap(), after.unwrap());
     let same = before.iter().zip(&after).take_while(|(a, b)| a == b).count();
-    // The attributes of one's own are among what is the same.
+    // Custom attributes are part of what stays the same.
     let shot = before.windows(14).position(|w| w == b"still life 010").unwrap();
     assert!(same > shot + 14, "the files differ at byte {same}");
 }
@@ -85,12 +121,26 @@ fn an_output_that_exists_is_kept_unless_forced() {
 }
 
 #[test]
-fn a_file_can_be_denoised_in_place() {
+fn a_file_is_replaced_by_its_own_result_only_in_place() {
     let folder = Folder::new();
     let path = folder.copy("plain_rgb.exr");
-    folder.denoise(&["plain_rgb.exr", "plain_rgb.exr"]).assert_failed(1, &["already exists"]);
+    let itself = ["plain_rgb.exr", "plain_rgb.exr"];
+    for flags in [&[][..], &["--force"]] {
+        folder
+            .denoise(&[&itself[..], flags].concat())
+            .assert_failed(1, &["is also the input plain_rgb.exr", "--in-place"]);
+    }
+    #[cfg(unix)]
+    {
+        std::os::unix::fs::symlink("plain_rgb.exr", folder.path("link.exr")).unwrap();
+        folder
+            .denoise(&["plain_rgb.exr", "link.exr", "--force"])
+            .assert_failed(1, &["link.exr: is also the input plain_rgb.exr"]);
+        std::fs::remove_file(folder.path("link.exr")).unwrap();
+    }
+    assert!(std::fs::read(&path).unwrap() == std::fs::read(data("plain_rgb.exr")).unwrap());
     folder.denoise(&["plain_rgb.exr", "other.exr"]).assert_done();
-    folder.denoise(&["plain_rgb.exr", "plain_rgb.exr", "--force"]).assert_done();
+    folder.denoise(&["plain_rgb.exr", "plain_rgb.exr", "--in-place"]).assert_done();
     assert!(read_exr(&path) == read_exr(&folder.path("other.exr")));
     assert_eq!(folder.names(), ["other.exr", "plain_rgb.exr"]);
 }
@@ -99,26 +149,26 @@ fn a_file_can_be_denoised_in_place() {
 fn albedo_and_normal_matter_and_no_aux_leaves_them_out() {
     let folder = Folder::new();
     folder.copy("karma_like.exr");
-    let colour_of = |args: &[&str]| {
-        let run = folder.denoise(&[&["karma_like.exr", "out.exr", "--force"], args].concat());
+    let color_of = |args: &[&str]| {
+        let run = folder.denoise(&[&["karma_like.exr", "out.exr", "--force", "-v"], args].concat());
         run.assert_done();
         (take(&mut read_exr(&folder.path("out.exr")), 0, "R"), run.stderr)
     };
-    let (all, _) = colour_of(&[]);
-    let (none, said) = colour_of(&["--no-aux"]);
+    let (all, _) = color_of(&[]);
+    let (none, said) = color_of(&["--no-aux"]);
     assert!(all != none && said.contains("no albedo; no normal"), "{said}");
-    let (named, said) = colour_of(&["--albedo", "albedo", "--normal", "N"]);
+    let (named, said) = color_of(&["--albedo", "albedo", "--normal", "N"]);
     assert!(all == named && said.contains("albedo from `albedo` (as asked for)"), "{said}");
 }
 
 #[test]
-fn albedo_and_normal_may_come_from_files_of_their_own() {
+fn albedo_and_normal_may_come_from_separate_files() {
     let folder = Folder::new();
     folder.copy("karma_like.exr");
     folder.copy("mitsuba_like.exr");
     let aux = ["--albedo", "mitsuba_like.exr", "--normal", "mitsuba_like.exr"];
     folder.denoise(&["karma_like.exr", "a.exr"]).assert_done();
-    let run = folder.denoise(&[&["karma_like.exr", "b.exr"], &aux[..]].concat());
+    let run = folder.denoise(&[&["karma_like.exr", "b.exr", "-v"], &aux[..]].concat());
     run.assert_done();
     assert!(run.stderr.contains("albedo from the file mitsuba_like.exr"), "{run:?}");
     let red = |name| take(&mut read_exr(&folder.path(name)), 0, "R").values_as_f32().collect();
@@ -130,7 +180,7 @@ fn albedo_and_normal_may_come_from_files_of_their_own() {
     folder.copy("plain_rgb.exr");
     folder
         .denoise(&["karma_like.exr", "c.exr", "--albedo", "plain_rgb.exr"])
-        .assert_failed(1, &["plain_rgb.exr: is 37×23 pixels and the colour is"]);
+        .assert_failed(1, &["plain_rgb.exr: is 37×23 pixels and the color is"]);
 }
 
 #[test]
@@ -140,7 +190,7 @@ fn quiet_says_nothing_and_verbose_says_adapter_tiles_and_times() {
     let quiet = folder.denoise(&["plain_rgb.exr", "a.exr", "-q"]);
     quiet.assert_done();
     assert_eq!(quiet.stderr, "");
-    let verbose = folder.denoise(&["plain_rgb.exr", "b.exr", "-v", "--memory", "64"]);
+    let verbose = folder.denoise(&["plain_rgb.exr", "b.exr", "-v", "--memory", "64MiB"]);
     verbose.assert_done();
     for word in ["wgdenoise: on ", "37×23 pixels in 1 tile", "MiB of GPU memory", "written in"] {
         assert!(verbose.stderr.contains(word), "no `{word}` in {verbose:?}");

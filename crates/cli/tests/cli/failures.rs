@@ -32,7 +32,7 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
     }
 }
 
-/// Only checked arithmetic makes the decoder panic, of which nothing must be seen.
+/// The decoder panics with checked arithmetic only, and the user must not see it.
 #[cfg(debug_assertions)]
 #[test]
 fn a_block_that_the_decoder_panics_at_is_one_sentence() {
@@ -52,7 +52,7 @@ fn a_block_that_the_decoder_panics_at_is_one_sentence() {
     folder.denoise(&["b44.exr", "out.exr"]).assert_failed(1, &["b44.exr: is damaged: a block"]);
 }
 
-/// Neither the 3 GiB of its pixels nor its table are there.
+/// The file holds neither the 3 GiB of its pixels nor its table.
 #[test]
 fn a_header_that_claims_a_huge_picture_is_refused_before_memory_is_taken() {
     let folder = Folder::new();
@@ -91,12 +91,14 @@ fn an_output_that_cannot_be_written_is_refused_before_the_work() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     folder.denoise(&["plain_rgb.exr", "out.tiff"]).assert_failed(1, &[".exr, .png, .jpg"]);
-    folder.denoise(&["plain_rgb.exr", "no/out.exr"]).assert_failed(1, &["folder is not there"]);
+    folder
+        .denoise(&["plain_rgb.exr", "no/out.exr"])
+        .assert_failed(1, &["the folder no does not exist", "--parents"]);
     assert_eq!(folder.names(), ["plain_rgb.exr"]);
 }
 
 #[test]
-fn an_unknown_layer_is_answered_with_those_there_are() {
+fn an_unknown_layer_is_answered_with_the_layers_of_the_file() {
     let folder = Folder::new();
     folder.copy("karma_like.exr");
     folder
@@ -108,12 +110,16 @@ fn an_unknown_layer_is_answered_with_those_there_are() {
 }
 
 #[test]
-fn weights_that_are_none_are_named() {
+fn a_file_that_is_no_weights_file_is_answered_by_what_one_is() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     fs::write(folder.path("w.safetensors"), "not weights").unwrap();
     let run = |file| folder.run(&["plain_rgb.exr", "out.exr", "-q", "--weights", file]);
-    run("w.safetensors").assert_failed(1, &["w.safetensors: weights: "]);
+    let explained = ["is not a weights file", ".safetensors", ".tza"];
+    run("w.safetensors").assert_failed(1, &[&["w.safetensors: "], &explained[..]].concat());
+    fs::write(folder.path("README.md"), "# A heading\n\nText and more text.\n").unwrap();
+    run("README.md").assert_failed(1, &[&["README.md: "], &explained[..]].concat());
+    run("plain_rgb.exr").assert_failed(1, &[&["plain_rgb.exr: "], &explained[..]].concat());
     run("nowhere.safetensors").assert_failed(1, &["nowhere.safetensors: cannot be read"]);
 }
 
@@ -134,7 +140,7 @@ fn wrong_usage_has_exit_code_2() {
 }
 
 #[test]
-fn an_adapter_that_is_not_there_has_exit_code_3_and_says_how_to_get_one() {
+fn a_missing_adapter_has_exit_code_3_and_a_hint_how_to_get_one() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     folder
@@ -143,7 +149,7 @@ fn an_adapter_that_is_not_there_has_exit_code_3_and_says_how_to_get_one() {
     assert_eq!(folder.names(), ["plain_rgb.exr"]);
 }
 
-/// Only where Vulkan is the only backend can all adapters be hidden.
+/// All adapters can be hidden only where Vulkan is the only backend.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_machine_without_any_adapter_has_exit_code_3_and_is_told_the_package() {

@@ -1,5 +1,5 @@
-//! Files that are meant to do harm, or hold what is not supported: the whole program refuses each
-//! in a sentence, in 256 MiB of address space, and leaves no file behind.
+//! Files that are meant to do harm or use unsupported features: the program refuses each in one
+//! sentence, within 256 MiB of address space, and leaves no file behind.
 
 use std::fs::File;
 use std::io::Write;
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::{Folder, Run};
 
-/// In a release build on a quiet machine it is a second; tests run unoptimised, many at a time.
+/// A release build on a quiet machine takes a second; tests run unoptimized and in parallel.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 const TILED: u32 = 0x200;
@@ -41,7 +41,7 @@ fn tiles(side: u32, mode: u8) -> Vec<u8> {
     )
 }
 
-/// What every header has, its end not yet.
+/// What every header has, without its end.
 fn part(width: i32, height: i32, channels: &[u8], compression: u8) -> Vec<u8> {
     let window = ints(&[0, 0, width - 1, height - 1]);
     [
@@ -61,7 +61,7 @@ fn exr(flags: u32, rest: &[u8]) -> Vec<u8> {
     [&[0x76, 0x2f, 0x31, 0x01][..], &(2 | flags).to_le_bytes(), rest].concat()
 }
 
-/// A picture of one pixel with its only block, which is there.
+/// An image of one pixel with its only block.
 fn one_pixel(channels: &[u8], more: &[u8]) -> Vec<u8> {
     let head = exr(0, &[&part(1, 1, channels, 0), more, &[0]].concat());
     let table = (head.len() as u64 + 8).to_le_bytes();
@@ -71,7 +71,7 @@ fn one_pixel(channels: &[u8], more: &[u8]) -> Vec<u8> {
 struct Case {
     name: &'static str,
     bytes: Vec<u8>,
-    /// Zeros behind them that take no place on the disk.
+    /// Zeros after them, which take no space on the disk.
     zeros: u64,
     words: &'static [&'static str],
 }
@@ -101,7 +101,7 @@ impl Case {
     }
 }
 
-/// So that the others are not refused for what they have in common with it.
+/// The others are not refused for what they share with it.
 #[test]
 fn the_picture_that_the_others_are_made_from_is_valid() {
     let folder = Folder::new();
@@ -130,14 +130,47 @@ fn small_files_that_claim_to_be_large_are_refused() {
         Case::new(
             "attribute",
             exr(0, &[&b"a\0string\0"[..], &[0xff, 0xff, 0xff, 0x7f]].concat()),
-            &["is cut off", "has 2147483647 bytes, and 0 are there"],
+            &["is cut off", "has 2147483647 bytes, and 0 are present"],
         ),
     ] {
         case.check();
     }
 }
 
-/// What lies behind takes no place on a disk, and no memory.
+/// Names that a terminal obeys, that forge a message, and that reorder a line.
+#[test]
+fn names_of_layers_are_escaped_wherever_they_are_shown() {
+    const NAMES: [&str; 3] = ["a\u{1b}[2Jb", "c\nwgdenoise: wrote out.exr", "d\u{202e}gnp\u{2066}"];
+    let folder = Folder::new();
+    let mut list: Vec<String> = NAMES.iter().map(|name| format!("{name}.Z")).collect();
+    list.extend(["B", "G", "R", "e\u{202e}f"].map(String::from));
+    list.push("\u{753b}.Z".into());
+    let head = exr(0, &[&part(1, 1, &channels(&list, 1), 0)[..], &[0]].concat());
+    let table = (head.len() as u64 + 8).to_le_bytes();
+    let pixels = vec![0; 2 * list.len()];
+    let file = [&head[..], &table, &ints(&[0, pixels.len() as i32]), &pixels].concat();
+    std::fs::write(folder.path("x.exr"), file).unwrap();
+
+    let info = folder.run(&["info", "x.exr"]);
+    let unknown = folder.run(&["x.exr", "out.exr", "--color", "b\u{202e}\n"]);
+    unknown.assert_failed(1, &[r"no layer `b\u{202e}\n`"]);
+    for text in [&info.stdout, &unknown.stderr] {
+        for escaped in [r"a\u{1b}[2Jb", r"c\nwgdenoise: wrote out.exr", r"d\u{202e}gnp\u{2066}"] {
+            assert!(text.contains(escaped), "no {escaped} in {text}");
+        }
+        assert!(text.contains('\u{753b}'), "a harmless name is escaped in {text}");
+        assert!(!text.contains(['\u{1b}', '\u{202e}', '\u{2066}']), "{text:?}");
+        assert!(!text.contains("\nwgdenoise: wrote"), "{text:?}");
+    }
+    let json = folder.run(&["info", "x.exr", "--json"]);
+    assert!(!json.stdout.contains(['\u{1b}', '\u{202e}', '\u{2066}']), "{json:?}");
+    let layers = json.json()["layers"].as_array().unwrap().clone();
+    for name in NAMES {
+        assert!(layers.iter().any(|layer| layer["name"] == name), "no {name:?} in {layers:?}");
+    }
+}
+
+/// The zeros take no space on a disk, and no memory.
 #[test]
 fn files_of_many_zeros_are_refused() {
     let tiled = exr(TILED, &[&part(16384, 16384, &rgb(), 3)[..], &tiles(1, 0), &[0]].concat());
@@ -155,7 +188,7 @@ fn files_of_many_zeros_are_refused() {
 }
 
 #[test]
-fn headers_of_very_many_things_are_refused() {
+fn headers_with_very_many_entries_are_refused() {
     let numbered = |i: i32| {
         let name = attribute("name", "string", format!("{i}").as_bytes());
         let kind = attribute("type", "string", b"scanlineimage");
@@ -190,7 +223,7 @@ fn what_is_not_supported_is_named() {
         Case::new("deep", deep("deepscanline"), &["holds deep data", "flatten it first"]),
         Case::new("HTJ2K", packed(10), &["is compressed with HTJ2K", "write it with ZIP or PIZ"]),
         Case::new("HTJ2K 32", packed(11), &["is compressed with HTJ2K"]),
-        Case::new("unknown", packed(99), &["names no compression that is known"]),
+        Case::new("unknown", packed(99), &["names an unknown compression"]),
         Case::new(
             "subsampled",
             one_pixel(&channels(&names, 2), &[]),

@@ -6,7 +6,7 @@ fn noise(x: u32, y: u32, c: u32) -> u32 {
     (x * 7919 + y * 104_729 + c * 1_299_709).wrapping_mul(2_654_435_761) >> 16
 }
 
-/// 16 bits with an alpha of its own in every pixel.
+/// 16 bits, with a different alpha in every pixel.
 fn rgba16() -> DynamicImage {
     let pixel = |x, y| Rgba([0, 1, 2, 3].map(|c| noise(x, y, c) as u16));
     DynamicImage::from(image::ImageBuffer::from_fn(33, 21, pixel))

@@ -1,4 +1,4 @@
-//! The real binary on files as renderers write them; `tests/data` says how they were made.
+//! The real binary on files as renderers write them; `tests/data` has the script that made them.
 
 mod budget;
 mod commands;
@@ -13,6 +13,7 @@ mod oidn;
 #[cfg(target_os = "linux")]
 mod outputs;
 mod pipelines;
+mod preview;
 mod report;
 mod sequence;
 mod support;

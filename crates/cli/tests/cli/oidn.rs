@@ -1,5 +1,5 @@
-//! Weights of Open Image Denoise's shape, from files and folders. They are small ones with random
-//! values, by `training/make_oidn_fixtures.py`.
+//! Weights shaped like Open Image Denoise's, from files and folders: small ones with random values,
+//! made by `training/make_oidn_fixtures.py`.
 
 use std::fs;
 use std::path::Path;
@@ -19,7 +19,7 @@ fn put(folder: &Folder, fixture: &str, name: &str) {
     fs::copy(from, folder.path("weights").join(name)).unwrap();
 }
 
-/// A folder of weights and two pictures.
+/// A folder of weights and two images.
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.copy(WITH_ALL);
@@ -60,13 +60,13 @@ fn a_converted_file_does_what_the_original_does() {
 }
 
 #[test]
-fn the_file_for_what_the_picture_has_is_picked_from_a_folder() {
+fn the_file_for_the_layers_of_the_image_is_picked_from_a_folder() {
     let folder = folder();
     let run = |picture, out| folder.run(&[picture, out, "--weights", "weights"]);
     says(&run(WITH_ALL, "a.exr"), &["weights: weights/rt_hdr_alb_nrm.tza"]);
     let denoise = ["plain_rgb.exr", "b.exr", "-q", "--weights"];
     let failed = |weights| folder.run(&[&denoise[..], &[weights]].concat());
-    failed("weights").assert_failed(1, &["weights: has no rt_hdr.tza, nor", "README"]);
+    failed("weights").assert_failed(1, &["weights: has no rt_hdr.tza, nor", "docs/cli.md"]);
     failed("weights/rt_hdr_alb_nrm.tza")
         .assert_failed(1, &["needs color, albedo, normal, but color was given", "rt_hdr.tza"]);
     put(&folder, "rt_alb.tza", "rt_hdr_small.tza");
@@ -76,14 +76,14 @@ fn the_file_for_what_the_picture_has_is_picked_from_a_folder() {
 }
 
 #[test]
-fn a_png_gets_weights_for_what_a_display_shows() {
+fn a_png_gets_weights_for_display_colors() {
     let folder = folder();
     put(&folder, "rt_alb.tza", "rt_ldr.tza");
     put(&folder, "rt_alb.tza", "rt_hdr.tza");
     folder.png("in.png");
     let run = folder.run(&["in.png", "out.png", "--weights", "weights"]);
-    says(&run, &["weights: weights/rt_ldr.tza"]);
-    assert_eq!(run.stderr.lines().count(), 1, "{run:?}");
+    says(&run, &["weights: weights/rt_ldr.tza", "wrote out.png in "]);
+    assert_eq!(run.stderr.lines().count(), 2, "{run:?}");
 }
 
 #[test]
@@ -108,7 +108,7 @@ fn albedo_and_normal_are_denoised_first_if_asked() {
 }
 
 #[test]
-fn bench_says_what_the_weights_read() {
+fn bench_reports_what_the_weights_read() {
     let folder = folder();
     put(&folder, "rt_alb.tza", "rt_hdr.tza");
     let bench = |weights: &str| {
@@ -125,7 +125,7 @@ fn bench_says_what_the_weights_read() {
 }
 
 #[test]
-fn each_of_several_pictures_gets_the_weights_for_what_it_has() {
+fn each_of_several_images_gets_the_weights_for_its_layers() {
     let folder = folder();
     put(&folder, "rt_alb.tza", "rt_hdr.tza");
     for (name, from) in [("a.exr", WITH_ALL), ("b.exr", WITH_ALL), ("c.exr", "plain_rgb.exr")] {

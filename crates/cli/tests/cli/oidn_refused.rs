@@ -1,4 +1,4 @@
-//! What is refused or told of Open Image Denoise's weights.
+//! Refusals and notices about Open Image Denoise's weights.
 
 use std::fs;
 
@@ -16,7 +16,7 @@ fn a_file_that_cannot_be_converted_is_named_and_nothing_written() {
 }
 
 #[test]
-fn a_converted_file_replaces_no_original_and_is_not_called_like_one() {
+fn a_converted_file_never_replaces_an_original_nor_gets_such_a_name() {
     let folder = folder();
     let tza = "weights/rt_hdr_alb_nrm.tza";
     let whole = fs::read(folder.path(tza)).unwrap();
@@ -30,7 +30,7 @@ fn a_converted_file_replaces_no_original_and_is_not_called_like_one() {
 }
 
 #[test]
-fn a_file_that_is_not_what_its_name_says_is_answered_by_its_name() {
+fn a_file_is_judged_by_its_name_before_its_content() {
     let folder = folder();
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a";
     fs::write(folder.path("rt_hdr.tza"), pointer).unwrap();
@@ -61,20 +61,15 @@ fn png_and_jpeg_are_refused_for_values_of_both_signs() {
 }
 
 #[test]
-fn a_named_file_that_is_for_something_else_is_told_of_once() {
+fn a_named_file_for_something_else_gives_one_notice() {
     let folder = folder();
     folder.png("in.png");
     let fits = "";
     for (weights, picture, out, expected) in [
-        ("rt_nrm", WITH_ALL, "n.exr", "the colour is taken as normals, which the weights `rt_nrm`"),
-        ("rt_alb", WITH_ALL, "a.exr", "the colour is taken as albedo, which the weights `rt_alb`"),
-        ("rtlightmap_dir", WITH_ALL, "d.exr", "the colour is taken as directions, which the"),
-        (
-            "rt_ldr",
-            WITH_ALL,
-            "l.exr",
-            "`rt_ldr` are for what a display shows: light above 1 is cut",
-        ),
+        ("rt_nrm", WITH_ALL, "n.exr", "the color is taken as normals, which the weights `rt_nrm`"),
+        ("rt_alb", WITH_ALL, "a.exr", "the color is taken as albedo, which the weights `rt_alb`"),
+        ("rtlightmap_dir", WITH_ALL, "d.exr", "the color is taken as directions, which the"),
+        ("rt_ldr", WITH_ALL, "l.exr", "`rt_ldr` are for display colors: light above 1 is clipped"),
         ("rt_hdr", "in.png", "h.png", "`rt_hdr` are for light of any brightness, but PNG and JPEG"),
         ("rtlightmap_hdr", "in.png", "m.png", "`rtlightmap_hdr` are for light of any brightness"),
         ("rt_hdr", WITH_ALL, "f.exr", fits),
@@ -97,15 +92,16 @@ fn flags_that_need_a_folder_are_refused_with_a_file_before_any_work() {
     let file = ["--weights", "weights/rt_hdr_alb_nrm.tza"];
     let run = |args: &[&str]| folder.run(&[args, &file].concat());
     let denoise = ["nowhere.exr", "out.exr"];
-    let words = ["--quality", "names weights/rt_hdr_alb_nrm.tza, which is no folder"];
+    let words = ["--quality", "names weights/rt_hdr_alb_nrm.tza, which is not a folder"];
     run(&[&denoise[..], &["--quality", "fast"]].concat()).assert_failed(2, &words);
     run(&["bench", "--quality", "fast"]).assert_failed(2, &words);
-    let words = ["--prefilter needs a folder", "names weights/rt_hdr_alb_nrm.tza, which is none"];
+    let words =
+        ["--prefilter needs a folder", "names weights/rt_hdr_alb_nrm.tza, which is not a folder"];
     run(&[&denoise[..], &["--prefilter"]].concat()).assert_failed(2, &words);
 }
 
 #[test]
-fn damaged_weights_of_one_picture_do_not_keep_the_others_back() {
+fn damaged_weights_of_one_image_do_not_stop_the_batch() {
     let folder = folder();
     put(&folder, "rt_alb.tza", "rt_ldr.tza");
     let file = folder.path("weights/rt_ldr.tza");
@@ -119,18 +115,18 @@ fn damaged_weights_of_one_picture_do_not_keep_the_others_back() {
     assert!(run.code == 1 && lines.len() == 2, "{run:?}");
     let words = "error: a.png: weights/rt_ldr.tza: weights: not a whole TZA file: ";
     assert!(lines[0].contains(words), "{run:?}");
-    assert!(lines[1].ends_with("1 of 2 pictures failed"), "{run:?}");
+    assert!(lines[1].ends_with("1 of 2 images failed"), "{run:?}");
     assert!(folder.path("out/b.exr").exists() && !folder.path("out/a.png").exists());
 }
 
 #[test]
-fn a_picture_that_no_weights_fit_does_not_keep_the_others_back() {
+fn an_image_that_no_weights_fit_does_not_stop_the_batch() {
     let folder = folder();
     fs::create_dir(folder.path("clean")).unwrap();
     let run = folder.run(&["plain_rgb.exr", WITH_ALL, "clean", "-q", "--weights", "weights"]);
     let lines: Vec<_> = run.stderr.lines().collect();
     assert!(run.code == 1 && lines.len() == 2, "{run:?}");
     assert!(lines[0].contains("error: plain_rgb.exr: weights: has no rt_hdr.tza"), "{run:?}");
-    assert!(lines[1].ends_with("1 of 2 pictures failed"), "{run:?}");
+    assert!(lines[1].ends_with("1 of 2 images failed"), "{run:?}");
     assert!(folder.path("clean").join(WITH_ALL).exists());
 }

@@ -1,17 +1,17 @@
-//! Outputs that cannot be written, or not to their end.
+//! Outputs that cannot be written, or only in part, and folders that do not exist.
 
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 
 use crate::support::{Folder, Run, WEIGHTS};
 
-/// What a shell says so that files of over 16 KiB cannot be written, as on a full disk.
+/// Makes a shell refuse files of over 16 KiB, as a full disk does.
 const FULL: &str = "trap '' XFSZ; ulimit -f 32";
-/// The same, where the system ends the program in the middle of its writing.
+/// The same, but the system ends the program while it writes.
 const DEADLY: &str = "ulimit -c 0; ulimit -f 32";
 const SIGXFSZ: i32 = 25;
 
-/// A result of over 60 KiB is to replace this.
+/// A file that a result of over 60 KiB would replace.
 fn old_result() -> Folder {
     let folder = Folder::new();
     folder.copy("blender4_single_part.exr");
@@ -42,7 +42,7 @@ fn a_program_that_is_ended_while_it_writes_leaves_the_old_file_and_nothing_else(
     assert_eq!(folder.names(), ["blender4_single_part.exr", "out.exr"]);
 }
 
-/// Even root can make no file in this folder; it is found before a GPU is asked for.
+/// Even root cannot create a file in this folder, which is noticed before a GPU is opened.
 #[test]
 fn a_folder_that_takes_no_file_is_refused_before_the_work() {
     let folder = Folder::new();
@@ -63,4 +63,30 @@ fn a_result_goes_through_a_link_and_into_a_folder() {
     folder.denoise(&["plain_rgb.exr", "inner"]).assert_done();
     let [through, into] = ["inner/real.exr", "inner/plain_rgb.exr"].map(|p| folder.path(p));
     assert!(fs::read(through).unwrap() == fs::read(into).unwrap());
+}
+
+#[test]
+fn missing_folders_are_created_only_if_asked() {
+    let folder = Folder::new();
+    for name in ["plain_rgb.exr", "karma_like.exr"] {
+        folder.copy(name);
+    }
+    let one = ["plain_rgb.exr", "a/b/out.exr"];
+    folder.denoise(&one).assert_failed(1, &["the folder a/b does not exist", "--parents"]);
+    let several = ["plain_rgb.exr", "karma_like.exr", "c/d"];
+    folder.denoise(&several).assert_failed(1, &["c/d: ", "--parents"]);
+    let preview = ["preview", "plain_rgb.exr", "e/look.png"];
+    folder.run(&preview).assert_failed(1, &["the folder e does not exist", "--parents"]);
+    // An output that is refused for another reason leaves no folder behind.
+    folder
+        .denoise(&["plain_rgb.exr", "a/out.tiff", "--parents"])
+        .assert_failed(1, &["its name must end in"]);
+    assert_eq!(folder.names(), ["karma_like.exr", "plain_rgb.exr"]);
+
+    folder.denoise(&[&one[..], &["--parents"]].concat()).assert_done();
+    folder.denoise(&[&several[..], &["--parents"]].concat()).assert_done();
+    folder.run(&[&preview[..], &["--parents"]].concat()).assert_done();
+    for name in ["a/b/out.exr", "c/d/plain_rgb.exr", "c/d/karma_like.exr", "e/look.png"] {
+        assert!(folder.path(name).is_file(), "{name}");
+    }
 }

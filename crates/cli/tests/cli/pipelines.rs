@@ -1,4 +1,4 @@
-//! Only on Linux does a variable say where the cache is, and only Vulkan has one.
+//! On Linux only, a variable moves the cache; and only Vulkan has one.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use crate::support::{Folder, Run, WEIGHTS};
 
-/// Runs with a cache in the folder; gives the picture.
+/// Runs with a cache in the folder and returns the output.
 fn run(folder: &Folder) -> Vec<u8> {
     let args = ["plain_rgb.exr", "out.exr", "--force", "--quiet", "--weights", WEIGHTS];
     let mut command = folder.command(&args);
@@ -15,7 +15,7 @@ fn run(folder: &Folder) -> Vec<u8> {
     fs::read(folder.path("out.exr")).unwrap()
 }
 
-/// The one file in which compiled pipelines are.
+/// The one file with compiled pipelines.
 fn kept(folder: &Folder) -> PathBuf {
     let entries = fs::read_dir(folder.path("cache/wgdenoise")).expect("the first run made it");
     let paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();
@@ -24,7 +24,7 @@ fn kept(folder: &Folder) -> PathBuf {
 }
 
 #[test]
-fn what_a_run_compiled_is_kept_for_the_next_and_replaced_where_it_is_of_no_use() {
+fn compiled_kernels_are_kept_for_the_next_run_and_replaced_if_unusable() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     let picture = run(&folder);

@@ -2,14 +2,14 @@ use serde_json::Value;
 
 use crate::support::{Folder, Run};
 
-/// A small render and the finished picture of it.
+/// A small render and its reference.
 const FILES: [&str; 2] = ["karma_like.exr", "blender4_single_part.exr"];
 
 fn report(folder: &Folder, args: &[&str]) -> Run {
     for file in FILES {
         folder.copy(file);
     }
-    folder.run(&[&["bench", "--report"], &FILES[..], args].concat())
+    folder.run(&[&["report"], &FILES[..], args].concat())
 }
 
 fn rows(json: &Value) -> &[Value] {
@@ -24,7 +24,8 @@ fn name(row: &Value) -> String {
 fn every_configuration_is_measured_and_drawn() {
     let folder = Folder::new();
     let run = report(&folder, &["--runs", "2", "--out", "new/folder"]);
-    assert_eq!((run.code, run.stderr.as_str()), (0, ""), "{run:?}");
+    let wrote = "wgdenoise: wrote report.md, report.json and report.svg to new/folder\n";
+    assert_eq!((run.code, run.stderr.as_str()), (0, wrote), "{run:?}");
     let read = |name: &str| std::fs::read_to_string(folder.path("new/folder").join(name)).unwrap();
     let json: Value = serde_json::from_str(&read("report.json")).unwrap();
     assert_eq!((rows(&json).len(), json["width"].as_u64()), (18, Some(40)), "{json}");
@@ -59,20 +60,20 @@ fn the_errors_are_those_that_compare_finds() {
         let chosen =
             ["--quality", quality.as_str().unwrap(), "--precision", precision.as_str().unwrap()];
         folder.run(&[&denoise[..], &chosen].concat()).assert_done();
-        // The picture has 8 bits: it differs by half of a step at most.
+        // The output has 8 bits: it differs by half a step at most.
         let found = compare("out.png")["l1"].as_f64().unwrap();
         assert!((found - row["l1"].as_f64().unwrap()).abs() < 0.5 / 255.0, "{row}: {found}");
     }
 }
 
 #[test]
-fn a_configuration_that_fails_is_a_row_that_says_why() {
+fn a_configuration_that_fails_is_a_row_with_the_reason() {
     let folder = Folder::new();
-    // Of this size, 1 MiB holds the tensors of all configurations but one.
+    // At this size, 1 MiB holds the tensors of all configurations but one.
     let picture = image::RgbImage::from_fn(48, 40, |x, y| image::Rgb([x as u8, y as u8, 90]));
     picture.save(folder.path("picture.png")).unwrap();
-    let files = ["bench", "--report", "picture.png", "picture.png"];
-    let args = ["--runs", "1", "--no-aux", "--memory", "1"];
+    let files = ["report", "picture.png", "picture.png"];
+    let args = ["--runs", "1", "--no-aux", "--memory", "1MiB"];
     let report = |more: &[&str]| folder.run(&[&files[..], &args, more].concat());
     let json = report(&["--json"]).json();
     let failed: Vec<_> = rows(&json).iter().filter(|row| row["error"].is_string()).collect();
@@ -93,18 +94,18 @@ fn nothing_measured_is_a_failure() {
 }
 
 #[test]
-fn files_that_do_not_go_together_are_one_sentence() {
+fn files_that_do_not_match_are_one_sentence() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     folder.copy("karma_like.exr");
-    let report = |files: [&str; 2]| folder.run(&[&["bench", "--report"], &files[..]].concat());
+    let report = |files: [&str; 2]| folder.run(&[&["report"], &files[..]].concat());
     report(["karma_like.exr", "plain_rgb.exr"]).assert_failed(1, &["40×30", "37×23"]);
     report(["karma_like.exr", "nowhere.exr"]).assert_failed(1, &["nowhere.exr: cannot be read"]);
     report(["nowhere.exr", "karma_like.exr"]).assert_failed(1, &["nowhere.exr: cannot be read"]);
 }
 
 #[test]
-fn a_report_that_is_there_is_kept_unless_forced() {
+fn a_report_that_exists_is_kept_unless_forced() {
     let folder = Folder::new();
     std::fs::create_dir(folder.path("out")).unwrap();
     std::fs::write(folder.path("out/report.svg"), "old").unwrap();
@@ -117,12 +118,14 @@ fn a_report_that_is_there_is_kept_unless_forced() {
 }
 
 #[test]
-fn what_is_no_report_takes_no_flags_of_one() {
+fn bench_and_report_keep_their_flags_apart() {
     let folder = Folder::new();
     for args in [
-        &["bench", "--report", "a.exr"][..],
-        &["bench", "--report", "a.exr", "b.exr", "--quality", "fast"],
-        &["bench", "--report", "a.exr", "b.exr", "--width", "64"],
+        &["report", "a.exr"][..],
+        &["report", "a.exr", "b.exr", "--quality", "fast"],
+        &["report", "a.exr", "b.exr", "--precision", "f32"],
+        &["report", "a.exr", "b.exr", "--width", "64"],
+        &["bench", "--report", "a.exr", "b.exr"],
         &["bench", "--out", "folder"],
         &["bench", "--albedo", "a.exr"],
     ] {

@@ -1,10 +1,10 @@
-//! Several pictures in one run.
+//! Several images in one run.
 
 use std::fs;
 
 use crate::support::{Folder, data};
 
-/// Pictures of several sizes and with several inputs, as frames 1, 2 and 10, and a folder.
+/// Images of several sizes and layers as frames 1, 2 and 10, and an empty folder.
 fn animation() -> Folder {
     let folder = Folder::new();
     for (frame, file) in [(1, "plain_rgb.exr"), (2, "rgba_zips.exr"), (10, "karma_like.exr")] {
@@ -30,10 +30,16 @@ fn one_denoiser_serves_all_frames_and_each_comes_out_as_if_alone() {
     let run = folder.denoise(&["beauty.####.exr", "clean/c.%04d.exr", "-v"]);
     run.assert_done();
     assert_eq!(folder.names_in("clean"), ["c.0001.exr", "c.0002.exr", "c.0010.exr"]);
-    assert!(run.stderr.ends_with("wgdenoise: all 3 pictures denoised\n"), "{run:?}");
+    assert!(
+        run.stderr
+            .lines()
+            .last()
+            .is_some_and(|line| line.starts_with("wgdenoise: wrote 3 images in ")),
+        "{run:?}"
+    );
     let count = |text: &str| run.stderr.matches(text).count();
     assert_eq!((count("prepared in"), count("written in")), (1, 3), "{run:?}");
-    assert!(run.stderr.contains("wgdenoise: beauty.0010.exr: colour from `C`"), "{run:?}");
+    assert!(run.stderr.contains("wgdenoise: beauty.0010.exr: color from `C`"), "{run:?}");
     for frame in ["0001", "0010"] {
         folder.denoise(&[&format!("beauty.{frame}.exr"), "alone.exr", "--force"]).assert_done();
         let (alone, among) = (folder.path("alone.exr"), format!("clean/c.{frame}.exr"));
@@ -63,7 +69,7 @@ fn several_files_and_patterns_go_into_a_folder_and_keep_their_formats() {
 }
 
 #[test]
-fn a_picture_that_fails_is_told_of_and_the_others_are_denoised() {
+fn a_picture_that_fails_is_reported_and_the_batch_continues() {
     let folder = animation();
     fs::write(folder.path("beauty.0002.exr"), "").unwrap();
     let run = folder.denoise(&["beauty.#.exr", "beauty.####.exr", "clean", "-q"]);
@@ -72,13 +78,13 @@ fn a_picture_that_fails_is_told_of_and_the_others_are_denoised() {
     assert_eq!((run.code, run.stdout.as_str()), (1, ""));
     let lines: Vec<_> = run.stderr.lines().collect();
     let expected =
-        ["wgdenoise: error: beauty.0002.exr: is empty", "wgdenoise: error: 1 of 3 pictures failed"];
+        ["wgdenoise: error: beauty.0002.exr: is empty", "wgdenoise: error: 1 of 3 images failed"];
     assert_eq!(lines, expected);
     assert_eq!(folder.names_in("clean"), ["beauty.0001.exr", "beauty.0010.exr"]);
 }
 
 #[test]
-fn albedo_and_normals_may_be_animations_of_their_own() {
+fn albedo_and_normals_may_be_sequences_too() {
     let folder = animation();
     for frame in ["01", "10"] {
         fs::copy(data("mitsuba_like.exr"), folder.path(&format!("aux.{frame}.exr"))).unwrap();
@@ -88,16 +94,16 @@ fn albedo_and_normals_may_be_animations_of_their_own() {
     folder
         .denoise(&[&args[..], &["1,2"]].concat())
         .assert_failed(1, &["aux.##.exr: frame 2 is missing"]);
-    let run = folder.denoise(&[&args[..], &["1,10"]].concat());
+    let run = folder.denoise(&[&args[..], &["1,10", "-v"]].concat());
     run.assert_done();
     for file in ["aux.01.exr", "aux.10.exr"] {
         assert!(run.stderr.contains(&format!("albedo from the file {file}")), "{run:?}");
     }
 }
 
-/// Everything is refused before anything is denoised; `clean` stays empty.
+/// `clean` stays empty.
 #[test]
-fn what_cannot_be_done_in_whole_is_refused_before_the_first_picture() {
+fn what_cannot_be_done_in_whole_is_refused_before_the_first_image() {
     let folder = animation();
     fs::create_dir(folder.path("other")).unwrap();
     fs::copy(data("plain_rgb.exr"), folder.path("other/beauty.0001.exr")).unwrap();
@@ -108,20 +114,24 @@ fn what_cannot_be_done_in_whole_is_refused_before_the_first_picture() {
         (&["none.####.exr", "clean"], 1, "none.####.exr: no file has such a name"),
         (&["none/x.#.exr", "clean"], 1, "none/x.#.exr: its folder cannot be read"),
         (&["no*.exr", "clean"], 1, "no*.exr: no file has such a name"),
-        (&["[.exr", "clean"], 2, "[.exr: is no pattern"),
+        (&["[.exr", "clean"], 2, "[.exr: is not a valid pattern"),
         (&[one, "nowhere.exr", "clean"], 1, "nowhere.exr: cannot be read"),
         (&[one, "other", "clean"], 1, "other: is a folder"),
         (&["notes.txt", one, "clean"], 1, "clean/notes.txt: cannot be written: its name must"),
-        (&[all, "clean.exr"], 2, "clean.exr: must leave the frame number open"),
-        (&[one, "clean.####.exr"], 2, "clean.####.exr: leaves the frame number open"),
-        (&[all, one, "clean.####.exr"], 2, "needs one IN that does"),
+        (&[all, "clean.exr"], 2, "clean.exr: needs a place for the frame number as IN has"),
+        (&[one, "clean.####.exr"], 2, "clean.####.exr: has a place for a frame number"),
+        (&[all, one, "clean.####.exr"], 2, "needs exactly one IN that has one too"),
         (&["#.#.exr", "clean"], 2, "#.#.exr: has two places"),
-        (&[one, "clean", "--frames", "1"], 2, "--frames needs an IN that leaves"),
+        (
+            &[one, "clean", "--frames", "1"],
+            2,
+            "--frames needs an IN with a place for the frame number",
+        ),
         (&[one, "missing/"], 1, "missing/: the results need a folder"),
         (&[one, "beauty.0002.exr", "missing"], 1, "missing: the results need a folder"),
-        (&["*.exr", "missing.exr"], 1, "create it first"),
+        (&["*.exr", "missing.exr"], 1, "give --parents to create it"),
         (&[one, "other/beauty.0001.exr", "clean"], 1, "is the output of both"),
-        (&[all, "missing/c.####.exr"], 1, "its folder is not there"),
+        (&[all, "missing/c.####.exr"], 1, "the folder missing does not exist"),
     ] {
         folder.denoise(args).assert_failed(code, &[words]);
     }

@@ -5,7 +5,7 @@ use std::process::{Command, Output};
 
 use exr::prelude::*;
 
-/// Weights that are quick to run; what they make of a picture does not matter here.
+/// Weights that are quick to run; the quality of their results does not matter here.
 pub(crate) const WEIGHTS: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/unet_tiny.safetensors");
 
@@ -39,8 +39,8 @@ impl Folder {
         names
     }
 
-    /// The command, in this folder and without a desktop session, of which drivers complain. What
-    /// it keeps from run to run is, on Linux, not the user's.
+    /// The command in this folder, without a desktop session, about which drivers complain, and on
+    /// Linux with a cache that is not the user's.
     pub(crate) fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wgdenoise"));
         command.current_dir(self.0.path()).env_remove("XDG_RUNTIME_DIR").args(args);
@@ -48,7 +48,7 @@ impl Folder {
         command
     }
 
-    /// The command, as a shell starts it after a `ulimit` or another word of its own.
+    /// The command as a shell starts it after a `ulimit` or the like.
     #[cfg(target_os = "linux")]
     pub(crate) fn command_after(&self, words: &str, args: &[&str]) -> Command {
         let direct = self.command(args);
@@ -74,7 +74,7 @@ pub(crate) fn data(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data").join(name)
 }
 
-/// What a run left behind.
+/// The outcome of a run.
 #[derive(Debug)]
 pub(crate) struct Run {
     pub(crate) code: i32,
@@ -91,13 +91,13 @@ impl Run {
         }
     }
 
-    /// Done, with nothing on stdout.
+    /// Exit code 0 and nothing on stdout.
     #[track_caller]
     pub(crate) fn assert_done(&self) {
         assert_eq!((self.code, self.stdout.as_str()), (0, ""), "{self:?}");
     }
 
-    /// Failed with this code and with one sentence that has all of `words`.
+    /// This exit code, and one sentence with all of `words`.
     #[track_caller]
     pub(crate) fn assert_failed(&self, code: i32, words: &[&str]) {
         assert_eq!((self.code, self.stdout.as_str()), (code, ""), "{self:?}");

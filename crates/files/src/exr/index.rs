@@ -1,4 +1,4 @@
-//! Where the blocks of an EXR file lie.
+//! The positions of an EXR file's blocks.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
@@ -14,11 +14,11 @@ use super::{Problem, guard};
 /// One stored block: some scan lines or a tile of one part.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
-    /// The index of its part.
+    /// Index of its part.
     pub(super) part: usize,
-    /// Its place in the table of offsets, which runs over all parts.
+    /// Its index in the table of offsets, which covers all parts.
     pub(super) slot: usize,
-    /// Where in the file its head begins.
+    /// Position of its head in the file.
     pub(super) offset: u64,
     /// Length of the head: part number, position and size.
     pub(super) head: usize,
@@ -29,13 +29,13 @@ pub(super) struct Block {
 }
 
 impl Block {
-    /// Where in the file its packed pixels end.
+    /// Position of the end of its packed pixels in the file.
     fn end(&self) -> u64 {
         self.offset + (self.head + self.stored) as u64
     }
 }
 
-/// Finds every block, in the order in which they lie in the file.
+/// Finds every block, in the order of their positions.
 ///
 /// The table's length must have been checked against the file's.
 ///
@@ -78,13 +78,11 @@ pub(super) fn read(
 }
 
 fn are_missing(count: &str, total: usize) -> Problem {
-    Problem::Damaged(format!(
-        "is cut off or was not written to its end: {count} of {total} blocks are missing"
-    ))
+    Problem::Damaged(format!("is cut off or incomplete: {count} of {total} blocks are missing"))
 }
 
-/// Every offset that lies within the file, with its slot and its part; a table of zeros takes no
-/// memory, and little time.
+/// Every offset within the file, with its slot and part. A table of zeros takes no memory and little
+/// time.
 fn read_table(
     reader: &mut impl Read,
     meta: &MetaData,
@@ -112,7 +110,7 @@ const MOST_MISSING: usize = 10_000_000;
 /// What a block may have beyond twice its pixels, of which it should never have more than once.
 const SLACK: u128 = 1 << 16;
 
-/// What stands before the packed pixels of a block.
+/// The fields before the packed pixels of a block.
 struct Head {
     part: i32,
     position: Vec<i32>,

@@ -1,20 +1,20 @@
 //! EXR files, block by block.
 //!
-//! A file is never taken apart and put together again: its header and every block that the
-//! denoised colour does not touch are copied byte for byte, so that other parts, attributes,
-//! previews and smaller mip levels come out as they came in. Only the blocks of the part that
-//! holds the colour are unpacked, changed and packed again.
+//! A file is patched, not rebuilt: its header and every block without the denoised color are copied
+//! byte for byte, so other parts, attributes, previews and smaller mip levels come out as they came
+//! in. Only the blocks with the color are unpacked, changed and packed again.
 
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::{IntegerBounds, SampleType};
+use ::exr::meta::attribute::{IntegerBounds, SampleType, Text};
 use ::exr::meta::header::Header;
 
 use self::index::Block;
 use super::choice::Pick;
+use super::escape::escaped;
 use super::layers::Part;
 use super::limits::Limits;
 use super::{Problem, guard};
@@ -28,7 +28,7 @@ mod write;
 
 pub(super) use write::write_rgb;
 
-/// An open EXR file: its header and where its blocks are, but no pixels.
+/// An open EXR file: its header and the positions of its blocks, but no pixels.
 #[derive(Debug)]
 pub struct ExrFile {
     file: File,
@@ -42,7 +42,7 @@ impl ExrFile {
     /// Reads the header and finds the blocks.
     ///
     /// # Errors
-    /// If the file cannot be read, is damaged or too large, or holds what is not supported.
+    /// If the file cannot be read, is damaged or too large, or uses an unsupported feature.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, Problem> {
         let mut file = File::open(path).map_err(Problem::Read)?;
         let len = file.metadata().map_err(Problem::Read)?.len();
@@ -60,19 +60,19 @@ impl ExrFile {
     #[must_use]
     pub fn parts(&self) -> Vec<Part> {
         let part = |header: &Header| Part {
-            name: header.own_attributes.layer_name.as_ref().map(ToString::to_string),
-            channels: header.channels.list.iter().map(|c| c.name.to_string()).collect(),
+            name: header.own_attributes.layer_name.as_ref().map(name),
+            channels: header.channels.list.iter().map(|c| name(&c.name)).collect(),
         };
         self.meta.headers.iter().map(part).collect()
     }
 
-    /// What the header says of each part.
+    /// The header of each part.
     #[must_use]
     pub fn headers(&self) -> &[Header] {
         &self.meta.headers
     }
 
-    /// The rectangle of pixels that a part has, in the coordinates of the whole picture.
+    /// The rectangle of pixels that a part covers, in the coordinates of the whole picture.
     #[must_use]
     pub fn window(&self, part: usize) -> IntegerBounds {
         self.meta.headers[part].data_window()
@@ -81,7 +81,7 @@ impl ExrFile {
     /// Reads layers at full size, each in its own part's window.
     ///
     /// # Errors
-    /// If a channel is not of half or float, is subsampled, or a block is damaged.
+    /// If a channel is neither half nor float, is subsampled, or a block is damaged.
     pub fn read(&self, picks: &[&Pick]) -> Result<Vec<Image>, Problem> {
         let mut images: Vec<Option<Image>> = vec![None; picks.len()];
         for part in 0..self.meta.headers.len() {
@@ -108,8 +108,8 @@ impl ExrFile {
         let mut channels = pick.channels.iter().map(|&c| &header.channels.list[c]);
         match channels.find(|c| c.sample_type == SampleType::U32) {
             Some(channel) => Err(Problem::Unsupported(format!(
-                "channel `{}` holds integers (uint), and only half and float can be denoised",
-                channel.name
+                "channel `{}` holds integers (uint), and only half and float are supported",
+                escaped(&name(&channel.name))
             ))),
             None => Ok(()),
         }
@@ -153,7 +153,7 @@ impl ExrFile {
         Ok(bytes)
     }
 
-    /// The blocks that make up a part at its full size, each there once and plausible.
+    /// The blocks of a part at its full size, each present once and plausible.
     fn full_size_blocks(&self, part: usize) -> Result<Vec<&Block>, Problem> {
         let header = &self.meta.headers[part];
         let full =
@@ -171,7 +171,7 @@ impl ExrFile {
             size.width().div_ceil(block.width()) * size.height().div_ceil(block.height());
         if places.len() != expected || blocks.len() != expected {
             return Err(Problem::Damaged(format!(
-                "is damaged: {} of the {expected} blocks of part {part} are there",
+                "is damaged: {} of the {expected} blocks of part {part} are present",
                 places.len()
             )));
         }
@@ -179,15 +179,22 @@ impl ExrFile {
     }
 }
 
+/// A name in UTF-8, as renderers write it, or else in Latin-1.
+pub(super) fn name(text: &Text) -> String {
+    std::str::from_utf8(text.bytes()).map_or_else(|_| text.to_string(), String::from)
+}
+
 fn read_meta(head: &[u8]) -> Result<MetaData, Problem> {
     let meta = MetaData::read_from_buffered(head, false).map_err(|error| match error {
         ::exr::error::Error::NotSupported(what) => {
-            Problem::Unsupported(format!("has a header that is not supported ({what})"))
+            Problem::Unsupported(format!("has an unsupported header ({})", escaped(&what)))
         }
-        error if error.to_string().contains("compression attribute") => Problem::Unsupported(
-            "names no compression that is known; write it with ZIP or PIZ".into(),
-        ),
-        error => Problem::Damaged(format!("has a damaged header ({error})")),
+        error if error.to_string().contains("compression attribute") => {
+            Problem::Unsupported("names an unknown compression; write it with ZIP or PIZ".into())
+        }
+        error => {
+            Problem::Damaged(format!("has a damaged header ({})", escaped(&error.to_string())))
+        }
     })?;
     if meta.headers.is_empty() {
         return Err(Problem::Damaged("has no parts".into()));

@@ -1,4 +1,4 @@
-//! The samples within an unpacked block: per row, all of the first channel, then all of the next.
+//! The samples of an unpacked block: in each row, all of the first channel, then all of the next.
 
 use ::exr::meta::attribute::{IntegerBounds, SampleType};
 use ::exr::meta::header::Header;
@@ -73,8 +73,8 @@ pub(super) fn place(image: &mut Image, bounds: IntegerBounds, area: &[[f32; 3]])
     }
 }
 
-/// Replaces three channels of a block where `color` says what with; returns how many values
-/// were too large for half.
+/// Replaces three channels of a block wherever `color` has a value; returns how many values were too
+/// large for half.
 pub(super) fn replace(
     header: &Header,
     bounds: IntegerBounds,
@@ -95,7 +95,7 @@ pub(super) fn replace(
     clamped
 }
 
-/// Where one channel's samples lie in a block.
+/// The positions of one channel's samples in a block.
 struct Samples {
     kind: SampleType,
     /// Pixels per row.
@@ -154,7 +154,7 @@ fn word(bytes: &[u8], at: usize) -> u32 {
 fn damaged(error: ::exr::error::Error) -> Problem {
     match error {
         ::exr::error::Error::NotSupported(what) => {
-            Problem::Unsupported(format!("holds pixels that are not supported ({what})"))
+            Problem::Unsupported(format!("has unsupported pixels ({what})"))
         }
         error => Problem::Damaged(format!("is damaged: a block cannot be unpacked ({error})")),
     }

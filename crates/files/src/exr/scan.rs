@@ -6,8 +6,9 @@ use ::exr::meta::attribute::{AttributeValue, ChannelDescription, Text};
 use ::exr::meta::header::Header;
 
 use super::Problem;
+use crate::escape::escaped;
 
-/// Most memory that a header may take once it is parsed; those of large scenes have some MiB of
+/// Most memory that a header may take once parsed; those of large scenes have some MiB of
 /// cryptomatte names.
 const MAX_MEMORY: u64 = 128 << 20;
 
@@ -20,7 +21,7 @@ const MULTI_PART: u32 = 0x1000;
 /// Finds where the header of a file of `len` bytes ends.
 ///
 /// # Errors
-/// If the file ends before, or the header could not be parsed within the memory for it.
+/// If the file ends before that, or the header cannot be parsed within its memory.
 pub(super) fn scan(reader: impl BufRead + Seek, len: u64) -> Result<u64, Problem> {
     let mut scan = Scan { reader, len, position: 0, part: 0, last: String::new(), memory: 0 };
     scan.number()?;
@@ -35,15 +36,15 @@ struct Scan<R> {
     reader: R,
     len: u64,
     position: u64,
-    /// The part that is being looked at.
+    /// The current part.
     part: usize,
-    /// The attribute that is being looked at.
+    /// The current attribute, escaped.
     last: String,
     memory: u64,
 }
 
 impl<R: BufRead + Seek> Scan<R> {
-    /// Goes over a part; false if there is none, which is the end of several.
+    /// Skips a part; false if there is none, which ends a list of parts.
     fn part(&mut self) -> Result<bool, Problem> {
         let mut attributes = 0;
         while self.attribute()? {
@@ -53,13 +54,13 @@ impl<R: BufRead + Seek> Scan<R> {
         Ok(attributes > 0)
     }
 
-    /// Goes over an attribute; false if there is none, which is the end of the part.
+    /// Skips an attribute; false if there is none, which ends the part.
     fn attribute(&mut self) -> Result<bool, Problem> {
         let name = self.text()?;
         if name.is_empty() {
             return Ok(false);
         }
-        self.last = String::from_utf8_lossy(&name).into_owned();
+        self.last = escaped(&String::from_utf8_lossy(&name));
         let kind = self.text()?;
         let size = self.number()?;
         if size > i32::MAX as u32 {
@@ -70,7 +71,7 @@ impl<R: BufRead + Seek> Scan<R> {
         }
         let left = self.len.saturating_sub(self.position);
         if u64::from(size) > left {
-            return Err(self.cut_off(&format!(", which has {size} bytes, and {left} are there")));
+            return Err(self.cut_off(&format!(", which has {size} bytes, and {left} are present")));
         }
         self.take_memory(parsed(&kind, size.into()))?;
         self.reader.seek_relative(size.into()).map_err(Problem::Read)?;
@@ -78,7 +79,7 @@ impl<R: BufRead + Seek> Scan<R> {
         Ok(true)
     }
 
-    /// Reads a name up to the zero behind it.
+    /// Reads a name and the zero that ends it.
     fn text(&mut self) -> Result<Vec<u8>, Problem> {
         let mut text = Vec::new();
         let mut limited = self.reader.by_ref().take(MAX_NAME + 1);
@@ -86,7 +87,7 @@ impl<R: BufRead + Seek> Scan<R> {
         match text.pop() {
             Some(0) => Ok(text),
             Some(_) if text.len() as u64 == MAX_NAME => Err(Problem::Damaged(format!(
-                "has a damaged header: a name behind the attribute `{}` has no end",
+                "has a damaged header: the name after the attribute `{}` has no end",
                 self.last
             ))),
             _ => Err(self.cut_off("")),
@@ -127,8 +128,8 @@ impl<R: BufRead + Seek> Scan<R> {
     }
 }
 
-/// Memory that an attribute takes once it is parsed: its place in a table, which may be half
-/// empty, its bytes while they are read and kept, and what lists are taken apart into.
+/// Memory that an attribute takes once parsed: its slot in a table, which may be half empty, its
+/// bytes while they are read and kept, and the items of lists.
 fn parsed(kind: &[u8], size: u64) -> u64 {
     let place = 2 * size_of::<(Text, AttributeValue)>() as u64;
     // The shortest channel has 18 bytes, the shortest text of a list 4.
@@ -168,7 +169,7 @@ mod tests {
     }
 
     #[test]
-    fn wherever_a_header_ends_too_early_this_is_said() {
+    fn a_header_that_ends_too_early_is_refused_wherever_it_ends() {
         let part = [attribute("a", "int", 4), attribute("channels", "chlist", 20)].concat();
         let whole = file(0, &[&part[..], &[0]].concat());
         for len in 0..whole.len() {
@@ -177,7 +178,7 @@ mod tests {
         }
         let error = scanned(&whole[..whole.len() - 6]).unwrap_err();
         let expected = "is cut off within the header of its part 0, at the attribute `channels`, \
-                        which has 20 bytes, and 15 are there";
+                        which has 20 bytes, and 15 are present";
         assert_eq!(error, expected);
     }
 
@@ -185,7 +186,7 @@ mod tests {
     fn names_without_an_end_and_negative_sizes_are_damage() {
         let endless = [attribute("a", "int", 4), vec![b'x'; 300]].concat();
         let error = scanned(&file(0, &endless)).unwrap_err();
-        assert!(error.contains("behind the attribute `a` has no end"), "{error}");
+        assert!(error.contains("after the attribute `a` has no end"), "{error}");
         let negative = [&b"a\0int\0"[..], &[0xff; 4]].concat();
         let error = scanned(&file(0, &negative)).unwrap_err();
         assert!(error.contains("`a` has a negative size"), "{error}");

@@ -1,4 +1,4 @@
-//! The same file with three channels replaced; and a plain new file.
+//! Writing: the same file with three channels replaced, or a plain new file.
 
 use std::io::{Seek, SeekFrom, Write};
 
@@ -17,7 +17,7 @@ use wgdenoise::Image;
 
 impl ExrFile {
     /// Writes this file with the pixels of `target` replaced by `color`, whose top left pixel
-    /// is that of `window`; returns how many values were too large for half and clamped.
+    /// is that of `window`. Returns how many values were too large for half and clamped.
     ///
     /// Every other block is copied. Smaller mip levels stay as they were.
     ///
@@ -55,8 +55,8 @@ impl ExrFile {
         Ok(clamped)
     }
 
-    /// Whether writing `target` changes other channels of its part slightly, because they
-    /// share blocks with the colour and the compression loses something of them at every turn.
+    /// Whether writing `target` changes other channels of its part slightly, because they share
+    /// blocks with the color and go through lossy compression again.
     #[must_use]
     pub fn rewrites_others_lossily(&self, target: &Pick) -> bool {
         let header = &self.meta.headers[target.part];
@@ -65,7 +65,7 @@ impl ExrFile {
             .any(|(i, channel)| !target.channels.contains(&i) && loses(header.compression, channel))
     }
 
-    /// Whether the part has smaller copies of itself, which are not denoised.
+    /// Whether the part has smaller mip levels, which are not denoised.
     #[must_use]
     pub fn has_levels(&self, part: usize) -> bool {
         self.blocks
@@ -73,7 +73,7 @@ impl ExrFile {
             .any(|b| b.part == part && (b.tile.level_index.0 > 0 || b.tile.level_index.1 > 0))
     }
 
-    /// Each block as it is to be written, head and all, and how many values were clamped.
+    /// Each block as it will be written, head included, and how many values were clamped.
     fn change(
         &self,
         blocks: &[Block],
@@ -122,8 +122,8 @@ impl ExrFile {
     }
 }
 
-/// Whether a compression loses something of a channel each time. B44 does of half, DWA of what is
-/// named as colour or luminance; the 24 bits of PXR24 stay as they are.
+/// Whether a compression changes a channel each time: B44 changes half, DWA what is named like color
+/// or luminance; the 24 bits of PXR24 stay.
 fn loses(compression: Compression, channel: &ChannelDescription) -> bool {
     let name = channel.name.to_string();
     let letter = name.rsplit('.').next().unwrap_or_default();
@@ -137,7 +137,7 @@ fn loses(compression: Compression, channel: &ChannelDescription) -> bool {
     }
 }
 
-/// Writes a new file: R, G, B and, if it is given, A as float, losslessly compressed.
+/// Writes a new file: R, G, B and, if given, A as float, losslessly compressed.
 ///
 /// # Errors
 /// If writing fails.
@@ -147,8 +147,8 @@ pub(crate) fn write_rgb(
     alpha: Option<Vec<f32>>,
 ) -> Result<(), Problem> {
     let plane = |c: usize| image.pixels().iter().map(|p| p[c]).collect();
-    let colour = ["R", "G", "B"].into_iter().zip((0..3).map(plane));
-    let channels = colour.chain(alpha.map(|alpha| ("A", alpha)));
+    let color = ["R", "G", "B"].into_iter().zip((0..3).map(plane));
+    let channels = color.chain(alpha.map(|alpha| ("A", alpha)));
     let channels = channels.map(|(name, plane)| AnyChannel::new(name, FlatSamples::F32(plane)));
     let encoding = Encoding {
         compression: Compression::ZIP16,

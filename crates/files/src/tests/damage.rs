@@ -2,7 +2,7 @@ use super::*;
 use crate::Problem;
 
 #[test]
-fn integers_and_lacking_blocks_are_refused_in_a_sentence() {
+fn integers_and_missing_blocks_are_refused_in_one_sentence() {
     let folder = Folder::new();
     let path = folder.with(&karma(Compression::ZIP16, Blocks::ScanLines));
     let bytes = std::fs::read(&path).unwrap();
@@ -14,17 +14,17 @@ fn integers_and_lacking_blocks_are_refused_in_a_sentence() {
     let n = SIZE.0 * SIZE.1;
     let ids = || FlatSamples::U32(vec![1; n]);
     let encoding = Encoding::FAST_LOSSLESS;
-    let colour = layer("C", SIZE, encoding, ["R", "G", "B"].map(|c| (c, ids())).to_vec());
+    let color = layer("C", SIZE, encoding, ["R", "G", "B"].map(|c| (c, ids())).to_vec());
     let image = AnyImage {
         attributes: ImageAttributes::with_size(SIZE),
-        layer_data: SmallVec::from_vec(vec![colour]),
+        layer_data: SmallVec::from_vec(vec![color]),
     };
     let error = Picture::open(&folder.with(&image), &LayerChoice::default()).unwrap_err();
     assert!(error.to_string().contains("channel `R` holds integers"), "{error}");
 }
 
 #[test]
-fn an_albedo_of_integers_is_left_out_with_a_notice_unless_it_was_asked_for() {
+fn an_albedo_of_integers_is_left_out_with_a_notice_unless_it_was_named() {
     let folder = Folder::new();
     let mut image = karma(Compression::ZIP16, Blocks::ScanLines);
     for channel in &mut image.layer_data[1].channel_data.list {
@@ -33,8 +33,10 @@ fn an_albedo_of_integers_is_left_out_with_a_notice_unless_it_was_asked_for() {
     let path = folder.with(&image);
     let picture = open(&path);
     assert!(picture.albedo().is_none() && picture.normal().is_some());
+    let explained = &picture.selection().unwrap().explanation;
+    assert!(explained.contains("no albedo"), "{explained}");
     let said = &picture.notices()[0];
-    assert!(said.contains("no albedo") && said.contains("`albedo` is left out: channel"), "{said}");
+    assert!(said.contains("`albedo` is left out: channel"), "{said}");
     let asked_for = LayerChoice { albedo: Some("albedo".into()), ..LayerChoice::default() };
     let error = Picture::open(&path, &asked_for).unwrap_err().to_string();
     assert!(error.contains("holds integers"), "{error}");
@@ -72,7 +74,7 @@ fn no_damage_makes_it_panic() {
     }
 }
 
-/// Otherwise a few bytes of the table could each stand for a large block in the output.
+/// Otherwise a few bytes of the table could each become a large block of the output.
 #[test]
 fn blocks_that_share_bytes_are_refused_even_where_nothing_is_read() {
     let folder = Folder::new();
@@ -81,18 +83,18 @@ fn blocks_that_share_bytes_are_refused_even_where_nothing_is_read() {
     // The table of 7 offsets ends where the first block begins.
     let is_table = |at: &usize| bytes[*at..*at + 8] == (*at as u64 + 7 * 8).to_le_bytes();
     let table = (0..bytes.len() - 8).find(is_table).unwrap();
-    let colour_alone = LayerChoice { no_aux: true, ..LayerChoice::default() };
-    assert!(Picture::open(&path, &colour_alone).is_ok());
-    // The normals' first block takes the place of their second, too.
+    let color_alone = LayerChoice { no_aux: true, ..LayerChoice::default() };
+    assert!(Picture::open(&path, &color_alone).is_ok());
+    // The normals' first block replaces their second, too.
     bytes.copy_within(table + 4 * 8..table + 5 * 8, table + 5 * 8);
     std::fs::write(&path, &bytes).unwrap();
-    let error = Picture::open(&path, &colour_alone).unwrap_err().to_string();
+    let error = Picture::open(&path, &color_alone).unwrap_err().to_string();
     assert!(error.contains("is damaged: two blocks overlap at byte"), "{error}");
 }
 
-/// At every length that is less than the whole, and with how much is missing.
+/// At every length below the whole, with the amount that is missing.
 #[test]
-fn wherever_a_file_ends_too_early_this_is_said() {
+fn wherever_a_file_ends_too_early_it_is_refused() {
     let folder = Folder::new();
     let tiles = Blocks::Tiles(Vec2(16, 16));
     let path = folder.with(&karma(Compression::ZIP16, tiles));

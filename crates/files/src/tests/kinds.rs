@@ -1,4 +1,4 @@
-//! Kinds of valid files beside the renderers' own.
+//! Valid files that the renderers do not write.
 
 use ::exr::image::RipMaps;
 use ::exr::math::RoundingMode;
@@ -15,8 +15,7 @@ fn image(layers: Vec<Layer<AnyChannels<FlatSamples>>>) -> AnyImage {
     AnyImage { attributes, layer_data: SmallVec::from_vec(layers) }
 }
 
-/// Denoises a file, makes sure that only R, G and B of its first part differ, and returns what
-/// was said.
+/// Denoises a file, checks that only R, G and B of its first part differ, and returns the notices.
 fn keep_all_else(folder: &Folder, image: &AnyImage, color: Option<&str>) -> Vec<String> {
     let (input, output) = (folder.with(image), folder.path("out.exr"));
     let wanted = LayerChoice { color: color.map(Into::into), ..LayerChoice::default() };
@@ -47,7 +46,7 @@ fn head(path: &std::path::Path) -> Vec<u8> {
 }
 
 #[test]
-fn a_single_pixel_is_a_picture_in_every_compression() {
+fn a_single_pixel_is_an_image_in_every_compression() {
     for compression in ALL {
         for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(64, 32))] {
             let encoding = Encoding { compression, blocks, line_order: LineOrder::Increasing };
@@ -60,10 +59,10 @@ fn a_single_pixel_is_a_picture_in_every_compression() {
     }
 }
 
-/// Of other channels in the colour's blocks, and only of those that the compression loses
-/// something of: what the table calls kept must be so bit for bit.
+/// Only for channels in the color's blocks that the compression changes: channels marked as kept must
+/// stay bit for bit.
 #[test]
-fn loss_beside_the_colour_is_said_exactly_where_it_happens() {
+fn loss_beside_the_color_is_reported_exactly_where_it_happens() {
     let b44 = [Compression::B44, Compression::B44A];
     let dwa = [Compression::DWAA(None), Compression::DWAB(None)];
     let n = SIZE.0 * SIZE.1;
@@ -167,14 +166,14 @@ fn mip_maps_and_rip_maps_keep_all_but_their_largest_level() {
     }
 }
 
-/// Every type of attribute that there is, types that nobody knows, and names as long as can be.
+/// Every known type of attribute, unknown types, and names of the greatest length.
 #[test]
 fn attributes_of_all_types_and_long_names_are_kept() {
     use AttributeValue as V;
     let long = |letter: &str| Text::from(letter.repeat(255).as_str());
     let text = |text: &str| Text::from(text);
     let time = TimeCode { hours: 9, minutes: 8, binary_groups: [5; 8], ..TimeCode::default() };
-    // Seven numbers, of which the crate would write six.
+    // The crate would write six of these seven numbers.
     let code = (1..8_u8).flat_map(|number| [number, 0, 0, 0]).collect();
     let values = [
         V::EnvironmentMap(EnvironmentMap::Cube),
@@ -241,5 +240,6 @@ fn of_two_views_the_one_that_is_named_is_denoised() {
     let folder = Folder::new();
     assert!(keep_all_else(&folder, &image, Some("left")).is_empty());
     let error = Picture::open(&folder.with(&image), &LayerChoice::default()).unwrap_err();
-    assert!(error.to_string().contains("name one with --color"), "{error}");
+    assert!(matches!(error.problem, crate::Problem::AmbiguousColor(_)), "{error}");
+    assert!(error.to_string().contains("layers that could be the color"), "{error}");
 }

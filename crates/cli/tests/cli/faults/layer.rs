@@ -1,9 +1,9 @@
-//! A Vulkan layer between the loader and the driver that does what broken drivers do. `mod.rs` has
-//! it compiled and loaded; the program under test knows nothing of it.
+//! A Vulkan layer between the loader and the driver that behaves like a broken driver. `mod.rs`
+//! compiles and loads it; the program under test knows nothing about it.
 //!
-//! The variable `FAULT` says what goes wrong: `memory N`, there are N bytes of memory in all;
-//! `lost N`, from the Nth wait on the device is lost; `hang N`, from the Nth submission on nothing ends;
-//! `wrong N`, the Nth dispatch is not done.
+//! The variable `FAULT` chooses the fault. `memory N`: the device has N bytes of memory. `lost N`: the
+//! device is lost from the Nth wait on. `hang N`: nothing ends from the Nth submission on. `wrong N`:
+//! the Nth dispatch is skipped.
 //!
 //! The structures are those of `vulkan_core.h` and `vk_layer.h`, as far as they are read.
 #![allow(unsafe_code, reason = "a layer is a C library")]
@@ -37,7 +37,7 @@ pub struct Negotiation {
     get_physical_device_proc: Option<GetProc>,
 }
 
-/// What every structure of a chain begins with, and what the loader's own add.
+/// The start of every structure of a chain, and the additions of the loader's own.
 #[repr(C)]
 struct Chained {
     kind: u32,
@@ -46,7 +46,7 @@ struct Chained {
     link: *mut Link,
 }
 
-/// The next layer's functions; of an instance, the second one is of no interest here.
+/// The next layer's functions; the second one of an instance is not needed here.
 #[repr(C)]
 struct Link {
     next: *mut Link,
@@ -69,17 +69,17 @@ static OF_DEVICE: OnceLock<GetProc> = OnceLock::new();
 /// The bytes of each allocation.
 static ALLOCATED: Mutex<Option<HashMap<u64, u64>>> = Mutex::new(None);
 
-/// How often what the fault counts was called.
+/// The number of calls that the fault counts.
 static CALLS: AtomicU64 = AtomicU64::new(0);
 
-/// The number of the fault, if it is of this kind.
+/// The fault's number, if it is of this kind.
 fn fault(kind: &str) -> Option<u64> {
     static FAULT: OnceLock<String> = OnceLock::new();
     let fault = FAULT.get_or_init(|| std::env::var("FAULT").unwrap_or_default());
     fault.strip_prefix(kind)?.trim().parse().ok()
 }
 
-/// Whether calls have come to the fault.
+/// Whether the calls have reached the fault.
 fn came_to(kind: &str) -> bool {
     fault(kind).is_some_and(|first| CALLS.load(Relaxed) >= first)
 }
@@ -174,7 +174,7 @@ unsafe extern "C" fn free(device: Handle, memory: u64, with: Handle) {
     allocated.get_or_insert_default().remove(&memory);
 }
 
-/// A device is lost once it has stopped to work, so the loss is told when the wait is over.
+/// A device is lost once it has stopped working, so the loss is reported after the wait.
 unsafe extern "C" fn wait(device: Handle, info: Handle, nanoseconds: u64) -> i32 {
     if fault("lost").is_some() {
         CALLS.fetch_add(1, Relaxed);
@@ -194,7 +194,7 @@ unsafe extern "C" fn finished(device: Handle, semaphore: u64, value: *mut u64) -
     unsafe { finished(device, semaphore, value) }
 }
 
-/// What hangs is not even begun.
+/// Work that hangs is not even started.
 unsafe extern "C" fn submit(queue: Handle, count: u32, submits: Handle, fence: u64) -> i32 {
     if fault("hang").is_some_and(|first| CALLS.fetch_add(1, Relaxed) + 1 >= first) {
         return 0;
@@ -206,7 +206,7 @@ unsafe extern "C" fn submit(queue: Handle, count: u32, submits: Handle, fence: u
 
 unsafe extern "C" fn wait_idle(queue: Handle) -> i32 {
     if came_to("hang") {
-        // Without end, but the test has to know.
+        // Endless, but the test has to notice.
         sleep(Duration::from_secs(60));
         std::process::abort();
     }

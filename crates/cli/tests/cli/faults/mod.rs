@@ -1,4 +1,4 @@
-//! Drivers that fail: `layer.rs` between the loader and the driver does what they do.
+//! Drivers that fail, simulated by the Vulkan layer in `layer.rs`.
 
 use std::path::Path;
 use std::process::Command;
@@ -8,7 +8,7 @@ use exr::prelude::*;
 
 use crate::support::{Folder, Run, WEIGHTS};
 
-/// Where the compiled layer and its manifest are.
+/// The folder with the compiled layer and its manifest.
 fn layer() -> &'static Path {
     static LAYER: OnceLock<tempfile::TempDir> = OnceLock::new();
     LAYER.get_or_init(|| compiled().expect("rustc compiles the layer")).path()
@@ -30,7 +30,7 @@ fn compiled() -> std::io::Result<tempfile::TempDir> {
     Ok(folder)
 }
 
-/// Denoises `noisy.exr` by a driver with this fault, with the kernels that are the fastest to compile.
+/// Denoises `noisy.exr` on a driver with this fault, with the kernels that compile fastest.
 fn denoise(folder: &Folder, fault: &str, args: &[&str]) -> Run {
     let weights = ["--weights", WEIGHTS, "--kernels", "tiled"];
     let mut command = folder.command(&[&["noisy.exr", "out.exr"], &weights[..]].concat());
@@ -55,7 +55,7 @@ fn noise(width: usize, height: usize) -> Folder {
     folder
 }
 
-/// From as much memory as is planned to less than any tile needs.
+/// From the planned amount of memory down to less than any tile needs.
 #[test]
 fn the_less_memory_the_smaller_the_tiles_and_then_one_sentence() {
     let folder = noise(576, 432);
@@ -92,20 +92,20 @@ fn a_device_that_is_lost_is_one_sentence_and_leaves_no_file() {
 fn a_device_that_hangs_is_one_sentence_and_the_program_ends() {
     let folder = noise(64, 64);
     for fault in ["hang 1", "hang 5"] {
-        let run = denoise(&folder, fault, &["-q", "--timeout", "2"]);
+        let run = denoise(&folder, fault, &["-q", "--timeout", "2s"]);
         run.assert_failed(4, &["no answer from", "within 2s", "it hangs"]);
         assert_eq!(folder.names(), ["noisy.exr"], "{fault}");
     }
 }
 
 #[test]
-fn work_that_takes_longer_than_the_time_out_is_not_waited_for() {
+fn work_beyond_the_timeout_is_not_waited_for() {
     let folder = noise(512, 512);
-    denoise(&folder, "none", &["-q", "--timeout", "1e-5"]).assert_failed(4, &["within 10µs"]);
+    denoise(&folder, "none", &["-q", "--timeout", "10us"]).assert_failed(4, &["within 10µs"]);
     assert_eq!(folder.names(), ["noisy.exr"]);
 }
 
-/// A dispatch of the exposure, and some of the network's.
+/// A dispatch of the exposure, and some of the network.
 #[test]
 fn wrong_results_are_found_and_not_written() {
     let folder = noise(64, 64);

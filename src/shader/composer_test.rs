@@ -9,7 +9,7 @@ const TILE: &str = "struct Tile { origin: vec2<u32> }
 fn compose(root: &str, enabled: &[&str]) -> Result<String, ComposeError> {
     let modules = [("common/tile", TILE), ("a", "import package::b::b;\nconst a = 1;"), ("b", B)];
     let library = Library { modules: &modules, features: &["half", "wide"] };
-    library.compose(&Source::Generated(root.into()), enabled)
+    library.compose(&ShaderRoot::Generated(root.into()), enabled)
 }
 
 const B: &str = "import package::a::a;\nimport package::common::tile::tile;\nconst b = a;";
@@ -40,7 +40,7 @@ fn imported_modules_are_included_once_also_where_they_import_each_other() {
 fn a_module_that_imports_its_root_is_not_included_twice() {
     let modules = [("root", "import package::shared::f;\nconst r = 1;"), ("shared", SHARED)];
     let library = Library { modules: &modules, features: &[] };
-    let text = library.compose(&Source::Module("root"), &[]).unwrap();
+    let text = library.compose(&ShaderRoot::Module("root"), &[]).unwrap();
     assert_eq!(text, "const r = 1;\n\nfn f() -> i32 { return r; }\n");
 }
 
@@ -101,11 +101,11 @@ fn every_kind_of_declaration_can_be_imported() {
     let modules = [("m", text)];
     let library = Library { modules: &modules, features: &[] };
     for name in ["f", "g", "S", "A", "c", "o", "p", "v", "w", "t"] {
-        let root = Source::Generated(format!("import package::m::{name};"));
+        let root = ShaderRoot::Generated(format!("import package::m::{name};"));
         library.compose(&root, &[]).unwrap_or_else(|e| panic!("{e}"));
     }
     for name in ["x", "i32", "group", "storage", "array", "must_use"] {
-        let root = Source::Generated(format!("import package::m::{name};"));
+        let root = ShaderRoot::Generated(format!("import package::m::{name};"));
         library.compose(&root, &[]).expect_err(name);
     }
 }
@@ -148,20 +148,4 @@ fn what_is_wrong_is_named() {
         let malformed = matches!(problem, Problem::Import(_) | Problem::Unbalanced);
         assert!(malformed, "{import}: {problem}");
     }
-}
-
-#[test]
-fn every_file_of_the_folder_is_in_the_library() {
-    let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
-    let mut files = Vec::new();
-    for folder in ["", "common/"] {
-        for entry in std::fs::read_dir(root.join(folder)).expect("the folder exists") {
-            let name = entry.expect("it can be listed").file_name();
-            let name = name.to_string_lossy();
-            files.extend(name.strip_suffix(".wgsl").map(|stem| format!("{folder}{stem}")));
-        }
-    }
-    files.sort();
-    let listed: Vec<_> = LIBRARY.modules.iter().map(|(name, _)| *name).collect();
-    assert_eq!(listed, files);
 }

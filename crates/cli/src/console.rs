@@ -1,0 +1,194 @@
+//! What the user sees: results on stdout; messages and a progress bar on stderr.
+
+use std::cell::{Cell, RefCell};
+use std::collections::HashSet;
+use std::io::{IsTerminal, Write};
+use std::sync::mpsc::{RecvTimeoutError, Sender, channel};
+use std::thread::{self, JoinHandle};
+use std::time::Duration;
+
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
+use serde_json::Value;
+
+use crate::failure::Failure;
+use wgdenoise_files::{escaped_json, escaped_lines};
+
+/// How much to tell.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(crate) enum Verbosity {
+    /// Errors.
+    Quiet,
+    /// What a user should know.
+    Normal,
+    /// Adapter, kernels, layers, tiles and times as well.
+    Verbose,
+}
+
+/// Messages to the user.
+#[derive(Debug)]
+pub(crate) struct Console {
+    pub(crate) verbosity: Verbosity,
+    said: RefCell<HashSet<String>>,
+    progress: RefCell<Option<Progress>>,
+}
+
+impl Console {
+    pub(crate) fn new(verbosity: Verbosity) -> Self {
+        Self { verbosity, said: RefCell::default(), progress: RefCell::default() }
+    }
+
+    /// Reports a failure, whatever the verbosity.
+    pub(crate) fn error(&self, failure: &Failure) {
+        self.say(&format!("error: {failure}"));
+    }
+
+    /// Tells what a user should know.
+    pub(crate) fn notice(&self, text: &str) {
+        if self.verbosity >= Verbosity::Normal {
+            self.say(text);
+        }
+    }
+
+    /// Tells it once, however many images it applies to; `about` names the first one.
+    pub(crate) fn notice_once(&self, about: &str, text: &str) {
+        if self.said.borrow_mut().insert(text.into()) {
+            self.notice(&format!("{about}{text}"));
+        }
+    }
+
+    /// Tells what only `--verbose` shows.
+    pub(crate) fn detail(&self, text: impl FnOnce() -> String) {
+        if self.verbosity >= Verbosity::Verbose {
+            self.say(&text());
+        }
+    }
+
+    /// A message that nobody can read is no reason to lose the work.
+    fn say(&self, text: &str) {
+        let write = || {
+            let _ = writeln!(std::io::stderr(), "wgdenoise: {}", escaped_lines(text));
+        };
+        match &*self.progress.borrow() {
+            Some(progress) => progress.bar.suspend(write),
+            None => write(),
+        }
+    }
+
+    /// Begins a progress bar over so many items, if a person is watching.
+    pub(crate) fn begin(&self, items: usize) {
+        if self.verbosity >= Verbosity::Normal && std::io::stderr().is_terminal() {
+            *self.progress.borrow_mut() = Some(Progress::new(items));
+        }
+    }
+
+    /// Moves the bar to the start of an item, counted from 0.
+    pub(crate) fn item(&self, index: usize, name: &str) {
+        if let Some(progress) = &*self.progress.borrow() {
+            progress.item(index, name);
+        }
+    }
+
+    /// Moves the bar within the item, `done` from 0 to 1.
+    pub(crate) fn within_item(&self, done: f64) {
+        if let Some(progress) = &*self.progress.borrow() {
+            progress.within_item(done);
+        }
+    }
+
+    /// Removes the bar.
+    pub(crate) fn end(&self) {
+        self.progress.take();
+    }
+}
+
+/// Writes a result to stdout. A reader that has gone away is not a failure.
+pub(crate) fn print(result: &str) -> Result<(), Failure> {
+    write(&escaped_lines(result))
+}
+
+/// Writes a result as JSON.
+pub(crate) fn print_json(result: &Value) -> Result<(), Failure> {
+    write(&escaped_json(&result.to_string()))
+}
+
+fn write(text: &str) -> Result<(), Failure> {
+    print_bytes(format!("{text}\n").as_bytes())
+}
+
+/// Writes bytes to stdout as they are.
+pub(crate) fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(bytes).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != std::io::ErrorKind::BrokenPipe => {
+            Err(Failure::Work(format!("stdout: cannot be written: {error}")))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// Work that takes less time gets no bar.
+const PATIENCE: Duration = Duration::from_secs(1);
+/// Steps of the bar per item.
+const STEPS: u64 = 1000;
+const TEMPLATE: &str = "{spinner} {msg} [{wide_bar}] {percent:>3} %, {time}";
+
+/// A bar on stderr.
+#[derive(Debug)]
+struct Progress {
+    bar: ProgressBar,
+    items: usize,
+    index: Cell<usize>,
+    /// Dropped to call off the bar's appearance.
+    patience: Option<Sender<()>>,
+    appearance: Option<JoinHandle<()>>,
+}
+
+impl Progress {
+    fn new(items: usize) -> Self {
+        let style = ProgressStyle::with_template(TEMPLATE).expect("the template is well-formed");
+        let style = style.with_key("time", time_left);
+        let hidden = ProgressDrawTarget::hidden();
+        let bar = ProgressBar::with_draw_target(Some(items as u64 * STEPS), hidden);
+        let (patience, done) = channel();
+        let shown = bar.clone().with_style(style);
+        // A thread of its own, because the first step alone may take longer.
+        let appearance = thread::spawn(move || {
+            if done.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
+                shown.set_draw_target(ProgressDrawTarget::stderr());
+                shown.enable_steady_tick(Duration::from_millis(100));
+            }
+        });
+        let index = Cell::new(0);
+        Self { bar, items, index, patience: Some(patience), appearance: Some(appearance) }
+    }
+
+    fn item(&self, index: usize, name: &str) {
+        self.index.set(index);
+        self.bar.set_message(match self.items {
+            1 => name.into(),
+            items => format!("{name} ({} of {items})", index + 1),
+        });
+        self.bar.set_position(index as u64 * STEPS);
+    }
+
+    fn within_item(&self, done: f64) {
+        let steps = (self.index.get() as f64 + done) * STEPS as f64;
+        self.bar.set_position(steps.round() as u64);
+    }
+}
+
+/// The time left, or, as long as nothing is known, the time so far.
+fn time_left(state: &ProgressState, text: &mut dyn std::fmt::Write) {
+    let _ = match state.pos() {
+        0 => write!(text, "{:#} so far", HumanDuration(state.elapsed())),
+        _ => write!(text, "{:#} left", HumanDuration(state.eta())),
+    };
+}
+
+impl Drop for Progress {
+    fn drop(&mut self) {
+        self.patience = None;
+        let _ = self.appearance.take().map(JoinHandle::join);
+        self.bar.finish_and_clear();
+    }
+}

@@ -1,0 +1,171 @@
+//! Commands that look at files and adapters without denoising: `info`, `preview`, `compare` and
+//! `devices`.
+
+use std::fmt::Write as _;
+
+use serde_json::{Value, json};
+
+use crate::console::{Console, print, print_json};
+use crate::denoise::other_colors;
+use crate::failure::{Failure, shown};
+use crate::plan::prepare_output;
+use crate::request::{Compare, Info, Preview};
+use wgdenoise::wgpu::AdapterInfo;
+use wgdenoise::{Gpu, Inputs, Quality, Weights};
+use wgdenoise_files::{Description, FileError, Identity, LayerInfo, Picture, Problem, escaped};
+use wgdenoise_metrics::Metrics;
+
+/// Prints a file's layers, which of them are used, its size and the cost.
+pub(crate) fn info(request: &Info) -> Result<(), Failure> {
+    let file = Description::of(&request.input, &request.layers)?;
+    let costs = costs(&file)?;
+    if request.json {
+        print_json(&info_json(&file, &costs))
+    } else {
+        print(&info_text(&file, &costs))
+    }
+}
+
+/// Billions of floating-point operations per quality.
+fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
+    let pixels = f64::from(file.width) * f64::from(file.height);
+    let given = Inputs { albedo: file.albedo.is_some(), normal: file.normal.is_some() };
+    let cost = |quality: Quality| {
+        let weights = Weights::builtin(quality)?;
+        let sliced = weights.for_inputs(given.intersection(weights.metadata().inputs))?;
+        Ok((quality.name(), 2.0 * sliced.macs_per_pixel() * pixels / 1e9))
+    };
+    Quality::ALL.into_iter().map(cost).collect()
+}
+
+fn info_text(file: &Description, costs: &[(&str, f64)]) -> String {
+    let mut lines = vec![format!("{}, {}×{} pixels", file.format, file.width, file.height)];
+    lines.extend(file.layers.iter().map(layer_line));
+    lines.push(choice(file));
+    if let Some(Ok(selection)) = &file.selection {
+        lines.extend(selection.left_out.iter().cloned());
+        lines.extend(other_colors(selection));
+    }
+    let costs: Vec<_> = costs.iter().map(|(name, gflop)| format!("{name} {gflop:.1}")).collect();
+    lines.push(format!("cost in GFLOP: {}", costs.join(", ")));
+    lines.join("\n")
+}
+
+/// Which layers are used and why, or why the file cannot be denoised.
+fn choice(file: &Description) -> String {
+    match &file.selection {
+        None => "color from the pixels, decoded by the sRGB curve".into(),
+        Some(Ok(selection)) => selection.explanation.clone(),
+        Some(Err(problem @ Problem::AmbiguousColor(_))) => {
+            format!("cannot be denoised: it {problem}; name one with --color")
+        }
+        Some(Err(problem)) => format!("cannot be denoised: it {problem}"),
+    }
+}
+
+fn layer_line(layer: &LayerInfo) -> String {
+    let channel = |(name, kind): &(String, &str)| format!("{}:{kind}", escaped(name));
+    let channels: Vec<_> = layer.channels.iter().map(channel).collect();
+    format!("  {} [{}] {}", escaped(&layer.name), channels.join(" "), layer.storage)
+}
+
+fn info_json(file: &Description, costs: &[(&str, f64)]) -> Value {
+    let layer = |l: &LayerInfo| {
+        let channels: Vec<_> =
+            l.channels.iter().map(|(name, kind)| json!({"name": name, "type": kind})).collect();
+        json!({"name": l.name, "part": l.part, "channels": channels, "storage": l.storage})
+    };
+    let layers: Vec<Value> = file.layers.iter().map(layer).collect();
+    let costs: serde_json::Map<_, _> =
+        costs.iter().map(|(name, gflop)| ((*name).to_string(), json!(gflop))).collect();
+    json!({
+        "format": file.format,
+        "width": file.width,
+        "height": file.height,
+        "layers": layers,
+        "color": file.color,
+        "target": file.target,
+        "albedo": file.albedo,
+        "normal": file.normal,
+        "choice": choice(file),
+        "gflop": costs,
+    })
+}
+
+/// Writes a layer as PNG or JPEG.
+pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failure> {
+    let Preview { input, output, writing, .. } = request;
+    let of_file = |error: FileError| Failure::of_file(&error, "--layer");
+    if Identity::of(input) == Identity::of(output) {
+        return Err(Failure::of(output, "is also the input; give another OUT"));
+    }
+    prepare_output(output, writing.force, *writing)?;
+    let layer = request.layer.as_deref();
+    let preview = wgdenoise_files::Preview::open(input, layer, request.limits).map_err(of_file)?;
+    let name = preview.layer().map(|layer| format!("`{}` as ", escaped(layer)));
+    preview.save(output, request.exposure, writing.force).map_err(of_file)?;
+    console.notice(&format!("wrote {}{}", name.unwrap_or_default(), shown(output)));
+    Ok(())
+}
+
+/// Prints how close an image is to its reference.
+pub(crate) fn compare(request: &Compare) -> Result<(), Failure> {
+    let image = Picture::open(&request.image, &request.layers)?;
+    let reference = Picture::open(&request.reference, &request.layers)?;
+    let metrics = wgdenoise_metrics::compare(image.color(), reference.color())?;
+    if request.json { print_json(&metrics_json(&metrics)) } else { print(&metrics_text(&metrics)) }
+}
+
+fn metrics_text(m: &Metrics) -> String {
+    let mut text = format!(
+        "L1      {:.6}\nPSNR    {:.3} dB\nSSIM    {:.6}\nrelMSE  {:.6}\nSMAPE   {:.6}",
+        m.l1, m.psnr, m.ssim, m.relmse, m.smape
+    );
+    if m.bad > 0 {
+        let _ = write!(text, "\n{} pixels are NaN or infinite and count as 0", m.bad);
+    }
+    text
+}
+
+fn metrics_json(m: &Metrics) -> Value {
+    json!({
+        "l1": m.l1,
+        "psnr": m.psnr,
+        "ssim": m.ssim,
+        "relmse": m.relmse,
+        "smape": m.smape,
+        "bad": m.bad,
+    })
+}
+
+/// Lists the adapters in the order in which `--adapter` counts them.
+pub(crate) fn devices(json: bool) -> Result<(), Failure> {
+    let adapters = Gpu::list();
+    if adapters.is_empty() {
+        // The engine's own message tells how to get one.
+        Gpu::open(None)?;
+    }
+    let adapters = adapters.iter().enumerate();
+    if json {
+        return print_json(&adapters.map(|(i, adapter)| adapter_json(i, adapter)).collect());
+    }
+    print(&adapters.map(|(i, adapter)| adapter_line(i, adapter)).collect::<Vec<_>>().join("\n"))
+}
+
+fn adapter_line(index: usize, adapter: &AdapterInfo) -> String {
+    format!(
+        "{index}: {} ({:?}, {:?}, {} {})",
+        adapter.name, adapter.device_type, adapter.backend, adapter.driver, adapter.driver_info
+    )
+}
+
+fn adapter_json(index: usize, adapter: &AdapterInfo) -> Value {
+    json!({
+        "index": index,
+        "name": adapter.name,
+        "type": format!("{:?}", adapter.device_type),
+        "backend": format!("{:?}", adapter.backend),
+        "driver": adapter.driver,
+        "driver_info": adapter.driver_info,
+    })
+}

@@ -1,0 +1,224 @@
+//! From the words of a command line to a request.
+
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
+
+use clap::{CommandFactory, Parser};
+
+use crate::args::{
+    ChoiceArgs, Cli, Command, DenoiseArgs, DeviceArgs, LayerArgs, LimitArgs, MeasureArgs,
+    NetworkArgs, WritingArgs,
+};
+use crate::console::Verbosity;
+use crate::failure::{Failure, shown};
+use crate::request::{
+    Bench, Compare, Convert, Denoise, DeviceChoice, Info, Preview, Report, Request, WeightsChoice,
+    Writing,
+};
+use crate::values::QualityArg;
+use wgdenoise::Quality;
+use wgdenoise_files::{LayerChoice, Limits};
+
+/// Parses the words of a command line, the program's name first. Help, versions and words that the
+/// grammar refuses are printed and end the process.
+///
+/// # Errors
+/// If the words contradict each other or the files they name.
+pub(crate) fn parse(words: &[OsString]) -> Result<Request, Failure> {
+    if let Some(word) = words.get(1)
+        && let Some(command) = misspelled(word)
+    {
+        let word = shown(Path::new(word));
+        return Err(Failure::Usage(format!(
+            "`{word}` is neither a file nor a command; did you mean `wgdenoise {command}`?"
+        )));
+    }
+    request(Cli::parse_from(words))
+}
+
+/// The command that was probably meant by a word that names no file.
+fn misspelled(word: &OsStr) -> Option<String> {
+    let text = word.to_str()?.to_lowercase();
+    let is_name = text.chars().all(char::is_alphanumeric) && !Path::new(word).exists();
+    let cli = Cli::command();
+    let names = cli.get_subcommands().map(clap::Command::get_name);
+    let distance = |name: &&str| strsim::damerau_levenshtein(name, &text);
+    let nearest = names.filter(|_| is_name).min_by_key(distance)?;
+    let near = distance(&nearest) <= nearest.len() / 3 && word != nearest;
+    near.then(|| nearest.to_string())
+}
+
+fn request(cli: Cli) -> Result<Request, Failure> {
+    Ok(match cli.command {
+        None => Request::Denoise(denoise(cli.denoise)?),
+        Some(Command::Info(args)) => {
+            let layers = layers(args.layers);
+            Request::Info(Info { input: args.input, layers, json: args.json })
+        }
+        Some(Command::Preview(args)) => Request::Preview(Preview {
+            input: args.input,
+            output: args.output,
+            layer: args.layer,
+            exposure: args.exposure,
+            limits: limits(args.limits),
+            writing: writing(&args.writing, false),
+        }),
+        Some(Command::Compare(args)) => Request::Compare(Compare {
+            image: args.image,
+            reference: args.reference,
+            layers: LayerChoice {
+                color: args.color,
+                no_aux: true,
+                finished: true,
+                limits: limits(args.limits),
+                ..LayerChoice::default()
+            },
+            json: args.json,
+        }),
+        Some(Command::Devices(args)) => Request::Devices { json: args.json },
+        Some(Command::Bench(args)) => Request::Bench(bench(args.measure, args.json)?),
+        Some(Command::Profile(args)) => Request::Profile(bench(args.measure, false)?),
+        Some(Command::Report(args)) => Request::Report(Report {
+            noisy: args.noisy,
+            reference: args.reference,
+            layers: layers(args.layers),
+            runs: args.runs,
+            device: device(args.device, None),
+            out: args.out,
+            force: args.force,
+            json: args.json,
+        }),
+        Some(Command::Convert(args)) => {
+            Request::Convert(Convert { input: args.input, output: args.output, force: args.force })
+        }
+        Some(Command::Completions { shell }) => {
+            let mut script = Vec::new();
+            clap_complete::generate(shell, &mut Cli::command(), "wgdenoise", &mut script);
+            Request::Print(script)
+        }
+        Some(Command::Man) => Request::Print(manual()?),
+    })
+}
+
+/// The manual page, in roff.
+fn manual() -> Result<Vec<u8>, Failure> {
+    let mut page = Vec::new();
+    let rendered = clap_mangen::Man::new(Cli::command()).render(&mut page);
+    rendered.map_err(|error| Failure::Work(format!("the manual page: {error}")))?;
+    Ok(page)
+}
+
+fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
+    let (inputs, output) = inputs_and_output(args.files)?;
+    let weights = chosen_weights(&args.network, &args.choice)?;
+    Ok(Denoise {
+        verbosity: match (args.quiet, args.verbose) {
+            (true, _) => Verbosity::Quiet,
+            (_, true) => Verbosity::Verbose,
+            _ => Verbosity::Normal,
+        },
+        inputs,
+        output,
+        frames: args.frames,
+        layers: layers(args.layers),
+        weights,
+        device: device(args.device, args.network.precision.map(Into::into)),
+        input_scale: args.choice.input_scale,
+        verify: args.verify,
+        exposure: args.exposure,
+        writing: writing(&args.writing, args.in_place),
+    })
+}
+
+fn inputs_and_output(mut files: Vec<PathBuf>) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+    match (files.pop(), files.as_slice()) {
+        (Some(output), [_, ..]) => Ok((files, output)),
+        (Some(only), []) => Err(Failure::Usage(format!(
+            "`{0}` has no output; write wgdenoise {0} OUT, or see --help",
+            shown(&only)
+        ))),
+        (None, _) => Err(Failure::Usage("name IN and OUT, or a command; see --help".into())),
+    }
+}
+
+fn chosen_weights(network: &NetworkArgs, choice: &ChoiceArgs) -> Result<WeightsChoice, Failure> {
+    if let Some(limit) = choice.budget {
+        return Ok(WeightsChoice::Budget { limit, recalibrate: choice.recalibrate });
+    }
+    match named_weights(network)? {
+        WeightsChoice::Folder { path, quality, .. } => {
+            Ok(WeightsChoice::Folder { path, quality, prefilter: choice.prefilter })
+        }
+        WeightsChoice::File(file) if choice.prefilter => Err(Failure::Usage(format!(
+            "--prefilter needs a folder with weights for albedo and normal, but --weights names \
+             {}, which is not a folder",
+            shown(&file)
+        ))),
+        other => Ok(other),
+    }
+}
+
+fn named_weights(args: &NetworkArgs) -> Result<WeightsChoice, Failure> {
+    let quality = args.quality.map(Quality::from);
+    match &args.weights {
+        None => {
+            let tier = args.quality.unwrap_or(QualityArg::Balanced);
+            Ok(WeightsChoice::BuiltIn(tier.into()))
+        }
+        Some(path) if path.is_dir() => {
+            Ok(WeightsChoice::Folder { path: path.clone(), quality, prefilter: false })
+        }
+        Some(path) if quality.is_none() => Ok(WeightsChoice::File(path.clone())),
+        Some(path) => Err(Failure::Usage(format!(
+            "--quality chooses among the built-in weights or those in a folder, but --weights \
+             names {}, which is not a folder; leave one of them out",
+            shown(path)
+        ))),
+    }
+}
+
+fn bench(args: MeasureArgs, json: bool) -> Result<Bench, Failure> {
+    Ok(Bench {
+        width: args.width,
+        height: args.height,
+        runs: args.runs,
+        weights: named_weights(&args.network)?,
+        device: device(args.device, args.network.precision.map(Into::into)),
+        json,
+    })
+}
+
+fn device(args: DeviceArgs, precision: Option<wgdenoise::Precision>) -> DeviceChoice {
+    DeviceChoice {
+        adapter: args.adapter,
+        precision,
+        memory: args.memory,
+        tile: args.tile,
+        timeout: args.timeout,
+        kernels: args.kernels.into(),
+        skip_clean: !args.no_skip,
+    }
+}
+
+fn layers(args: LayerArgs) -> LayerChoice {
+    LayerChoice {
+        color: args.color,
+        albedo: args.albedo,
+        normal: args.normal,
+        no_aux: args.no_aux,
+        finished: false,
+        limits: limits(args.limits),
+    }
+}
+
+fn limits(args: LimitArgs) -> Limits {
+    args.max_pixels.map_or_else(Limits::default, |pixels| Limits { pixels })
+}
+
+fn writing(args: &WritingArgs, in_place: bool) -> Writing {
+    Writing { force: args.force, in_place, parents: args.parents }
+}
+
+#[cfg(test)]
+#[path = "parse_test.rs"]
+mod tests;

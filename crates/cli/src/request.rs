@@ -1,0 +1,176 @@
+//! What a command line asks for, in plain types.
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use wgdenoise::{KernelSet, MatrixShape, Precision, Quality};
+use wgdenoise_files::{LayerChoice, Limits};
+
+use crate::console::Verbosity;
+use crate::frames::Frames;
+
+/// One run of the program.
+#[derive(Debug)]
+pub(crate) enum Request {
+    Denoise(Denoise),
+    Info(Info),
+    Preview(Preview),
+    Compare(Compare),
+    /// List the adapters, as JSON or text.
+    Devices {
+        json: bool,
+    },
+    Bench(Bench),
+    Profile(Bench),
+    Report(Report),
+    Convert(Convert),
+    /// Print this: a completion script or the manual page.
+    Print(Vec<u8>),
+}
+
+/// `wgdenoise IN... OUT`.
+#[derive(Clone, Debug)]
+pub(crate) struct Denoise {
+    pub(crate) verbosity: Verbosity,
+    /// Files, sequences and patterns, at least one.
+    pub(crate) inputs: Vec<PathBuf>,
+    pub(crate) output: PathBuf,
+    /// The frames to take of a sequence; all by default.
+    pub(crate) frames: Option<Frames>,
+    pub(crate) layers: LayerChoice,
+    pub(crate) weights: WeightsChoice,
+    pub(crate) device: DeviceChoice,
+    /// The factor that brings color to the exposure of the network's training; measured by default.
+    pub(crate) input_scale: Option<f32>,
+    /// Compare part of each result with the CPU reference.
+    pub(crate) verify: bool,
+    /// Stops to brighten PNG and JPEG outputs by.
+    pub(crate) exposure: Option<f32>,
+    pub(crate) writing: Writing,
+}
+
+/// What may happen to existing files and missing folders.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Writing {
+    /// Replace outputs that exist.
+    pub(crate) force: bool,
+    /// Replace an input with its own result.
+    pub(crate) in_place: bool,
+    /// Create missing folders.
+    pub(crate) parents: bool,
+}
+
+/// Where weights come from.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) enum WeightsChoice {
+    BuiltIn(Quality),
+    File(PathBuf),
+    /// Open Image Denoise's weights, of which each image gets those for the layers it has.
+    Folder {
+        path: PathBuf,
+        quality: Option<Quality>,
+        /// Denoise albedo and normal first.
+        prefilter: bool,
+    },
+    /// The best built-in weights that are predicted to meet a time limit.
+    Budget {
+        limit: Duration,
+        /// Ignore earlier measurements.
+        recalibrate: bool,
+    },
+}
+
+/// The adapter, and how the network runs on it.
+#[derive(Clone, Debug)]
+pub(crate) struct DeviceChoice {
+    /// Part of a name, or an index; the fastest kind by default.
+    pub(crate) adapter: Option<String>,
+    pub(crate) precision: Option<Precision>,
+    /// Bytes.
+    pub(crate) memory: Option<u64>,
+    /// Pixels.
+    pub(crate) tile: Option<u32>,
+    pub(crate) timeout: Option<Duration>,
+    pub(crate) kernels: Kernels,
+    pub(crate) skip_clean: bool,
+}
+
+/// A kernel set; the shape of matrices is the adapter's.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Kernels {
+    Set(KernelSet),
+    Matrix,
+}
+
+impl Kernels {
+    /// The set, where `matrix` is the shape that the adapter reports; `None` if it has none.
+    pub(crate) fn on(self, matrix: Option<MatrixShape>) -> Option<KernelSet> {
+        match self {
+            Self::Set(set) => Some(set),
+            Self::Matrix => matrix.map(KernelSet::Matrix),
+        }
+    }
+}
+
+/// `wgdenoise bench` and `wgdenoise profile`: an image of random values is denoised.
+#[derive(Clone, Debug)]
+pub(crate) struct Bench {
+    pub(crate) width: u32,
+    pub(crate) height: u32,
+    pub(crate) runs: u32,
+    pub(crate) weights: WeightsChoice,
+    pub(crate) device: DeviceChoice,
+    pub(crate) json: bool,
+}
+
+/// `wgdenoise report`.
+#[derive(Clone, Debug)]
+pub(crate) struct Report {
+    pub(crate) noisy: PathBuf,
+    pub(crate) reference: PathBuf,
+    pub(crate) layers: LayerChoice,
+    pub(crate) runs: u32,
+    pub(crate) device: DeviceChoice,
+    /// The folder for `report.md`, `report.json` and `report.svg`.
+    pub(crate) out: Option<PathBuf>,
+    pub(crate) force: bool,
+    pub(crate) json: bool,
+}
+
+/// `wgdenoise info`.
+#[derive(Clone, Debug)]
+pub(crate) struct Info {
+    pub(crate) input: PathBuf,
+    pub(crate) layers: LayerChoice,
+    pub(crate) json: bool,
+}
+
+/// `wgdenoise compare`.
+#[derive(Clone, Debug)]
+pub(crate) struct Compare {
+    pub(crate) image: PathBuf,
+    pub(crate) reference: PathBuf,
+    /// Of both files.
+    pub(crate) layers: LayerChoice,
+    pub(crate) json: bool,
+}
+
+/// `wgdenoise preview`.
+#[derive(Clone, Debug)]
+pub(crate) struct Preview {
+    pub(crate) input: PathBuf,
+    pub(crate) output: PathBuf,
+    pub(crate) layer: Option<String>,
+    /// Stops.
+    pub(crate) exposure: f32,
+    pub(crate) limits: Limits,
+    pub(crate) writing: Writing,
+}
+
+/// `wgdenoise convert`.
+#[derive(Clone, Debug)]
+pub(crate) struct Convert {
+    pub(crate) input: PathBuf,
+    pub(crate) output: PathBuf,
+    pub(crate) force: bool,
+}

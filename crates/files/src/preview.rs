@@ -1,0 +1,133 @@
+//! Any layer of a file as a PNG or JPEG.
+
+use std::path::Path;
+
+use super::choice::{self, Pick, Wish};
+use super::exr::ExrFile;
+use super::format::{self, Format};
+use super::layers::{self, Part};
+use super::ldr::{self, LdrFile};
+use super::limits::Limits;
+use super::{FileError, Problem, output};
+use wgdenoise::Image;
+
+/// One layer of an image file.
+#[derive(Debug)]
+pub struct Preview {
+    image: Image,
+    layer: Option<String>,
+}
+
+impl Preview {
+    /// Reads the layer or channel called `name`; by default the layer that results are written to.
+    /// A single channel becomes gray, and two become red and green.
+    ///
+    /// # Errors
+    /// If the file cannot be read, is damaged or too large, or has no such layer.
+    pub fn open(path: &Path, name: Option<&str>, limits: Limits) -> Result<Self, FileError> {
+        let opened = match (format::sniff(path), name) {
+            (Err(problem), _) => Err(problem),
+            (Ok(Format::Exr), _) => Self::of_exr(path, name, limits),
+            (Ok(_), Some(name)) => Err(super::no_layers(name)),
+            (Ok(_), None) => {
+                LdrFile::read(path, limits).map(|(_, image)| Self { image, layer: None })
+            }
+        };
+        opened.map_err(|problem| problem.at(path))
+    }
+
+    fn of_exr(path: &Path, name: Option<&str>, limits: Limits) -> Result<Self, Problem> {
+        let file = ExrFile::open(path, limits)?;
+        let parts = file.parts();
+        let pick = match name {
+            Some(name) => pick(&parts, name)?,
+            None => choice::choose(&parts, None, &Wish::Without, &Wish::Without)?.target,
+        };
+        let mut image = file.read(&[&pick])?.remove(0);
+        let [_, green, blue] = pick.channels;
+        if green == blue && pick.channels[0] != green {
+            image.pixels_mut().iter_mut().for_each(|pixel| pixel[2] = 0.0);
+        }
+        Ok(Self { image, layer: Some(pick.layer) })
+    }
+
+    /// The values as the file has them; sRGB is decoded to linear.
+    #[must_use]
+    pub fn image(&self) -> &Image {
+        &self.image
+    }
+
+    /// The layer's name; `None` for PNG and JPEG.
+    #[must_use]
+    pub fn layer(&self) -> Option<&str> {
+        self.layer.as_deref()
+    }
+
+    /// Writes an 8-bit PNG or JPEG: values times 2^`stops`, clipped to [0, 1], sRGB-encoded.
+    ///
+    /// # Errors
+    /// If `path` names another format, exists and `force` is not given, or cannot be written.
+    pub fn save(self, path: &Path, stops: f32, force: bool) -> Result<(), FileError> {
+        let format = output::check(path, force)?;
+        if !format.is_display_referred() {
+            let what = "cannot be written: a preview is a .png, .jpg or .jpeg file";
+            return Err(Problem::Format(what.into()).at(path));
+        }
+        let image = exposed(self.image, stops);
+        output::replace(path, force, |out| ldr::write_new(out, format, &image)).map(|_| ())
+    }
+}
+
+/// An image made brighter by so many stops: every value times 2^`stops`.
+#[must_use]
+pub fn exposed(mut image: Image, stops: f32) -> Image {
+    if stops != 0.0 {
+        let factor = stops.exp2();
+        image.pixels_mut().iter_mut().flatten().for_each(|value| *value *= factor);
+    }
+    image
+}
+
+/// The first three channels of a layer, or a channel by its full name.
+fn pick(parts: &[Part], name: &str) -> Result<Pick, Problem> {
+    let all = layers::layers(parts);
+    let missing = match layers::named(&all, name) {
+        Ok(layer) => {
+            let indices: Vec<_> = layer.channels.iter().map(|(_, index)| *index).collect();
+            let last = indices.len() - 1;
+            let first = [0, 1, 2].map(|i: usize| indices[i.min(last)]);
+            let channels = layer.rgb().or_else(|| layer.xyz()).unwrap_or(first);
+            return Ok(Pick::named(layer.shown(), layer.part, channels));
+        }
+        Err(problem) => problem,
+    };
+    let channel = |(index, part): (usize, &Part)| {
+        let channel = part.channels.iter().position(|full| full == name)?;
+        Some(Pick::named(name, index, [channel; 3]))
+    };
+    parts.iter().enumerate().find_map(channel).ok_or(missing)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn any_number_of_channels_can_be_shown() {
+        let names = "R G B A depth.Z motion.X motion.Y id.r id.a uvw.u uvw.v uvw.w uvw.q";
+        let channels = names.split(' ').map(String::from).collect();
+        let parts = [Part { name: None, channels }];
+        let of = |name: &str| pick(&parts, name).unwrap().channels;
+        assert_eq!((of("RGB"), of("depth"), of("motion")), ([0, 1, 2], [4; 3], [5, 6, 6]));
+        assert_eq!((of("uvw"), of("A"), of("id.a")), ([9, 10, 11], [3; 3], [8; 3]));
+        let error = pick(&parts, "nothing").unwrap_err().to_string();
+        assert!(error.contains("no layer `nothing`"), "{error}");
+    }
+
+    #[test]
+    fn a_stop_doubles_every_value() {
+        let image = Image::filled(1, 1, [0.25, 3.0, -1.0]).unwrap();
+        assert_eq!(exposed(image.clone(), 1.0).pixels(), [[0.5, 6.0, -2.0]]);
+        assert_eq!(exposed(image.clone(), 0.0), image);
+    }
+}
