@@ -1,23 +1,23 @@
-// Which blocks of a tile the network must work on, so that its layers can skip the others.
+// Finds the blocks of a tile that the network must work on, so that its layers can skip the others.
 //
-// `classify` finds the blocks that are even: either all pixels, as they are repaired for the
-// network, are the same, or the block bends nowhere by more than BEND: along rows and columns
-// |v(i − 1) − 2 v(i) + v(i + 1)| <= BEND in each channel, where v is the colour as the network sees
-// it, light always by PU. Empty background and gradients without noise are even; noise of a standard deviation of
-// BEND/4 is not. Where the image ends inside a block, three pixels a side are looked at nevertheless,
-// if the image has them; a side of less than three cannot bend, so such a block must be constant;
-// and an image of fewer than three pixels in all has nothing to be compared with.
-// One block per invocation, left at the first pixel that is not even.
+// `classify` finds the even blocks: either all pixels, repaired for the network, are equal, or no
+// second difference exceeds BEND: along rows and columns, |v(i − 1) − 2 v(i) + v(i + 1)| <= BEND in
+// each channel, where v is the colour as the network sees it, except that light always uses PU.
+// Empty background and noise-free gradients are even; noise with a standard deviation of BEND/4 is
+// not. If the image ends inside a block, three pixels a side are still examined, if the image has
+// them. A side shorter than three has no second difference, so such a block must be constant; an
+// image of fewer than three pixels in all has nothing to compare with. One block per invocation,
+// which stops at the first pixel that is not even.
 //
-// `settle` marks the blocks that are clean. Even ones are, unless they are dark: exposed, no
-// channel of the first pixel is above DARK. Such a block may be an empty background or a surface
-// that no path has lit yet. It is clean if albedo or normal is given and what is given is zero
-// there, or if no block around it is noisy: so much darkness is no accident.
+// `settle` marks the clean blocks. Even blocks are clean unless they are dark: no channel of the
+// first pixel, exposed, is above DARK. A dark block may be empty background or a surface that no
+// path has lit yet. It is clean if albedo or normal is given and every given one is zero there, or
+// if no block around it is noisy: that much darkness is no accident.
 //
 // A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
-// map. Layer 0: how many blocks away, diagonal steps included, the nearest active block is; FAR
-// if there is none within `radius`. Layer m, texel (x, y): the least of layer 0 over the
-// 2^m × 2^m blocks from (x, y) · 2^m that exist; texels of no block are not written.
+// map. Layer 0: the distance in blocks, counting diagonal steps, to the nearest active block; FAR
+// if none is within `radius`. Layer m, texel (x, y): the minimum of layer 0 over those of the 2^m ×
+// 2^m blocks from (x, y) · 2^m that exist; texels without blocks are not written.
 
 import package::common::albedo::load_albedo;
 import package::common::block::BLOCK;
@@ -28,18 +28,18 @@ import package::common::repair::repaired;
 import package::common::scale::input_scale;
 import package::common::tile::tile;
 
-// Row by row, whether each block is clean: 1 or 0. Behind that, what `classify` found.
+// Whether each block is clean, row by row: 1 or 0. The findings of `classify` follow.
 @group(0) @binding(5) var<storage, read_write> clean: array<u32>;
 @group(0) @binding(6) var map: texture_storage_2d_array<r32uint, write>;
 
-override radius: i32;        // how far `spread` looks, in blocks, below FAR
-override skip: bool;         // if not, no block counts as clean
+override radius: i32;        // search radius of `spread` in blocks, below FAR
+override skip: bool;         // otherwise no block counts as clean
 
 const FAR = 255u;
 const BEND: f32 = 1.0 / 1024.0;
 const DARK: f32 = 2e-6;      // by PU, about BEND
 
-// What `classify` finds.
+// The findings of `classify`.
 const NOISY = 0u;
 const DARK_BLOCK = 1u;
 const CLEAN = 2u;
@@ -60,13 +60,13 @@ fn is_zero(bits: vec3<u32>) -> bool {
     return all((bits & vec3(0x7fffffffu)) == vec3(0u));
 }
 
-// A stored normal of length 0. Eight bits hold no 0.5: they miss it by half a step, 1/510.
+// A stored normal of length 0. Eight bits cannot represent 0.5: they miss it by half a step, 1/510.
 fn is_no_normal(bits: vec3<u32>) -> bool {
     let middle = all(abs(bitcast<vec3<f32>>(bits) - 0.5) < vec3(1.0 / 500.0));
     return is_zero(bits) || (unorm_normal && middle);
 }
 
-// Whether albedo and normal, where given, say that there is no surface.
+// Whether albedo and normal, if given, show no surface.
 fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
     for (var y = 0u; y < size.y; y++) {
         for (var x = 0u; x < size.x; x++) {
@@ -82,7 +82,7 @@ fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
     return has_albedo || has_normal;
 }
 
-// Whether a line of `count` pixels bends nowhere.
+// Whether no second difference in a line of `count` pixels exceeds BEND.
 fn straight(first: vec2<u32>, step: vec2<u32>, count: u32) -> bool {
     var before = vec3(0.0);
     var here = vec3(0.0);
@@ -138,7 +138,7 @@ fn place_of(block: vec2<u32>) -> u32 {
     return block.y * textureDimensions(map).x + block.x;
 }
 
-// Where `classify` notes what it found.
+// Where `classify` stores its finding.
 fn place_of_finding(block: vec2<u32>) -> u32 {
     let blocks = textureDimensions(map);
     return blocks.x * blocks.y + place_of(block);
@@ -190,7 +190,7 @@ fn is_active(block: vec2<i32>) -> bool {
     return stored && clean[place_of(vec2<u32>(block))] == 0u;
 }
 
-// Ring by ring, so that an active block is done at once.
+// Searches ring by ring, so that an active block is done at once.
 fn distance_to_active(block: vec2<i32>) -> u32 {
     for (var d = 0; d <= radius; d++) {
         for (var i = -d; i <= d; i++) {
@@ -213,7 +213,7 @@ fn spread(
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) cell: u32,
 ) {
-    // A block that does not exist is far, which no minimum sees.
+    // A block that does not exist counts as FAR, which changes no minimum.
     let exists = all(id.xy < textureDimensions(map));
     nearest[cell] = FAR;
     if exists {

@@ -1,9 +1,9 @@
-// The scale that brings an image to the exposure the network was trained at, as Open Image
-// Denoise defines it: 0.18 / exp2(mean over bins of log2(mean luminance of the bin)). Made robust:
-// bad pixels do not count, one pixel cannot move a bin by more than its second brightest allows, and
-// what counts as unlit depends on the brightest bin, so that the scale follows any exposure.
-// `bins` makes one bin per invocation, from a band of the image's rows; `reduce` then turns all
-// bins into the scale, in a fixed order, so that the result does not depend on the bands.
+// The scale that brings an image to the exposure the network was trained at, as Open Image Denoise
+// defines it: 0.18 / exp2(mean over bins of log2(mean luminance of the bin)). Made robust: bad
+// pixels do not count, one pixel cannot move a bin by more than its second brightest allows, and
+// what counts as unlit depends on the brightest bin, so that the scale follows any exposure. `bins`
+// computes one bin per invocation, from a band of the image's rows. `reduce` then turns all bins
+// into the scale, in a fixed order, so that the result does not depend on the bands.
 
 import package::common::color::load_color;
 import package::common::layout::Layout;
@@ -25,7 +25,7 @@ struct Band {
 
 const SMALLEST = 1.1754944e-38;   // smaller values are 0 on many GPUs
 const RANGE = 33.0;          // bins 2^33 times darker than the brightest are unlit
-const LONE = 1024.0;         // how far bins with a lone lit pixel stand below: more than any log2
+const LONE = 1024.0;         // offset of bins with a lone lit pixel: more than any log2
 const UNLIT = -4096.0;       // a bin without light
 
 // −1 if the pixel is bad.
@@ -48,8 +48,8 @@ fn bins(@builtin(global_invocation_id) id: vec3<u32>) {
     log_luminance[bin.y * band.bins.x + bin.x] = log_of_bin(begin, end);
 }
 
-// A lone lit pixel may be a firefly on a black background: bins that have nothing else stand far
-// below the others, and so count only if all lit ones are such.
+// A lone lit pixel may be a firefly on a black background. Bins with nothing else are stored far
+// below the others, so that they count only if all lit bins are like that.
 fn log_of_bin(begin: vec2<u32>, end: vec2<u32>) -> f32 {
     var count = 0u;
     var sum = 0.0;             // of all but the brightest
@@ -80,7 +80,7 @@ const LANES = 256u;
 var<workgroup> sums: array<f32, LANES>;
 var<workgroup> counts: array<u32, LANES>;
 
-// The most of all lanes' values.
+// The maximum over all lanes.
 fn maximum(lane: u32, value: f32) -> f32 {
     sums[lane] = value;
     for (var half = LANES / 2u; half > 0u; half /= 2u) {

@@ -1,10 +1,11 @@
-// 1×1 convolution plus bias: a matrix per pixel. One pixel and four output channels per invocation.
+// 1×1 convolution plus bias: one matrix applied to every pixel. One pixel and four output channels
+// per invocation.
 
 import package::common::tensor::{TensorIn, TensorOut, stored};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;
-// [output quad][input quad]: column j is what input channel j adds to four outputs.
+// [output quad][input quad]: column j holds what input channel j adds to four outputs.
 @group(0) @binding(2) var<storage, read> weights: array<mat4x4<f32>>;
 @group(0) @binding(3) var<storage, read> bias: array<vec4<f32>>;
 

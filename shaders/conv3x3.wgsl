@@ -1,16 +1,17 @@
-// 3×3 convolution with zero padding of 1, plus bias, plus an optional ReLU.
-// The readable definition: one pixel and four output channels per invocation.
+// 3×3 convolution with zero padding of 1, plus bias, plus an optional ReLU. The readable
+// definition: one pixel and four output channels per invocation.
 
 import package::common::tensor::{TensorIn, TensorOut, stored};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;
-// [output quad][tap, row-major][input quad]: column j is what input channel j adds to four outputs.
+// [output quad][tap, row-major][input quad]: column j holds what input channel j adds to four
+// outputs.
 @group(0) @binding(2) var<storage, read> weights: array<mat4x4<f32>>;
 @group(0) @binding(3) var<storage, read> bias: array<vec4<f32>>;
 
 override relu: bool;
-// The largest value that the tensor's format holds: f32 to f16 does not saturate by itself.
+// The largest value of the tensor's format: converting f32 to f16 does not saturate by itself.
 override largest: f32;
 
 @compute @workgroup_size(8, 8)

@@ -1,5 +1,5 @@
-// The 3×3 convolution on matrix units: what the generated code calls. A workgroup of SUBGROUPS
-// subgroups makes CHANNELS output channels of WIDTH × HEIGHT pixels.
+// The 3×3 convolution on matrix units: the functions that generated code calls. A workgroup of
+// SUBGROUPS subgroups computes CHANNELS output channels of WIDTH × HEIGHT pixels.
 
 import package::common::conv_output::{activated, bias, output};
 @if(factor_f16) import package::common::limits::LARGEST_F16;
@@ -18,7 +18,7 @@ import package::common::tensor::TensorIn;
 @if(side_16) const SIDE = 16u;
 @else const SIDE = 8u;
 
-// Output channels of a workgroup.
+// Output channels per workgroup.
 @if(channels_32) const CHANNELS = 32u;
 @else const CHANNELS = 16u;
 
@@ -30,8 +30,8 @@ const WIDTH = COLUMNS * SIDE;
 const HEIGHT = SUBGROUPS * ROWS;
 const STAGED_WIDTH = WIDTH + 2u;
 const STAGED = STAGED_WIDTH * (HEIGHT + 2u);
-const SUMS = 256u;           // sums of a subgroup that are on their way to the output at a time
-// Those of them that are used: of as many matrices as fit, or as the output channels need.
+const SUMS = 256u;           // sums of a subgroup in flight to the output at a time
+// The sums actually used: those of as many matrices as fit, or as the output channels need.
 const SUMS_USED = SIDE * SIDE * min(SUMS / (SIDE * SIDE), CHANNELS / SIDE);
 
 @group(0) @binding(0) var input: TensorIn;
@@ -41,8 +41,8 @@ const SUMS_USED = SIDE * SIDE * min(SUMS / (SIDE * SIDE), CHANNELS / SIDE);
 var<workgroup> pixels: array<Factor, STAGED * SIDE>;
 var<workgroup> sums: array<f32, SUBGROUPS * SUMS>;
 
-// Stages the pixels of a slice with their border. What lies outside of the image or its channels is
-// 0, and so are the weights of channels that do not exist.
+// Stages the pixels of a slice with their border. Everything outside the image or its channels is
+// 0, and so are the weights of missing channels.
 fn stage(corner: vec2<i32>, slice: u32, index: u32, invocations: u32) {
     let size = vec2<i32>(textureDimensions(input));
     let in_quads = textureNumLayers(input);
@@ -67,8 +67,8 @@ fn finish(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
     }
 }
 
-// Stores the sums from `place` on, which are [output channel][pixel of a row]. A subgroup has `lanes`
-// invocations.
+// Stores the sums starting at `place`, which are [output channel][pixel of a row]. A subgroup has
+// `lanes` invocations.
 fn put(at: vec2<i32>, quad: u32, place: u32, lane: u32, lanes: u32) {
     for (var i = lane; i < SUMS_USED / 4u; i += lanes) {
         let x = i % SIDE;

@@ -1,4 +1,4 @@
-// What the generated 3×3 convolution for CPU drivers reads.
+// The inputs of the generated 3×3 convolution for CPU drivers.
 
 import package::common::tensor::TensorIn;
 

@@ -1,5 +1,5 @@
-// The 3×3 convolution for GPUs, with or without the max-pool that follows. Same values as
-// conv3x3.wgsl up to rounding, where they are needed.
+// The 3×3 convolution for GPUs, with or without the max-pool that follows. Where values are needed,
+// they equal those of conv3x3.wgsl up to rounding.
 
 import package::common::conv_tile::make_tile;
 

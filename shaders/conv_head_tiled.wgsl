@@ -1,11 +1,11 @@
-// The last 3×3 convolution and the head for GPUs: a workgroup makes 16×16 pixels, a whole block, each
-// invocation 2×2 of all channels, which are 16 at most.
+// The last 3×3 convolution and the head for GPUs. A workgroup computes 16×16 pixels, a whole block;
+// each invocation computes 2×2 pixels with all channels, at most 16.
 
 import package::common::conv_head::{conv_bias, is_needed, relu};
 import package::common::conv_sums::{TILE, convolve};
 import package::common::head::{finish, weights};
 
-// What a quad of the 3×3 convolution adds to the sums of the 1×1 one at the four pixels.
+// The contribution of a quad of the 3×3 convolution to the sums of the 1×1 one, at the four pixels.
 fn project(quad: u32, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>) -> mat4x4<f32> {
     let w = mat4x4(
         textureLoad(weights, vec2(0u, quad), 0),
@@ -30,7 +30,7 @@ fn main(
 ) {
     let corner = group.xy * TILE;
     var result = mat4x4<f32>();
-    // The same for the whole workgroup.
+    // Uniform across the workgroup.
     if is_needed(corner, vec2(TILE)) {
         let s = convolve(vec2<i32>(corner), local.xy * 2u, 0u, lane);
         result += project(0u, s.a0, s.b0, s.c0, s.d0);

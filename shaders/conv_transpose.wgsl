@@ -1,12 +1,13 @@
-// Transposed convolution, 2×2 kernel, stride 2, plus bias: every input pixel makes a block of
-// 2×2 output pixels, each by its own matrix. One input pixel and four output channels per
+// Transposed convolution, 2×2 kernel, stride 2, plus bias: every input pixel becomes a block of 2×2
+// output pixels, each through its own matrix. One input pixel and four output channels per
 // invocation.
 
 import package::common::tensor::{TensorIn, TensorOut, stored};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;
-// [output quad][corner, row-major][input quad]: column j is what input channel j adds to four outputs.
+// [output quad][corner, row-major][input quad]: column j holds what input channel j adds to four
+// outputs.
 @group(0) @binding(2) var<storage, read> weights: array<mat4x4<f32>>;
 @group(0) @binding(3) var<storage, read> bias: array<vec4<f32>>;
 

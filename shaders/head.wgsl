@@ -1,6 +1,6 @@
-// The end of the network in one kernel: 1×1 convolution, and what `finish` makes of it. One pixel of
-// the tile per invocation. Equals conv1x1.wgsl, sigmoid.wgsl and output_process.wgsl one after the
-// other, except in clean blocks.
+// The end of the network in one kernel: 1×1 convolution, then `finish`. One pixel of the tile per
+// invocation. Equals conv1x1.wgsl, sigmoid.wgsl and output_process.wgsl in sequence, except in
+// clean blocks.
 
 import package::common::head::{finish, input, weights};
 

@@ -1,4 +1,4 @@
-// What the generated start of a decoder level for CPU drivers reads.
+// The inputs of the generated start of a decoder level for CPU drivers.
 
 import package::common::tensor::TensorIn;
 

@@ -1,6 +1,7 @@
-// The start of a decoder level for GPUs: 3×3 convolution over the skip and over the
-// low-resolution tensor upsampled by a transposed convolution, folded into 2×2 taps by the
-// parity of the output's row and column. The skip is the `input` of the 3×3 convolution.
+// The start of a decoder level for GPUs: a 3×3 convolution over the skip and over the
+// low-resolution tensor, which a transposed convolution upsamples; that part is folded into 2×2
+// taps by the parity of the output's row and column. The skip is the `input` of the 3×3
+// convolution.
 
 import package::common::conv_output::{activated, bias, output};
 import package::common::conv_sums::{
@@ -23,7 +24,7 @@ fn stage_low(corner: vec2<i32>, quad: u32, lane: u32) {
     }
 }
 
-// The sums of the skip and of the low-resolution tensor, whose weights follow those of the skip:
+// The sums of the skip and of the low-resolution tensor, whose weights follow the skip's:
 // [block][low quad][parity of row, of column, tap row, tap column][output quad].
 fn convolve_low(skip: Sums, corner: vec2<i32>, local: vec2<u32>, block: u32, lane: u32) -> Sums {
     var s = skip;
@@ -61,7 +62,7 @@ fn store(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
     let last = vec2<i32>(textureDimensions(output)) - 1;
     let place = select(select(vec2(1), vec2(2), at == last), vec2(0), at == vec2(0));
     let biased = sum + bias[u32(place.y * 3 + place.x) * textureNumLayers(output) + quad];
-    // Stores outside of the tensor do nothing.
+    // Stores outside the tensor do nothing.
     textureStore(output, at, quad, activated(biased));
 }
 
@@ -80,7 +81,7 @@ fn main(
 ) {
     let corner = vec2<i32>(group.xy * TILE);
     let first = local.xy * 2u;
-    // The same for the whole workgroup.
+    // Uniform across the workgroup.
     if !is_needed(corner) {
         return;
     }

@@ -1,4 +1,4 @@
-// Nearest upsampling: every pixel four times, as 2×2. One output pixel and four channels per
+// Nearest upsampling: repeats every pixel as 2×2. One output pixel and four channels per
 // invocation.
 
 import package::common::tensor::{TensorIn, TensorOut};

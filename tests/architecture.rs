@@ -1,5 +1,5 @@
-//! The floors of the engine: imports go down only, files form no circle, and every operator is in
-//! every room. Reads the `use` lines and paths of `src/`, unit tests included.
+//! The engine's layers: imports only go down, files form no cycle, and every operator is complete.
+//! Reads the `use` lines and paths of `src/`, unit tests included.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use wgdenoise::internals::model::Op;
 use wgdenoise_testing::{check_cases, run_cases};
 
-/// From the bottom up; modules of one floor may not use each other.
+/// From the bottom up. Modules of one floor may not use each other.
 const FLOORS: &[&[&str]] = &[
     &["error", "panics"],
     &["image"],
@@ -22,10 +22,10 @@ const FLOORS: &[&[&str]] = &[
     &["internals", "lib"],
 ];
 
-/// A file, as the path of its module: `ops::conv3x3`; `lib` for the root.
+/// A file by its module path: `ops::conv3x3`, or `lib` for the root.
 type Module = String;
 
-/// The imports of the engine: by module, the modules that it uses.
+/// The engine's imports: for each module, the modules it uses.
 struct Imports(BTreeMap<Module, BTreeSet<Module>>);
 
 impl Imports {
@@ -45,7 +45,7 @@ impl Imports {
         Self(imports)
     }
 
-    /// Imports from a floor to one above or beside it.
+    /// Imports of a module on a higher floor or on the same one.
     fn upward(&self) -> Vec<String> {
         let floor = |module: &str| {
             let room = module.split("::").next().unwrap_or(module);
@@ -84,10 +84,10 @@ impl Imports {
     }
 }
 
-/// A file, or the unit tests in it or beside it (`x_test.rs`), which count as their module's.
+/// A file, or the unit tests in or next to it (`x_test.rs`), which belong to its module.
 struct Source {
     module: Module,
-    /// The module to which `super` and `self` refer.
+    /// The module that `super` and `self` refer to.
     place: String,
     text: String,
 }
@@ -148,7 +148,7 @@ fn is_start(before: &str) -> bool {
         || before.ends_with("pub(crate)")
 }
 
-/// `a::{b, c::{d, e}}` as `a::b`, `a::c::d` and `a::c::e`; without `as` names.
+/// Expands `a::{b, c::{d, e}}` to `a::b`, `a::c::d` and `a::c::e`, without `as` names.
 fn expand(tree: &str) -> Vec<String> {
     let Some(open) = tree.find('{') else {
         let path = tree.split(" as ").next().unwrap_or(tree).trim();
@@ -173,8 +173,8 @@ fn expand(tree: &str) -> Vec<String> {
     parts.flat_map(|part| expand(&format!("{prefix}{part}"))).collect()
 }
 
-/// All paths that a module's code takes, from the root: those of `use` and those in expressions that
-/// begin with `crate::`.
+/// All paths in a module's code, from the root: its imports, and paths in expressions that begin
+/// with `crate::`.
 fn paths(module: &str, text: &str) -> Vec<String> {
     let mut all: Vec<_> = uses(text).into_iter().map(|(_, path)| absolute(module, &path)).collect();
     let code = text.lines().map(|line| line.split("//").next().unwrap_or(""));
@@ -187,7 +187,7 @@ fn paths(module: &str, text: &str) -> Vec<String> {
     all
 }
 
-/// A path of a module as one from the root. `super` in a unit test's module is the file itself.
+/// Makes a module's path absolute. In a unit test's module, `super` is the file itself.
 fn absolute(module: &str, path: &str) -> String {
     let mut place: Vec<&str> =
         if module == "lib" { Vec::new() } else { module.split("::").collect() };
@@ -209,7 +209,7 @@ fn absolute(module: &str, path: &str) -> String {
     place.join("::")
 }
 
-/// The names that a module passes on by `pub use`, with the paths that they stand for.
+/// The names a module re-exports, with their paths.
 fn exports(module: &str, text: &str) -> BTreeMap<String, String> {
     let public = uses(text).into_iter().filter(|(is_public, _)| *is_public);
     let named = public.map(|(_, path)| {
@@ -219,7 +219,7 @@ fn exports(module: &str, text: &str) -> BTreeMap<String, String> {
     named.collect()
 }
 
-/// The file in which a path ends, through what modules pass on.
+/// The file in which a path ends, following re-exports.
 fn file(
     path: &str,
     files: &BTreeSet<Module>,
@@ -250,7 +250,7 @@ fn files_form_no_circle() {
     assert!(circles.is_empty(), "{circles:#?}");
 }
 
-/// The two tests above see what they are for.
+/// The two tests above detect what they should.
 #[test]
 fn an_import_that_goes_up_and_a_circle_are_found() {
     let imports = Imports::of_engine();
@@ -269,7 +269,7 @@ fn an_import_that_goes_up_and_a_circle_are_found() {
     assert_eq!(paths("ops::x", text), ["a", "b", "b::c", "ops::d::E"]);
 }
 
-/// An operator is a shader, a host side, a reference and a test of one name.
+/// An operator consists of a shader, a host side, a reference and a test of the same name.
 #[test]
 fn every_operator_has_its_four_files() {
     run_cases(Op::NAMES, |name| four_files(name));
@@ -282,7 +282,7 @@ fn four_files(name: &str) -> Result<(), String> {
     let ops = [format!("src/ops/{name}.rs"), format!("src/ops/{name}/mod.rs")];
     let reference = [format!("src/reference/{name}.rs")];
     let test = [format!("tests/ops/{name}.rs")];
-    // Concat moves no data, so that it has no kernel.
+    // Concat moves no data, so it has no kernel.
     let rooms: &[&[String]] = if name == "concat" {
         &[&ops, &reference, &test]
     } else {

@@ -1,7 +1,6 @@
-//! The CPU reference against `PyTorch`, whose results `training/make_fixtures.py` stored.
+//! Compares the CPU reference with `PyTorch`, whose results `training/make_fixtures.py` stored.
 //!
-//! Both sides compute in 64 bits and round to 32, so that the operators may differ by one
-//! rounding and no more.
+//! Both compute in 64 bits and round to 32, so operators may differ by one rounding and no more.
 
 use wgdenoise::Result;
 use wgdenoise::internals::model::Weights;
@@ -10,16 +9,16 @@ use wgdenoise::internals::reference::{self, LARGEST, Tensor};
 use wgdenoise_testing::Tolerance;
 use wgdenoise_testing::fixture::Fixture;
 
-/// For what only moves values.
+/// For operators that only move values.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
-/// The two 64-bit results may lie on two sides of a point where rounding to 32 bits turns;
-/// near 0, sums of values around 1 differ by their own rounding in 64 bits.
+/// The two 64-bit results may lie on either side of a 32-bit rounding boundary; near 0, sums of
+/// values around 1 differ by their own 64-bit rounding.
 const ONE_ROUNDING: Tolerance = Tolerance { absolute: 1e-14, relative: f32::EPSILON };
-/// Folding rounds each of the 45 weights of a sum to 32 bits, which is wrong by up to 2⁻²⁴ of
-/// a product of about 1; such errors add up with the square root of their number.
+/// Folding rounds each of the 45 weights of a sum to 32 bits, with an error of up to 2⁻²⁴ of a
+/// product of about 1; such errors add up with the square root of their number.
 const FOLDED: Tolerance = Tolerance { absolute: 1e-6, relative: 0.0 };
-/// Some ten layers, each of which rounds its folded weights and its results to 32 bits; the
-/// sigmoid then makes the error at most a quarter as large. It is below 1e-7 for this file.
+/// About ten layers, each of which rounds its folded weights and its results to 32 bits; the
+/// sigmoid then reduces the error to at most a quarter. It is below 1e-7 for this file.
 const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
 
 #[test]

@@ -1,4 +1,4 @@
-//! Every shader variant is valid, and the host's declarations of it are true.
+//! Every shader variant is valid and matches the host's declarations.
 
 use naga::valid::Capabilities;
 use naga::{
@@ -19,7 +19,7 @@ use wgdenoise::{Factor, Layout, MatrixShape, Precision, wgpu};
 
 type Checked = (naga::Module, naga::valid::ModuleInfo);
 
-/// Only what the host asks of an adapter is allowed.
+/// Allows only what the host requests from an adapter.
 fn check(source: &str) -> Result<Checked, String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
     let flags = naga::valid::ValidationFlags::all();
@@ -29,7 +29,7 @@ fn check(source: &str) -> Result<Checked, String> {
     Ok((module, info))
 }
 
-/// What `required_features` asks for, and for matrices also what their shape does. Every backend
+/// The features of `required_features`, and for matrices those of their shape. Every backend
 /// converts 16-bit floats from and to words.
 fn capabilities(source: &str) -> Capabilities {
     let mut all = Capabilities::SUBGROUP | Capabilities::SHADER_FLOAT16_IN_FLOAT32;
@@ -112,8 +112,9 @@ fn workgroup_memory_is_within_what_every_device_has() {
     });
 }
 
-/// All that can be known of Metal and DX12 without them: naga can write every variant for both, but
-/// no matrices for DX12, where no adapter offers them, and none of 16×16 for Metal, which has none.
+/// As much as can be tested of Metal and DX12 without them: naga can write every variant for both,
+/// except matrices for DX12, where no adapter offers them, and 16×16 ones for Metal, which has
+/// none.
 #[test]
 fn every_variant_can_be_written_for_the_backends_that_run_it() {
     for spec in all_specs() {
@@ -268,7 +269,7 @@ fn matrices_have_the_sizes_of_the_host() {
     }
 }
 
-/// The value of a constant that a shader declares must be the host's, in 32-bit floats.
+/// A constant declared in a shader must equal the host's, in 32-bit floats.
 fn same(shader: &str, name: &str, host: f64) {
     let module = parse(&wgsl(&spec(shader), Precision::F32)).expect("the shader is valid");
     let found = constant(&module, name).map(|value| value as f32);
@@ -284,7 +285,7 @@ fn constant(module: &naga::Module, name: &str) -> Option<f64> {
     }
 }
 
-/// The first variant whose name begins with `shader`, word for word.
+/// The first variant whose name begins with the words of `shader`.
 fn spec(shader: &str) -> KernelSpec {
     let begins = |s: &KernelSpec| format!("{} ", s.name).starts_with(&format!("{shader} "));
     all_specs().into_iter().find(begins).unwrap_or_else(|| panic!("{shader} is not listed"))
@@ -302,7 +303,7 @@ fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
     shaders.retain(|name| !["common", "README"].contains(&name.as_str()));
     assert!(shaders.len() >= 16, "{shaders:?}");
     for shader in shaders {
-        // A variant has its operator's name and its own: `conv3x3_tiled`.
+        // A variant has its operator's name plus its own: `conv3x3_tiled`.
         let mut variants = ["_tiled", "_simd", "_matrix"].into_iter();
         let operator = variants.find_map(|variant| shader.strip_suffix(variant));
         let operator = operator.unwrap_or(&shader).to_string();
@@ -328,7 +329,7 @@ fn host(members: &[(&str, usize)]) -> Vec<(String, u32)> {
     members.iter().map(|&(name, offset)| (name.into(), offset as u32)).collect()
 }
 
-/// Names and offsets of a struct in a shader.
+/// Member names and offsets of a struct in a shader.
 fn members(shader: &str, name: &str) -> Vec<(String, u32)> {
     let module = parse(&wgsl(&spec(shader), Precision::F32)).expect("the shader is valid");
     let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
@@ -340,7 +341,7 @@ fn members(shader: &str, name: &str) -> Vec<(String, u32)> {
     }
 }
 
-/// What a shader binds, as text to compare.
+/// A shader's binding as comparable text.
 fn describe(module: &naga::Module, variable: &naga::GlobalVariable) -> String {
     let inner = &module.types[variable.ty].inner;
     match (variable.space, inner) {

@@ -1,5 +1,5 @@
-//! Weights of Open Image Denoise: read, and refused with the reason. The files are small ones with
-//! random weights by `training/make_oidn_fixtures.py`.
+//! Reading and rejecting weights of Open Image Denoise. The files are small ones with random
+//! weights, made by `training/make_oidn_fixtures.py`.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use wgdenoise_testing::fixture::Fixture;
 
 const NAMES: [&str; 3] = ["rt_hdr_alb_nrm", "rt_hdr_alb_nrm_large", "rt_alb"];
 
-/// Some twenty layers that round their results to 32 bits. Measured: 1e-7.
+/// About twenty layers that round their results to 32 bits. Measured: 1e-7.
 const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
 
 fn file(name: &str) -> Vec<u8> {
@@ -56,7 +56,7 @@ fn the_converted_file_holds_the_same() {
 
 #[test]
 fn a_name_that_says_something_else_than_the_file_is_refused() {
-    refused(&file(NAMES[0]), "weights", "`weights` is no name of Open Image Denoise's weights");
+    refused(&file(NAMES[0]), "weights", "`weights` is not the name of any Open Image Denoise");
     for kind in KINDS.iter().filter(|kind| kind.inputs != Inputs::ALL) {
         refused(&file(NAMES[0]), kind.stem, "reads 9 channels, but by its name");
     }
@@ -66,11 +66,11 @@ fn a_name_that_says_something_else_than_the_file_is_refused() {
 fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
     let weights = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
     let [albedo, normal] = [true, false].map(|albedo| Inputs { albedo, normal: !albedo });
-    // There are none for colour and normal.
+    // No file serves colour with normal alone.
     for (given, file) in [(Inputs::default(), "hdr"), (albedo, "hdr_alb"), (normal, "hdr")] {
         let message = weights.for_inputs(given).unwrap_err().to_string();
         let expected = format!(
-            "needs color, albedo, normal, but {given} was given; take weights that need no more, \
+            "needs color, albedo, normal, but {given} was given; use weights that need no more, \
              such as rt_{file}.tza"
         );
         assert!(message.ends_with(&expected), "{message}");
@@ -89,9 +89,9 @@ fn what_is_no_whole_file_is_refused() {
         file[at..at + bytes.len()].copy_from_slice(bytes);
         file
     };
-    refused(&with(0, b"PK"), NAMES[0], "weights: TZA file: the file does not begin as such");
-    refused(b"<html>", NAMES[0], "weights: TZA file: the file does not begin as such");
-    refused(&with(2, &[3]), NAMES[0], "weights: TZA file: version 3.0, but this reads 2.x");
+    refused(&with(0, b"PK"), NAMES[0], "weights: TZA file: the signature is missing");
+    refused(b"<html>", NAMES[0], "weights: TZA file: the signature is missing");
+    refused(&with(2, &[3]), NAMES[0], "weights: TZA file: version 3.0, but this reads 2.x only");
     refused(&with(4, &[0xff; 8]), NAMES[0], "not a whole TZA file: ");
 }
 
@@ -134,8 +134,8 @@ fn wrong_widths_are_answered_with_how_many_there_must_be() {
     }
 }
 
-/// The file with other bytes at `offset` from where the last `text` in it begins, which stands in
-/// the table.
+/// The file with other bytes at `offset` from the start of the last `text` in it, which is the one
+/// in the table.
 fn changed(text: &str, offset: usize, bytes: &[u8]) -> Vec<u8> {
     let mut file = file(NAMES[0]);
     let starts = (0..file.len()).rev().find(|&at| file[at..].starts_with(text.as_bytes()));
@@ -146,7 +146,7 @@ fn changed(text: &str, offset: usize, bytes: &[u8]) -> Vec<u8> {
 
 #[test]
 fn tables_that_cannot_be_are_refused() {
-    // Behind the name: dimensions, four sizes, layout, type, offset.
+    // After the name: dimensions, four sizes, layout, type, offset.
     let name = "enc_conv2.weight";
     let cases: [(&[u8], usize, &str); 7] = [
         (&[9], 0, "has 9 dimensions, expected 1 or 4"),
@@ -154,7 +154,7 @@ fn tables_that_cannot_be_are_refused() {
         (&[100, 0, 0, 0], 1, "weights: TZA file: the tensors up to `"),
         (&[0; 4], 1, "`enc_conv2` makes 0 channels"),
         (b"ohwi", 17, "`enc_conv2.weight` has layout `ohwi`, expected `oihw` or `x`"),
-        (b"d", 21, "`enc_conv2.weight` is of no known type"),
+        (b"d", 21, "`enc_conv2.weight` has an unknown type"),
         (&[0xff; 8], 22, "lies outside the file"),
     ];
     for (bytes, offset, expected) in cases {
@@ -165,17 +165,17 @@ fn tables_that_cannot_be_are_refused() {
 #[test]
 fn tensors_that_do_not_make_the_network_are_refused() {
     let renamed = |to: &str| changed("enc_conv3.bias", 0, to.as_bytes());
-    refused(&renamed("enc_conv2"), NAMES[0], "tensor `enc_conv2.bias` is there twice");
-    refused(&renamed("enc conv3"), NAMES[0], "a tensor's name is not of 1 to 64 letters");
+    refused(&renamed("enc_conv2"), NAMES[0], "tensor `enc_conv2.bias` appears twice");
+    refused(&renamed("enc conv3"), NAMES[0], "a tensor's name does not consist of 1 to 64 letters");
     refused(&renamed("enc_conv9"), NAMES[0], "tensor `enc_conv3.bias` is missing");
-    // The first value of all, as a 16-bit float.
+    // The very first value, as a 16-bit float.
     let mut infinite = file(NAMES[0]);
     infinite[64..66].copy_from_slice(&[0x00, 0x7c]);
     refused(&infinite, NAMES[0], "`enc_conv0.weight` has inf at element 0");
 }
 
-/// Open Image Denoise's own files are not ours to ship: `WGDENOISE_TZA` says where they are, if
-/// they are.
+/// Open Image Denoise's own files are not ours to ship. `WGDENOISE_TZA` may name a folder with
+/// them.
 #[test]
 fn the_real_files_are_read_where_there_are_any() {
     let Ok(folder) = std::env::var("WGDENOISE_TZA") else { return };
@@ -197,7 +197,7 @@ fn the_real_files_are_read_where_there_are_any() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
-    /// Whatever stands in the file, there is a result.
+    /// Whatever the file contains, reading it returns a result.
     #[test]
     fn damaged_files_do_not_panic(at in 0.0..1.0_f64, bytes: [u8; 5], cut in 0.0..4.0_f64) {
         let mut file = file(NAMES[0]);

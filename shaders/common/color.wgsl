@@ -15,8 +15,8 @@ fn color_element(i: u32) -> u32 {
     return color[i];
 }
 
-// The bits of a pixel's first three elements as 32-bit floats: NaN and infinity are recognised
-// before any float operation sees them.
+// The bits of a pixel's first three elements as 32-bit floats, so that NaN and infinity are
+// recognised before any float operation sees them.
 @if(color_texture)
 fn load_color(image: Layout, at: vec2<u32>) -> vec3<u32> {
     return bitcast<vec3<u32>>(textureLoad(color, at, 0).rgb);
@@ -27,7 +27,7 @@ fn load_color(image: Layout, at: vec2<u32>) -> vec3<u32> {
     return vec3(color_element(i), color_element(i + 1u), color_element(i + 2u));
 }
 
-// 1 if the image has none.
+// The alpha bits, or 1 if the image has none.
 @if(color_texture)
 fn alpha_of_color(image: Layout, at: vec2<u32>) -> f32 {
     return textureLoad(color, at, 0).a;

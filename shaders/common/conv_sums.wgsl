@@ -1,13 +1,13 @@
-// The sums of a 3×3 convolution for GPUs. A workgroup makes 16×16 pixels of 16 output channels: for
-// each four input channels it stages the pixels with their border and the weights in workgroup
-// memory, then every invocation makes 2×2 pixels.
+// The sums of a 3×3 convolution for GPUs. A workgroup computes 16×16 pixels of 16 output channels:
+// for every four input channels it stages the pixels with their border and the weights in workgroup
+// memory, then every invocation computes 2×2 pixels.
 
 @if(conv_head) import package::common::head::input;
 @elif(input_conv) import package::input_conv_tiled::{input_quads, input_size, load_input};
 @else import package::common::tensor::TensorIn;
 
-// [block of 4 output quads][input quad][tap][output quad]: column j of a matrix is what input channel
-// j adds to four outputs.
+// [block of 4 output quads][input quad][tap][output quad]: column j of a matrix holds what input
+// channel j adds to four outputs.
 @if(conv_head) @group(0) @binding(9) var<storage, read> conv_weights: array<mat4x4<f32>>;
 @elif(input_conv) @group(0) @binding(6) var<storage, read> conv_weights: array<mat4x4<f32>>;
 @else @group(0) @binding(2) var<storage, read> conv_weights: array<mat4x4<f32>>;
@@ -33,7 +33,7 @@ const TILE = 16u;            // output pixels per side
 const STAGED = TILE + 2u;    // with the border
 const QUADS = 4u;            // output quads per invocation
 const INVOCATIONS = 64u;
-@if(up_conv) const TAPS = 16u; // matrices that are staged at a time, per output quad
+@if(up_conv) const TAPS = 16u; // matrices staged at a time, per output quad
 @else const TAPS = 9u;
 
 var<workgroup> pixels: array<vec4<f32>, STAGED * STAGED>;
@@ -56,8 +56,8 @@ fn stage(corner: vec2<i32>, quad: u32, block: u32, lane: u32) {
     stage_weights((block * input_quads() + quad) * 9u * QUADS, 9u * QUADS, lane);
 }
 
-// Sums of the 2×2 pixels of an invocation, a and b above c and d, by output quad. Separate
-// variables: an array indexed in a loop would live in memory.
+// Sums of an invocation's 2×2 pixels, a and b above c and d, by output quad. Separate variables,
+// because an array indexed in a loop would live in memory.
 struct Sums {
     a0: vec4<f32>, a1: vec4<f32>, a2: vec4<f32>, a3: vec4<f32>,
     b0: vec4<f32>, b1: vec4<f32>, b2: vec4<f32>, b3: vec4<f32>,
@@ -65,8 +65,8 @@ struct Sums {
     d0: vec4<f32>, d1: vec4<f32>, d2: vec4<f32>, d3: vec4<f32>,
 }
 
-// The sums at the pixels from `first` on of the tile of pixels from `corner` on, without bias,
-// of a block of output quads. The whole workgroup must call it.
+// The sums of a block of output quads, without bias, at the pixels starting at `first` in the tile
+// of pixels starting at `corner`. The whole workgroup must call it.
 fn convolve(corner: vec2<i32>, first: vec2<u32>, block: u32, lane: u32) -> Sums {
     let in_quads = input_quads();
     var s = Sums();

@@ -1,5 +1,5 @@
-// A workgroup's tile of a 3×3 convolution, from the sums to the store. Where the kernel pools, the
-// maximum of the 2×2 pixels of an invocation is stored too, as one pixel of the smaller tensor.
+// A workgroup's tile of a 3×3 convolution, from the sums to the store. If the kernel pools, it also
+// stores the maximum of an invocation's 2×2 pixels as one pixel of the smaller tensor.
 
 import package::common::conv_output::{activated, bias, output};
 import package::common::conv_sums::{QUADS, TILE, convolve};
@@ -9,7 +9,7 @@ import package::common::need::is_needed;
 @if(pools) @group(0) @binding(6) var pooled: TensorOut;
 
 fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
-    // Stores outside of the tensor do nothing.
+    // Stores outside the tensor do nothing.
     textureStore(output, at, quad, activated(a + bias[quad]));
     textureStore(output, at + vec2(1, 0), quad, activated(b + bias[quad]));
     textureStore(output, at + vec2(0, 1), quad, activated(c + bias[quad]));
@@ -21,7 +21,7 @@ fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, 
 fn make_tile(group: vec3<u32>, local: vec2<u32>, lane: u32) {
     let corner = vec2<i32>(group.xy * TILE);
     let first = local * 2u;
-    // The same for the whole workgroup.
+    // Uniform across the workgroup.
     if !is_needed(corner) {
         return;
     }

@@ -1,4 +1,4 @@
-// What the network reads at a pixel, image by image: repaired, exposed and encoded.
+// The network's input at a pixel, image by image: repaired, exposed and encoded.
 
 import package::common::encoding::{SIGNED, encode, transfer_function};
 import package::common::fill::filled;
@@ -30,12 +30,12 @@ fn encoded_normal(at: vec2<u32>) -> vec4<f32> {
     return vec4(clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5, 0.0);
 }
 
-// A pixel of the tile as a pixel of the bound images. Beyond the image, its edge repeats.
+// Maps a pixel of the tile to a pixel of the bound images. Beyond the image, its edge repeats.
 fn place(pixel: vec2<u32>) -> vec2<u32> {
     return min(tile.origin + pixel, tile.image_size - 1u);
 }
 
-// A value of the pixel, or what replaces it outside of the image.
+// The value of the pixel, or its replacement outside the image.
 fn padded(value: vec4<f32>, pixel: vec2<u32>) -> vec4<f32> {
     let is_outside = any(tile.origin + pixel >= tile.image_size);
     return select(value, vec4<f32>(), zero_padding && is_outside);

@@ -1,13 +1,13 @@
-// How colour, times the exposure, stands in the network's numbers, from 0 to 1; light above 65504,
-// where `brightest` is, beyond 1.
+// Encodes exposed colour for the network: from 0 to 1, or beyond 1 for light above 65504 if
+// `brightest` allows it.
 
 override transfer_function: u32;
 const PU = 0u;
 const LOG = 1u;
 const SRGB = 2u;
-const SIGNED = 3u;           // of values from −1 to 1
+const SIGNED = 3u;           // for values from −1 to 1
 
-override brightest: f32;     // what is brighter counts as this; PU and LOG make 65504 one
+override brightest: f32;     // brighter light counts as this; PU and LOG map 65504 to 1
 
 // Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
 // quality metrics to full luminance range images", scaled so that 65504 becomes 1.
@@ -55,7 +55,7 @@ fn encode(exposed: vec3<f32>) -> vec3<f32> {
     }
 }
 
-// Nothing is brighter than what can go in.
+// The result is never brighter than the brightest input.
 fn decode(network: vec3<f32>) -> vec3<f32> {
     let encoded = clamp(network, vec3(0.0), encode(vec3(brightest)));
     switch transfer_function {

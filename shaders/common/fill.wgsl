@@ -1,27 +1,29 @@
 // Images without bad pixels. A pixel that is not finite in every channel becomes the mean of the
-// finite ones among the eight around it, or, if all of those are bad, among the 24 around it, or black.
+// finite ones among the eight around it, or, if all of those are bad, among the 24 around it, or
+// else black.
 
 import package::common::images::load;
 import package::common::light::{MOST, is_finite, lit, luminance};
 import package::common::tile::tile;
 
-// The finite pixels around a pixel as sums and, in w, counts; and the most light among the eight.
+// The finite pixels around a pixel as sums with counts in w, and the brightest light among the
+// eight.
 struct Around {
     near: vec4<f32>,         // the eight nearest
     wide: vec4<f32>,         // the 24 nearest
     brightest: f32,
 }
 
-const REPAIR = 2u;           // how many pixels around a pixel are looked at
+const REPAIR = 2u;           // how far around a pixel to look
 const SQUARE = 2u * REPAIR + 1u;
-// Steps over the whole square. CPU drivers take all branches for all pixels, but leave loops
-// without a step early: so what is rarely needed is a loop of none or AROUND steps.
+// Steps over the whole square. CPU drivers take all branches for all pixels but leave a loop
+// without steps early, so rarely needed work is a loop of either none or AROUND steps.
 const AROUND = SQUARE * SQUARE;
 
 fn around(image: u32, at: vec2<u32>, steps: u32) -> Around {
     var found = Around();
     for (var i = 0u; i < steps; i++) {
-        // Beyond the left and the upper border this wraps round to more than any size.
+        // Beyond the left and top borders this wraps around to more than any size.
         let there = at + vec2(i % SQUARE, i / SQUARE) - REPAIR;
         if all(there < tile.image_size) && any(there != at) {
             let bits = load(image, there);

@@ -1,6 +1,6 @@
-// The end of the network behind the sums of its 1×1 convolution: sigmoid or none, inverse transfer
-// function, exposure taken back, crop, blend with the noisy colour, store. Clean blocks get their
-// input, its bad pixels filled, instead.
+// The end of the network after the sums of its 1×1 convolution: optional sigmoid, inverse transfer
+// function, inverse exposure, crop, blend with the noisy colour, store. Clean blocks instead
+// receive their input with its bad pixels filled.
 
 import package::common::block::BLOCK;
 import package::common::encoding::decode;
@@ -11,18 +11,18 @@ import package::common::tile::tile;
 // Whether each block of the tile is clean, row by row.
 @group(0) @binding(5) var<storage, read> clean: array<u32>;
 @group(0) @binding(6) var input: TensorIn;
-// Row = input quad, texel = input channel of it: what that channel adds to the outputs. The last
-// row begins with the bias.
+// Row = input quad, texel = input channel within it: what that channel adds to the outputs. The
+// last row begins with the bias.
 @group(0) @binding(7) var weights: texture_storage_2d_array<rgba32float, read>;
 
-override sigmoid: bool;      // whether there is one
+override sigmoid: bool;      // whether to apply one
 
 fn is_clean(pixel: vec2<u32>) -> bool {
     let block = pixel / BLOCK;
     return clean[block.y * (textureDimensions(input).x / BLOCK) + block.x] != 0u;
 }
 
-// Stores the pixel of the tile whose 1×1 convolution has these sums.
+// Stores the tile's pixel whose 1×1 convolution has these sums.
 fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
     let at = tile.origin + vec2<u32>(pixel);
     if any(at < tile.begin) || any(at >= tile.end) {

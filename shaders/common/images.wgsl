@@ -1,4 +1,4 @@
-// The bound images by number. Callers pass a constant, so that compilers keep one branch.
+// The bound images by number. Callers pass a constant, so compilers keep only one branch.
 
 import package::common::color::load_color;
 import package::common::tile::tile;

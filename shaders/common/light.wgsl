@@ -1,8 +1,8 @@
-// What counts as light, and how bright it is.
+// Constants of light: middle grey and the limits of brightness.
 
-const GREY: f32 = 0.18;      // what the average luminance becomes, times input_scale
-const OUTLIER: f32 = 16.0;   // how many times as bright as its surroundings a pixel may be
-const MOST: f32 = 1e30;      // sums and quotients of what is clamped to this stay within f32
+const GREY: f32 = 0.18;      // the average luminance, times input_scale
+const OUTLIER: f32 = 16.0;   // how many times brighter than its surroundings a pixel may be
+const MOST: f32 = 1e30;      // sums and quotients of values clamped to this stay within f32
 
 fn is_finite(bits: vec3<u32>) -> bool {
     return all((bits & vec3(0x7f800000u)) != vec3(0x7f800000u));

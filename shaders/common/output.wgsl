@@ -17,7 +17,7 @@ import package::common::tile::tile;
 @if(output_f16 || output_rgba16float) const LARGEST_STORED = LARGEST_F16;
 @elif(output_rgba32float) const LARGEST_STORED = LARGEST_F32;
 
-// Two elements share a word, and neighbours can too: each changes its own bits only.
+// Two elements share a word, possibly across pixels, so each store changes only its own bits.
 @if(output_f16)
 fn store_element(i: u32, value: f32) {
     let half = pack2x16float(vec2(clamp(value, -LARGEST_STORED, LARGEST_STORED), 0.0));
@@ -30,7 +30,7 @@ fn store_element(i: u32, value: f32) {
     output[i] = value;
 }
 
-// Finite values that the format cannot hold are clamped.
+// Finite values beyond the format's range are clamped.
 @if(output_rgba16float || output_rgba32float)
 fn store(at: vec2<u32>, rgb: vec3<f32>, alpha: f32) {
     let most = vec4(LARGEST_STORED);

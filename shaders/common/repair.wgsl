@@ -1,7 +1,8 @@
 // The colour as the network sees it: bad pixels filled, nothing negative or above MOST, and no
 // outliers. A pixel may be OUTLIER times as bright as the brightest of the eight around it, or as
-// middle grey, whichever is more. Above that it is darkened to it and keeps its hue. So a firefly
-// cannot spread, and what is as bright as its neighbours, such as a lamp or a highlight, stays.
+// middle grey, whichever is more. Brighter pixels are darkened to that limit and keep their hue. So
+// a firefly cannot spread, while anything as bright as its neighbours, such as a lamp or a
+// highlight, stays.
 
 import package::common::fill::{AROUND, around, mean};
 import package::common::images::{COLOR, load};

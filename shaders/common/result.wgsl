@@ -1,4 +1,4 @@
-// What the end of the network stores for a pixel. Alpha is carried over from the noisy colour.
+// What the end of the network stores for a pixel. Alpha is copied from the noisy colour.
 
 import package::common::color::{alpha_of_color, load_color};
 import package::common::fill::filled;
@@ -10,7 +10,7 @@ import package::common::tile::tile;
 
 @group(0) @binding(3) var<uniform> blend: f32;   // share of the noisy colour in the result
 
-// A noisy value that is no number has no share.
+// A noisy value that is not a number is not blended in.
 fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
     let is_number = (bits & vec3(0x7f800000u)) != vec3(0x7f800000u);
     let noisy = bitcast<vec3<f32>>(select(vec3(0u), bits, is_number));
@@ -18,22 +18,22 @@ fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
     return rgb * (1.0 - share) + noisy * share;
 }
 
-// Takes the exposure back. A small one must not make infinity.
+// Undoes the exposure. A small one must not produce infinity.
 fn store_denoised(at: vec2<u32>, exposed: vec3<f32>) {
     var result = min(exposed / input_scale, vec3(LARGEST_F32));
-    // The same for all: the noisy colour is not read for nothing.
+    // Uniform, and saves reading the noisy colour if it has no share.
     if blend > 0.0 {
         result = blended(result, load_color(tile.color, at));
     }
     store(at, result, alpha_of_color(tile.color, at));
 }
 
-// Finite and not negative: bits in the order of their values, up to infinity; or −0.
+// Finite and non-negative: such bits sort like their values, up to infinity; −0 counts too.
 fn is_light(bits: vec3<u32>) -> bool {
     return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
 }
 
-// Bit for bit, unless the noisy colour is no light.
+// Bit for bit, unless the noisy colour is not valid light.
 fn store_noisy(at: vec2<u32>) {
     let bits = load_color(tile.color, at);
     var rgb = bitcast<vec3<f32>>(bits);

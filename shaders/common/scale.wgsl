@@ -1,3 +1,3 @@
-// What colour is multiplied by for the network.
+// The factor for the colour that the network reads.
 
 @group(0) @binding(4) var<storage, read> input_scale: f32;

@@ -1,20 +1,20 @@
-//! How images become a network's input, and its output an image.
+//! How images become a network's input, and how its output becomes an image.
 
-/// What a network was trained to read and to make.
+/// The encoding a network was trained with, for its input and output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Encoding {
-    /// The curve between colour and the network's numbers.
+    /// The curve from colour to the network's values.
     pub transfer_function: TransferFunction,
-    /// Whether the input is 0 right of and below the image, where its sides are no multiples of
-    /// the alignment. If not, the edge repeats.
+    /// Whether the input is 0 to the right of and below the image, up to the next multiple of the
+    /// alignment. Otherwise the edge pixels repeat.
     pub zero_padding: bool,
-    /// Whether light is encoded however bright it is. If not, it counts as 65504 at most, times the
+    /// Whether light is encoded however bright it is. Otherwise it is clamped to 65504 after
     /// exposure.
     pub unbounded: bool,
 }
 
 impl Encoding {
-    /// What is brighter, times the exposure, counts as this.
+    /// The brightest exposed value; larger ones are clamped to it.
     #[must_use]
     pub fn brightest(self) -> f32 {
         if self.unbounded { MOST } else { LARGEST }
@@ -27,8 +27,8 @@ impl Encoding {
         [("transfer_function", curve), ("brightest", f64::from(self.brightest()))]
     }
 
-    /// The encoding in which equal steps look about equally large: the same, but
-    /// [`TransferFunction::Pu`] for light, of whose dark parts a logarithm of `y + 1` makes little.
+    /// The encoding in which equal steps look about equally large: this one, but with
+    /// [`TransferFunction::Pu`] for light, because a logarithm of `y + 1` flattens the dark parts.
     #[must_use]
     pub fn perceptual(self) -> Self {
         match self.transfer_function {
@@ -38,14 +38,14 @@ impl Encoding {
     }
 }
 
-/// What the bounded curves for light make 1.
+/// The value that the bounded curves for light map to 1.
 const LARGEST: f32 = 65504.0;
 
-/// The most that counts of any light, as in the repair and in the exposure.
+/// Brighter light counts as this, as in the repair and the exposure.
 const MOST: f32 = 1e30;
 
-/// A curve from colour, times the exposure, to `[0, 1]`, or for light above 65504 beyond.
-/// `weights-format.md` has the formulas.
+/// A curve from exposed colour to `[0, 1]`, or beyond 1 for light above 65504. `weights-format.md`
+/// has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TransferFunction {
     /// Perceptually uniform, for scene-referred light.
@@ -53,17 +53,17 @@ pub enum TransferFunction {
     Pu,
     /// Logarithmic, for scene-referred light in lightmaps.
     Log,
-    /// That of sRGB, for display-referred colour and albedo in `[0, 1]`.
+    /// The sRGB curve, for display-referred colour and albedo in `[0, 1]`.
     Srgb,
     /// `0.5 v + 0.5`, for normals and directions in `[−1, 1]`.
     Signed,
 }
 
 impl TransferFunction {
-    /// All of them, in the order in which shaders count them.
+    /// All curves, in the order of the shaders' numbering.
     pub const ALL: [Self; 4] = [Self::Pu, Self::Log, Self::Srgb, Self::Signed];
 
-    /// As in a weights file.
+    /// Its name in a weights file.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -74,8 +74,8 @@ impl TransferFunction {
         }
     }
 
-    /// Whether the values are of any size, so that the exposure is measured unless it is given; for
-    /// the others it is 1.
+    /// Whether values are unbounded, so that exposure is measured unless given. For the other
+    /// curves, the input scale is 1.
     #[must_use]
     pub fn is_hdr(self) -> bool {
         matches!(self, Self::Pu | Self::Log)

@@ -1,4 +1,4 @@
-//! The tensors of a weights file, taken out one by one and checked.
+//! A weights file whose tensors are taken out and checked one by one.
 
 use std::collections::HashSet;
 
@@ -12,11 +12,11 @@ use super::shown::shown;
 use super::topology::{Layer, Network};
 use crate::error::{Error, Result};
 
-/// The longest header that is read: that of the largest network has 30 KiB, the rest is for
+/// The longest header that is read. The largest network needs 30 KiB; the rest is room for
 /// provenance.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
-/// A weights file of which not every tensor has been read yet.
+/// A weights file with the tensors that have not been read yet.
 pub(super) struct WeightsFile<'a> {
     pub(super) metadata: Metadata,
     tensors: SafeTensors<'a>,
@@ -35,13 +35,13 @@ impl<'a> WeightsFile<'a> {
         let pairs = header.metadata().as_ref().ok_or_else(|| {
             Error::weights("the file has no `__metadata__`; see weights-format.md")
         })?;
-        // Which hash map this is depends on a feature of safetensors that others may enable.
+        // The hash map's type depends on a feature of safetensors that others may enable.
         let pairs = pairs.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
         let unread = tensors.names().into_iter().map(str::to_string).collect();
         Ok(Self { metadata: Metadata::parse(&pairs)?, tensors, unread })
     }
 
-    /// Weight and bias of a layer, its batch norm folded in.
+    /// Weight and bias of a layer, with its batch norm folded in.
     pub(super) fn layer(&mut self, network: &Network, index: usize) -> Result<Params> {
         let Layer { name, op, inputs } = &network.layers[index];
         let (input, output) =
@@ -65,7 +65,7 @@ impl<'a> WeightsFile<'a> {
         Ok(Params { weight, bias })
     }
 
-    /// Refuses tensors that no layer has asked for.
+    /// Rejects tensors that belong to no layer.
     pub(super) fn finish(self) -> Result<()> {
         let Some(name) = self.unread.iter().min() else { return Ok(()) };
         Err(Error::weights(format!(
@@ -124,18 +124,18 @@ impl<'a> WeightsFile<'a> {
     }
 }
 
-/// Refuses a header that would take long to read, before it is read.
+/// Rejects a header that would take too long to parse, before parsing it.
 fn check_header(bytes: &[u8]) -> Result<()> {
     match bytes.first_chunk().copied().map(u64::from_le_bytes) {
         Some(header @ MAX_HEADER_BYTES..) => Err(Error::weights(format!(
-            "not a whole safetensors file: its header claims {header} bytes, and fewer than \
+            "not a whole safetensors file: its header claims {header} bytes, but fewer than \
              {MAX_HEADER_BYTES} are accepted"
         ))),
         _ => Ok(()),
     }
 }
 
-/// Decodes by bytes: tensor data in a safetensors file need not be aligned.
+/// Decodes byte by byte, as tensor data in a safetensors file may be unaligned.
 fn floats<const N: usize>(data: &[u8], decode: impl Fn([u8; N]) -> f32) -> Vec<f32> {
     data.as_chunks().0.iter().map(|&bytes| decode(bytes)).collect()
 }

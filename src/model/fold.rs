@@ -1,4 +1,4 @@
-//! Batch norm folded into the convolution before it, in f64.
+//! Folds a batch norm into the preceding convolution, in f64.
 
 /// Statistics and affine parameters of a batch norm, one value per channel.
 pub struct BatchNorm<'a> {
@@ -10,13 +10,13 @@ pub struct BatchNorm<'a> {
     pub mean: &'a [f32],
     /// Variance over the training data.
     pub variance: &'a [f32],
-    /// Added to the variance.
+    /// The epsilon added to the variance.
     pub eps: f64,
 }
 
-/// `γ·(conv(x) + b − μ)/√(σ² + ε) + β` as one convolution: every weight of output channel `o`
-/// times `s = γ/√(σ² + ε)`, and the bias `s·(b − μ) + β`. `weight` has the output channel as
-/// its slowest axis.
+/// Folds `γ·(conv(x) + b − μ)/√(σ² + ε) + β` into one convolution: every weight of output channel
+/// `o` is multiplied by `s = γ/√(σ² + ε)`, and the bias becomes `s·(b − μ) + β`. The output channel
+/// is the slowest axis of `weight`.
 pub fn fold(weight: &mut [f32], bias: &mut [f32], norm: &BatchNorm<'_>) {
     let per_channel = weight.len() / bias.len();
     for (o, filter) in weight.chunks_exact_mut(per_channel).enumerate() {
@@ -52,7 +52,7 @@ mod tests {
                 / (f64::from(norm.variance[o]) + norm.eps).sqrt();
             let expected = scaled + f64::from(norm.bias[o]);
             let found = apply(&weight[o * 2..o * 2 + 2], bias[o]);
-            // f32 rounding of three products and a sum of values of size 1 to 10.
+            // f32 rounding of three products and a sum, with values from 1 to 10.
             assert!((found - expected).abs() < 5e-6, "channel {o}: {found} ≠ {expected}");
         }
     }

@@ -1,5 +1,5 @@
-//! The network with fewer layers: what stands between two kernels that can be one is left out.
-//! Exact up to rounding.
+//! Fuses layers that one kernel can compute, removing the tensors between them. Exact up to
+//! rounding.
 
 use std::collections::BTreeMap;
 
@@ -8,28 +8,29 @@ use super::params::Params;
 use super::topology::{Layer, Network, TensorId, TensorShape};
 use super::weights::Weights;
 
-/// A network whose layers are each one kernel.
+/// A network in which every layer is one kernel.
 #[derive(Clone, Debug)]
 pub struct Fused {
-    /// The layers up to the last 3×3 convolution, each decoder level begun by an [`Op::UpConv`].
+    /// The layers up to the last 3×3 convolution; every decoder level starts with an
+    /// [`Op::UpConv`].
     pub network: Network,
     /// Weights and biases by layer.
     pub params: BTreeMap<String, Params>,
-    /// What follows.
+    /// The rest of the network.
     pub head: HeadParams,
 }
 
-/// What stands between the last 3×3 convolution and the decoding of the image.
+/// The layers between the last 3×3 convolution and the decoding of the image.
 #[derive(Clone, Debug)]
 pub struct HeadParams {
-    /// Those of a 1×1 convolution: the identity where the network has none.
+    /// The 1×1 convolution, or the identity if the network has none.
     pub conv: Params,
-    /// Whether a sigmoid follows; if not, the values are clamped as they are decoded.
+    /// Whether a sigmoid follows. Otherwise decoding clamps the values.
     pub sigmoid: bool,
 }
 
 impl Fused {
-    /// Fuses upsampling, concat and 3×3 convolution, and takes off the head.
+    /// Fuses each upsampling, concat and 3×3 convolution, and splits off the head.
     #[must_use]
     pub fn new(weights: &Weights) -> Self {
         let network = weights.network();
@@ -61,7 +62,7 @@ impl Fused {
     }
 }
 
-/// The layers before the head, and the head.
+/// The layers before the head, and the head itself.
 fn head<'a>(network: &'a Network, weights: &Weights) -> (&'a [Layer], HeadParams) {
     match &network.layers[..] {
         [body @ .., conv, last] if (conv.op, last.op) == (Op::Conv1x1, Op::Sigmoid) => {
@@ -74,7 +75,8 @@ fn head<'a>(network: &'a Network, weights: &Weights) -> (&'a [Layer], HeadParams
     }
 }
 
-/// The three layers from `i` on as one, if they are an upsampling, concat and 3×3 convolution.
+/// Fuses the three layers starting at `i` if they are an upsampling, a concat and a 3×3
+/// convolution.
 fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<(Layer, Params)> {
     let [up, concat, conv, ..] = &network.layers[i..] else { return None };
     let Op::Conv3x3 { relu } = conv.op else { return None };

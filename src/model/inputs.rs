@@ -1,12 +1,12 @@
-//! Which images beside the colour there are.
+//! The auxiliary images next to the colour.
 
 use super::shown::shown;
 use crate::error::{Error, Result};
 
-/// The input set: colour is always there.
+/// The input images of a network. Colour is always one of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Inputs {
-    /// Albedo: the surface's own colour.
+    /// Albedo: the surface's reflectance.
     pub albedo: bool,
     /// Shading normal.
     pub normal: bool,
@@ -22,10 +22,10 @@ impl Inputs {
         3 + 3 * usize::from(self.albedo) + 3 * usize::from(self.normal)
     }
 
-    /// As in a weights file: `color`, `color,albedo` and so on.
+    /// Parses the text of a weights file: `color`, `color,albedo` or `color,albedo,normal`.
     ///
     /// # Errors
-    /// If `text` names anything else.
+    /// Fails on any other text.
     #[doc(hidden)]
     pub fn parse(text: &str) -> Result<Self> {
         match text {
@@ -40,14 +40,14 @@ impl Inputs {
         }
     }
 
-    /// What of `self` a network for `trained` can read.
+    /// The images of `self` that a network for `trained` can read.
     #[must_use]
     pub fn intersection(self, trained: Self) -> Self {
         Self { albedo: self.albedo && trained.albedo, normal: self.normal && trained.normal }
     }
 
-    /// The channels of `self` among those of `trained`, in order. Every image of `self`
-    /// must be in `trained`.
+    /// The channel indices of `self` among those of `trained`, in order. `trained` must contain
+    /// every image of `self`.
     #[must_use]
     #[doc(hidden)]
     pub fn channels_of(self, trained: Self) -> Vec<usize> {

@@ -1,4 +1,4 @@
-//! What a network costs: multiply-accumulates per pixel of the full-size image.
+//! The cost of a network: multiply-accumulates per pixel of the full-size image.
 
 use super::topology::Network;
 

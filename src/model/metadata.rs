@@ -1,4 +1,4 @@
-//! What a weights file says of itself, in the `__metadata__` of its safetensors header.
+//! A weights file's description of itself: the `__metadata__` of its safetensors header.
 
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -13,39 +13,39 @@ use crate::error::{Error, Result};
 /// The metadata of format version 1.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Metadata {
-    /// A short name, such as `balanced`: 1 to 64 characters that can be printed.
+    /// A short name such as `balanced`: 1 to 64 printable characters.
     pub name: String,
-    /// Which layers there are.
+    /// The kind of network.
     pub topology: Topology,
-    /// Channels: of a [`Topology::Unet`] by encoder level and at the bottom, of a
-    /// [`Topology::Oidn`] what every convolution but the last makes.
+    /// Channel counts: per encoder level plus the bottom for [`Topology::Unet`]; the output
+    /// channels of every convolution but the last for [`Topology::Oidn`].
     pub widths: Vec<usize>,
-    /// What the network was trained with.
+    /// The images the network was trained with.
     pub inputs: Inputs,
-    /// What the first image is.
+    /// What the first image contains.
     pub main: MainImage,
     /// How the first image is encoded.
     pub transfer_function: TransferFunction,
-    /// Added to the variance of every batch norm.
+    /// The epsilon added to the variance of every batch norm.
     pub norm_eps: Option<f64>,
-    /// Data, loss, steps, licence: free text.
+    /// Data, loss, steps and licence, as free text.
     pub provenance: String,
 }
 
-/// What a network denoises.
+/// The image a network denoises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MainImage {
     /// Colour.
     #[default]
     Color,
-    /// Albedo, which then stands in the place of the colour.
+    /// Albedo, passed in place of colour.
     Albedo,
-    /// Normal, which then stands in the place of the colour.
+    /// Normal, passed in place of colour.
     Normal,
 }
 
 impl MainImage {
-    /// As in a weights file.
+    /// Its name in a weights file.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -66,7 +66,7 @@ pub enum Topology {
 }
 
 impl Topology {
-    /// As in a weights file.
+    /// Its name in a weights file.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -81,7 +81,7 @@ impl Topology {
         all.into_iter().find(|topology| topology.name() == text)
     }
 
-    /// How many widths a file may have.
+    /// The allowed numbers of widths.
     fn widths(self) -> RangeInclusive<usize> {
         match self {
             Self::Unet => 2..=MAX_LEVELS,
@@ -95,10 +95,10 @@ pub(super) const MAX_WIDTH: usize = 1024;
 const MAX_NAME: usize = 64;
 
 impl Metadata {
-    /// Reads the key-value pairs of the header.
+    /// Reads the key–value pairs of the header.
     ///
     /// # Errors
-    /// If a key is missing or has a value that this version does not know.
+    /// Fails if a key is missing or has a value that this version does not know.
     #[doc(hidden)]
     pub fn parse(pairs: &HashMap<String, String>) -> Result<Self> {
         expect(pairs, "format", "wgdenoise")?;
@@ -116,7 +116,7 @@ impl Metadata {
         })
     }
 
-    /// How the network's input is made of images.
+    /// How images become the network's input.
     #[must_use]
     #[doc(hidden)]
     pub fn encoding(&self) -> Encoding {
@@ -125,7 +125,7 @@ impl Metadata {
         Encoding { transfer_function, zero_padding: oidn, unbounded: oidn }
     }
 
-    /// The network that the metadata describes.
+    /// The network described by the metadata.
     #[must_use]
     #[doc(hidden)]
     pub fn network(&self) -> Network {
@@ -139,7 +139,7 @@ impl Metadata {
 fn get<'a>(pairs: &'a HashMap<String, String>, key: &str) -> Result<&'a str> {
     pairs.get(key).map(String::as_str).ok_or_else(|| {
         Error::weights(format!(
-            "metadata `{key}` is missing; export the file as weights-format.md says"
+            "metadata `{key}` is missing; export the file as described in weights-format.md"
         ))
     })
 }
@@ -155,13 +155,13 @@ fn expect(pairs: &HashMap<String, String>, key: &str, expected: &str) -> Result<
     )))
 }
 
-/// The name stands in lines that the program prints.
+/// Restricted because the program prints the name.
 fn name(text: &str) -> Result<String> {
     if (1..=MAX_NAME).contains(&text.chars().count()) && text.chars().all(is_printable) {
         return Ok(text.to_string());
     }
     Err(Error::weights(format!(
-        "metadata `name` is `{}`, expected 1 to {MAX_NAME} characters that can be printed",
+        "metadata `name` is `{}`, expected 1 to {MAX_NAME} printable characters",
         shown(text)
     )))
 }

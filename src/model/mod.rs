@@ -1,4 +1,4 @@
-//! The network, its weights and what it costs: nothing here knows of a GPU.
+//! The network, its weights and its cost. Nothing here knows about a GPU.
 
 mod encoding;
 mod file;

@@ -1,18 +1,18 @@
-//! The networks of Open Image Denoise as tables of layers.
+//! The networks of Open Image Denoise as layer tables.
 
 use super::operators::Op;
 use super::topology::Network;
 
-/// Which convolutions a network of Open Image Denoise has.
+/// The sizes of Open Image Denoise's networks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OidnSize {
-    /// 16 convolutions; the networks called base and small, which differ in their widths.
+    /// 16 convolutions: the base and small networks, which differ only in their widths.
     Base,
     /// 19 convolutions.
     Large,
 }
 
-/// The convolutions' names: of the encoder's five levels, then of the decoder's four.
+/// Convolution names of the encoder's five levels and the decoder's four.
 type OidnBlocks = ([&'static [&'static str]; 5], [&'static [&'static str]; 4]);
 
 const OIDN_BASE: OidnBlocks = (
@@ -55,13 +55,13 @@ impl OidnSize {
         }
     }
 
-    /// The convolutions' names, first to last.
+    /// The names of the convolutions, first to last.
     pub fn names(self) -> impl Iterator<Item = &'static str> {
         let (encoder, decoder) = self.blocks();
         encoder.into_iter().chain(decoder).flatten().copied()
     }
 
-    /// How many convolutions there are.
+    /// The number of convolutions.
     #[must_use]
     pub fn convolutions(self) -> usize {
         self.names().count()
@@ -69,13 +69,13 @@ impl OidnSize {
 }
 
 impl Network {
-    /// The network of Open Image Denoise: per level convolutions and a pool, convolutions at the
-    /// bottom, then per level an upsampling, the skip and convolutions. The skips are what the
-    /// pools made, and at full resolution the input. `widths` are the output channels of every
-    /// convolution in order, less the last one, which has 3.
+    /// The network of Open Image Denoise. Each encoder level has convolutions and a pool, the
+    /// bottom has convolutions, and each decoder level has an upsampling, the skip and
+    /// convolutions. The skips are the pools' outputs, and the network's input at full resolution.
+    /// `widths` are the output channels of all convolutions in order, except the last, which has 3.
     ///
     /// # Panics
-    /// If there are not as many widths as [`OidnSize::convolutions`] less one.
+    /// Panics if the number of widths is not [`OidnSize::convolutions`] less one.
     #[must_use]
     pub fn oidn(in_channels: usize, size: OidnSize, widths: &[usize]) -> Self {
         assert_eq!(widths.len() + 1, size.convolutions(), "widths of {size:?}");

@@ -1,11 +1,10 @@
-//! The registry of operators: one row each, which holds all that weights files, plans, costs and
-//! fusing need to know. `docs/adding-an-operator.md` walks through a new one.
+//! The operator registry. One row per operator holds everything that weights files, plans, costs
+//! and fusion need to know. `docs/adding-an-operator.md` walks through adding one.
 
 use super::params::Params;
 
-/// Passes every row on to the macro `$then`: module, variant of [`Op`] with its fields, facts.
-/// The floors above call the module of that name: `reference::<module>::apply` and
-/// `ops::<module>::operator`.
+/// Passes all rows to the macro `$then`: module, variant of [`Op`] with its fields, facts. Code
+/// elsewhere calls `reference::<module>::apply` and `ops::<module>::operator` by these names.
 macro_rules! for_each_operator {
     ($then:ident) => {
         $then! {
@@ -30,24 +29,24 @@ macro_rules! for_each_operator {
                 weights: Some(Axes::InputOutput([2, 2])),
                 level: -1,
                 sees: |_, output| halved(output),
-                // Of the four taps each output pixel sees one.
+                // Each output pixel sees one of the four taps.
                 macs: |inputs, output| inputs[0] * output,
                 upsampling: Some(|params, _| params.clone()),
                 ..POINTWISE
             };
-            /// Every pixel four times, as 2×2; doubles both sides.
+            /// Nearest upsampling: repeats every pixel as 2×2; doubles both sides.
             upsample: Upsample = Facts {
                 level: -1,
                 sees: |_, output| halved(output),
                 upsampling: Some(|_, channels| Params::identity(channels, 4)),
                 ..POINTWISE
             };
-            /// The channels of the first input, then those of the second.
+            /// The channels of the first input, followed by those of the second.
             concat: Concat = Facts { joins: true, ..POINTWISE };
-            /// `Conv3x3` over `Concat` of the first input and `ConvTranspose` of the second. Its
-            /// weights are those of the transposed convolution, then those of the 3×3 convolution.
+            /// `Conv3x3` over the `Concat` of the first input and the `ConvTranspose` of the
+            /// second. The transposed convolution's weights come first, then the 3×3 convolution's.
             up_conv: UpConv {
-                /// Channels that the transposed convolution makes.
+                /// Output channels of the transposed convolution.
                 ups: usize,
                 /// Whether negative results become 0.
                 relu: bool
@@ -85,7 +84,7 @@ macro_rules! define_op {
         }
 
         impl Op {
-            /// The module of the operator in `reference/` and `ops/`, and the stem of its shader.
+            /// The operator's module in `reference/` and `ops/`, and the stem of its shader.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
@@ -93,7 +92,7 @@ macro_rules! define_op {
                 }
             }
 
-            /// What the registry says of it.
+            /// The operator's row in the registry.
             #[must_use]
             pub fn facts(self) -> Facts {
                 match self {
@@ -108,35 +107,35 @@ macro_rules! define_op {
 }
 for_each_operator!(define_op);
 
-/// An interval of pixels along an axis: the first, and one past the last.
+/// An interval of pixels along one axis: the first, and one past the last.
 pub type Interval = (i64, i64);
 
-/// What is known of an operator, whatever its weights.
+/// The facts about an operator that do not depend on its weights.
 #[derive(Clone, Copy, Debug)]
 pub struct Facts {
-    /// The axes of its weight; `None` if it has neither weight nor bias.
+    /// The axes of its weight; `None` if it has no weight and no bias.
     pub weights: Option<Axes>,
-    /// By how much both sides are halved, counted from the last input: 1, 0 or −1.
+    /// How many times both sides are halved relative to the last input: 1, 0 or −1.
     pub level: i32,
     /// The pixels of input `i` that an interval of output pixels depends on.
     pub sees: fn(usize, Interval) -> Interval,
-    /// Multiply-accumulates per output pixel, from the channels of each input and of the output.
+    /// Multiply-accumulates per output pixel, given the channels of each input and of the output.
     pub macs: fn(&[usize], usize) -> usize,
-    /// Whether its inputs lie side by side in the output's texture, so that no kernel runs.
+    /// Whether its inputs lie side by side in the output's texture, so that no kernel has to run.
     pub joins: bool,
-    /// For upsamplings by 2: the same as a transposed convolution, from the layer's parameters and
-    /// its number of channels. These can be fused into the 3×3 convolution that follows.
+    /// For upsamplings by 2: the equivalent transposed convolution, from the layer's parameters and
+    /// its channel count. It can be fused into the 3×3 convolution that follows.
     pub upsampling: Option<fn(&Params, usize) -> Params>,
 }
 
-/// The order of a weight's axes in a file.
+/// The axis order of a weight in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Axes {
     /// `[output][input][ky][kx]`, with the kernel's height and width.
     OutputInput([usize; 2]),
-    /// `[input][output][ky][kx]`, likewise.
+    /// `[input][output][ky][kx]`, with the kernel's height and width.
     InputOutput([usize; 2]),
-    /// Those of the operators that it is fused from: no file has it.
+    /// The axes of the operators it is fused from; never in a file.
     Fused,
 }
 
@@ -148,7 +147,7 @@ impl Op {
     }
 }
 
-/// Every output pixel depends on the same pixel of every input, without weights.
+/// Each output pixel depends on the same pixel of every input, without weights.
 const POINTWISE: Facts = Facts {
     weights: None,
     level: 0,
@@ -158,12 +157,12 @@ const POINTWISE: Facts = Facts {
     upsampling: None,
 };
 
-/// A pixel more on both sides.
+/// One pixel more on both sides.
 fn around((begin, end): Interval) -> Interval {
     (begin - 1, end + 1)
 }
 
-/// The pixels of half the resolution that cover an interval.
+/// The half-resolution pixels that cover an interval.
 fn halved((begin, end): Interval) -> Interval {
     (begin.div_euclid(2), (end + 1).div_euclid(2))
 }

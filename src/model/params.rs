@@ -1,6 +1,6 @@
 //! Weights of one layer.
 
-/// Weight and bias of one layer, batch norm folded in.
+/// Weight and bias of one layer, with its batch norm folded in.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Params {
     /// Convolution: `[output][input][ky][kx]`; transposed: `[input][output][ky][kx]`.
@@ -10,7 +10,7 @@ pub struct Params {
 }
 
 impl Params {
-    /// Leaves `channels` channels as they are, at each of `taps` taps.
+    /// Passes `channels` channels through unchanged, at each of `taps` taps.
     #[must_use]
     pub fn identity(channels: usize, taps: usize) -> Self {
         let same = |i: usize| i / taps / channels == i / taps % channels;

@@ -1,11 +1,11 @@
-//! Text out of a file, made fit for a sentence: short, and nothing that a terminal would obey.
+//! Makes text from a file fit for an error message: short, and free of terminal commands.
 
-/// Most characters that are shown.
+/// The most characters shown.
 const MOST: usize = 120;
 
-/// The beginning of `text`, on one line, with what cannot be printed escaped.
+/// The beginning of `text` on one line, with unprintable characters escaped.
 pub(super) fn shown(text: &str) -> String {
-    // No longer than what is cut off below: the text may have megabytes.
+    // One character more than is shown: the text may be megabytes long.
     let begin: String = text.chars().take(MOST + 1).collect();
     let mut shown: String = begin.chars().map(one).collect();
     if shown.chars().count() > MOST {
@@ -14,7 +14,7 @@ pub(super) fn shown(text: &str) -> String {
     shown
 }
 
-/// Whether a character means no more than what it looks like.
+/// Whether a character does nothing but appear.
 pub(super) fn is_printable(c: char) -> bool {
     matches!(c, '"' | '\'' | '\\') || c.escape_debug().len() == 1
 }

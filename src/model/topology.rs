@@ -1,9 +1,9 @@
-//! The network as a table of layers: the GPU planner, the CPU reference and the cost
-//! counter all read this one description.
+//! The network as a table of layers, read by the GPU planner, the CPU reference and the cost
+//! counter alike.
 
 use super::operators::Op;
 
-/// Names a tensor: 0 is the network's input, `i + 1` is what layer `i` makes.
+/// Identifies a tensor: 0 is the network's input, `i + 1` is the output of layer `i`.
 pub type TensorId = usize;
 
 /// The network's input as a tensor.
@@ -12,11 +12,11 @@ pub const INPUT: TensorId = 0;
 /// One row of the table.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Layer {
-    /// The name its weights have in the file, such as `enc_conv0a`.
+    /// The name of its weights in the file, such as `enc_conv0a`.
     pub name: String,
-    /// What it computes.
+    /// The operator.
     pub op: Op,
-    /// What it reads, in order.
+    /// The tensors it reads, in order.
     pub inputs: Vec<TensorId>,
 }
 
@@ -29,22 +29,22 @@ pub struct TensorShape {
     pub level: u32,
 }
 
-/// A network: layers in an order in which each reads only what stands before it.
+/// A network: layers in execution order, each reading only earlier tensors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Network {
-    /// The layers, first to last; the last one's output is the network's.
+    /// The layers, first to last. The last one's output is the network's.
     pub layers: Vec<Layer>,
-    /// The shape of every tensor, by [`TensorId`]; one more than there are layers.
+    /// The shape of every tensor, by [`TensorId`]; one more than the layers.
     pub shapes: Vec<TensorShape>,
 }
 
 impl Network {
-    /// The thesis network: per level two convolutions and a pool, two convolutions at the
-    /// bottom, then per level a transposed convolution, the skip and two convolutions.
-    /// `widths` are the channels of each encoder level and of the bottom.
+    /// The thesis network. Each encoder level has two convolutions and a pool, the bottom has two
+    /// convolutions, and each decoder level has a transposed convolution, the skip and two
+    /// convolutions. `widths` are the channels of each encoder level and of the bottom.
     ///
     /// # Panics
-    /// If `widths` is empty.
+    /// Panics if `widths` is empty.
     #[must_use]
     pub fn unet(in_channels: usize, widths: &[usize]) -> Self {
         let conv = Op::Conv3x3 { relu: true };
@@ -69,25 +69,25 @@ impl Network {
         net
     }
 
-    /// The tensor that the last layer makes.
+    /// The output of the last layer.
     #[must_use]
     pub fn output(&self) -> TensorId {
         self.layers.len()
     }
 
-    /// The network that ends after `count` layers.
+    /// The network cut off after `count` layers.
     ///
     /// # Panics
-    /// If there are fewer.
+    /// Panics if it has fewer layers.
     #[must_use]
     pub fn first(&self, count: usize) -> Self {
         Self { layers: self.layers[..count].to_vec(), shapes: self.shapes[..=count].to_vec() }
     }
 
-    /// The network whose input is what the first layer made.
+    /// The network without its first layer, whose output becomes the input.
     ///
     /// # Panics
-    /// If another layer reads the input, or there is no layer.
+    /// Panics if another layer reads the input, or if the network has no layer.
     #[must_use]
     pub fn behind_first(&self) -> Self {
         let behind = |id: &TensorId| id.checked_sub(1).expect("only the first reads the input");
@@ -98,7 +98,7 @@ impl Network {
         Self { layers, shapes: self.shapes[1..].to_vec() }
     }
 
-    /// Both sides of an image must be a multiple of this: `2^(number of poolings)`.
+    /// The number that both sides of an image must be multiples of: `2^(number of poolings)`.
     #[must_use]
     pub fn alignment(&self) -> u32 {
         1 << self.shapes.iter().map(|s| s.level).max().unwrap_or(0)
@@ -108,7 +108,7 @@ impl Network {
         Self { layers: Vec::new(), shapes: vec![TensorShape { channels: in_channels, level: 0 }] }
     }
 
-    /// Appends a layer that reads `inputs`, or the tensor before it if there are none named.
+    /// Appends a layer that reads `inputs`, or the previous tensor if `inputs` is empty.
     pub(super) fn push(
         &mut self,
         name: String,

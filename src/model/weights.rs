@@ -1,4 +1,4 @@
-//! A weights file, checked and folded. `weights-format.md` is the normative text.
+//! A weights file, checked and folded. `weights-format.md` is normative.
 
 use std::collections::BTreeMap;
 
@@ -20,11 +20,11 @@ pub struct Weights {
     params: BTreeMap<String, Params>,
 }
 
-/// How much work is spent: which of the built-in weights. Widths and errors are in
-/// `weights/README.md`.
+/// Picks one of the built-in weights, trading time for error. `weights/README.md` lists their
+/// widths and errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Least time: the thesis network with 8 base channels, 12 kMAC per pixel.
+    /// Shortest time: the thesis network with 8 base channels, 12 kMAC per pixel.
     Fast,
     /// The thesis network with 16 base channels, 47 kMAC per pixel.
     #[default]
@@ -34,10 +34,10 @@ pub enum Quality {
 }
 
 impl Quality {
-    /// All of them, by rising cost.
+    /// All qualities, by rising cost.
     pub const ALL: [Self; 3] = [Self::Fast, Self::Balanced, Self::High];
 
-    /// Those whose weights are built in, by rising cost: each is a feature of the crate.
+    /// The qualities built in through the crate's features, by rising cost.
     #[must_use]
     pub fn built_in() -> Vec<Self> {
         let has = |quality: &Self| match quality {
@@ -48,7 +48,7 @@ impl Quality {
         Self::ALL.into_iter().filter(has).collect()
     }
 
-    /// As on the command line: `fast`, `balanced` or `high`.
+    /// Its name on the command line: `fast`, `balanced` or `high`.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -58,7 +58,7 @@ impl Quality {
         }
     }
 
-    /// The next that costs less.
+    /// The next cheaper quality.
     #[must_use]
     pub fn cheaper(self) -> Option<Self> {
         match self {
@@ -73,8 +73,8 @@ impl Weights {
     /// Reads a weights file of format version 1.
     ///
     /// # Errors
-    /// If the file is not safetensors, its metadata is not of this format, a tensor is
-    /// missing, unknown, of a wrong shape or type, or a value is not finite.
+    /// Fails if the file is not safetensors, its metadata does not follow the format, a tensor is
+    /// missing, unknown, or of the wrong shape or type, or a value is not finite.
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let mut file = WeightsFile::open(bytes)?;
         let metadata = file.metadata.clone();
@@ -87,19 +87,19 @@ impl Weights {
         Ok(Self { metadata, network, params })
     }
 
-    /// Reads a file of Open Image Denoise (TZA), whose name, less its extension, says what it is
-    /// for: `rt_hdr_alb_nrm`, for example.
+    /// Reads a weights file of Open Image Denoise (TZA). `name` is the file's name without
+    /// extension, such as `rt_hdr_alb_nrm`; it alone determines what the weights are for.
     ///
     /// # Errors
-    /// As [`tza::to_safetensors`], and as [`from_bytes`](Self::from_bytes).
+    /// Fails like [`tza::to_safetensors`] and [`from_bytes`](Self::from_bytes).
     pub fn from_tza(bytes: &[u8], name: &str) -> Result<Self> {
         Self::from_bytes(&tza::to_safetensors(bytes, name)?)
     }
 
-    /// The built-in weights of a tier.
+    /// The built-in weights of a quality.
     ///
     /// # Errors
-    /// If the crate was built without the feature of that tier: `fast`, `balanced` or `high`.
+    /// Fails if the crate was built without that quality's feature: `fast`, `balanced` or `high`.
     pub fn builtin(quality: Quality) -> Result<Self> {
         let bytes: Option<&[u8]> = match quality {
             #[cfg(feature = "fast")]
@@ -119,13 +119,13 @@ impl Weights {
         })?)
     }
 
-    /// What the file says of itself.
+    /// The file's metadata.
     #[must_use]
     pub fn metadata(&self) -> &Metadata {
         &self.metadata
     }
 
-    /// The layers.
+    /// The network's layers.
     #[must_use]
     #[doc(hidden)]
     pub fn network(&self) -> &Network {
@@ -138,23 +138,22 @@ impl Weights {
         macs_per_pixel(&self.network)
     }
 
-    /// The weights of a layer; empty for a layer without.
+    /// The weights of a layer; empty if it has none.
     #[must_use]
     #[doc(hidden)]
     pub fn params(&self, layer: &str) -> Params {
         self.params.get(layer).cloned().unwrap_or_default()
     }
 
-    /// The network for fewer inputs: the channels of absent images are cut out of every layer
-    /// that reads the network's input, so that they cost nothing. The result is the same as
-    /// feeding zeros.
+    /// The network for fewer inputs. The channels of absent images are cut out of every layer that
+    /// reads the network's input, so they cost nothing. The result equals feeding zeros.
     ///
     /// # Errors
-    /// If `inputs` has an image that the network was not trained with, or lacks one that a network
-    /// of this topology needs.
+    /// Fails if the network was not trained with an image of `inputs`, or if its topology needs an
+    /// image that `inputs` lacks.
     ///
     /// # Panics
-    /// Never: every layer that needs weights has them since the file was read.
+    /// Never panics: reading the file checked that every layer has its weights.
     #[doc(hidden)]
     pub fn for_inputs(&self, inputs: Inputs) -> Result<Self> {
         let trained = self.metadata.inputs;
@@ -168,7 +167,7 @@ impl Weights {
             let file = tza::for_inputs(&self.metadata, inputs)
                 .map_or_else(String::new, |stem| format!(", such as {stem}.tza"));
             return Err(Error::weights(format!(
-                "`{}` needs {trained}, but {inputs} was given; take weights that need no more{file}",
+                "`{}` needs {trained}, but {inputs} was given; use weights that need no more{file}",
                 self.metadata.name
             )));
         }
@@ -185,7 +184,7 @@ impl Weights {
     }
 }
 
-/// For every tensor, which of its channels remain when only `input` of the input's do.
+/// The channels of every tensor that remain when only channels `input` of the network's input do.
 fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
     let mut kept = vec![input];
     for (i, layer) in network.layers.iter().enumerate() {
@@ -195,7 +194,7 @@ fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
     kept
 }
 
-/// The channels that remain of a layer that only passes its inputs' on, one input behind the other.
+/// The remaining channels of a layer that only passes its inputs on, one after the other.
 fn joined(network: &Network, layer: &Layer, kept: &[Vec<usize>]) -> Vec<usize> {
     let mut first = 0;
     let of_input = |&input: &usize| {
@@ -206,7 +205,7 @@ fn joined(network: &Network, layer: &Layer, kept: &[Vec<usize>]) -> Vec<usize> {
     layer.inputs.iter().flat_map(of_input).collect()
 }
 
-/// A layer's weight without the input channels that are not in `kept`.
+/// A layer's weight reduced to the input channels in `kept`.
 fn slice(op: Op, params: &Params, kept: &[usize], all: usize) -> Vec<f32> {
     let outputs = params.bias.len();
     let per_input = params.weight.len() / all;

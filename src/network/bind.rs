@@ -1,4 +1,4 @@
-//! The network bound to the textures of one tile size and to images: every call of a frame.
+//! Binds a network to the textures of one tile size and to images: every call of a frame.
 
 use std::ops::Range;
 
@@ -21,7 +21,7 @@ pub(crate) struct Call {
     pub(crate) name: String,
     /// Multiply-accumulates.
     pub(crate) macs: f64,
-    /// Bytes of the tensors that it reads and writes.
+    /// Bytes of the tensors it reads and writes.
     pub(crate) bytes: f64,
     dispatch: Dispatch,
     /// Whether it reads the tile's uniform.
@@ -33,7 +33,7 @@ impl Call {
         Self { name: name.into(), macs: 0.0, bytes: 0.0, dispatch, per_tile: true }
     }
 
-    /// Records the call for the tile at `offset` bytes of the uniform.
+    /// Records the call for the tile at byte `offset` of the uniform buffer.
     pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
         if self.per_tile {
             self.dispatch.record_at(pass, offset);
@@ -43,15 +43,15 @@ impl Call {
     }
 }
 
-/// What a tile is bound to.
+/// The resources of a tile.
 pub(crate) struct Bound<'a> {
     /// Size of the tiles, width first; multiples of the network's alignment.
     pub(crate) tile: [u32; 2],
-    /// What is read.
+    /// The images to read.
     pub(crate) sources: Sources<'a>,
-    /// Where the result goes.
+    /// The image to write.
     pub(crate) output: ImageBinding<'a>,
-    /// Uniform of the noisy colour's share in the result.
+    /// Uniform holding the share of noisy colour in the result.
     pub(crate) blend: &'a wgpu::Buffer,
     /// Whether clean blocks skip the network.
     pub(crate) skip_clean: bool,
@@ -64,7 +64,7 @@ pub(crate) struct TileCalls {
     batches: Vec<Range<usize>>,
 }
 
-/// Most multiply-accumulates of a submission of several calls: 0.2 s at 100 GFLOP/s. A call alone
+/// Most multiply-accumulates of a submission of several calls: 0.2 s at 100 GFLOP/s. A single call
 /// may have more, up to [`MACS_PER_DISPATCH`](crate::plan::tiles::MACS_PER_DISPATCH).
 const MACS_PER_SUBMISSION: f64 = 10e9;
 
@@ -74,7 +74,7 @@ impl TileCalls {
         let Bound { tile, sources, .. } = bound;
         let tensors = tensors(context, network, *tile);
         let radius = network.reach.iter().copied().max().unwrap_or(0);
-        // Where values have a sign, a block that is clean is no empty background.
+        // In signed data, a clean block is not an empty background.
         let signed = network.encoding.transfer_function == TransferFunction::Signed;
         let skip = bound.skip_clean && network.head.is_some() && !signed;
         let (activity, activity_calls) = activity(context, sources, *tile, radius, skip);
@@ -89,14 +89,14 @@ impl TileCalls {
         Self { calls, batches }
     }
 
-    /// Records everything for the tile at `offset` bytes of the uniform.
+    /// Records all calls for the tile at byte `offset` of the uniform buffer.
     pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
         for call in &self.calls {
             call.record_at(pass, offset);
         }
     }
 
-    /// The same calls in groups, each short enough for a submission of its own.
+    /// All calls in groups, each short enough for one submission.
     pub(crate) fn batches(&self) -> impl Iterator<Item = &[Call]> {
         self.batches.iter().map(|batch| &self.calls[batch.clone()])
     }
@@ -107,7 +107,7 @@ impl TileCalls {
     }
 }
 
-/// From the images to the first tensor.
+/// The call from the images to the first tensor.
 fn first_call(
     context: &Context,
     network: &CompiledNetwork,
@@ -126,7 +126,7 @@ fn first_call(
     Call { macs, bytes, ..Call::per_tile(&format!("input+{name}"), call) }
 }
 
-/// From the last tensor to the image.
+/// The call from the last tensor to the image.
 fn last_call(
     context: &Context,
     network: &CompiledNetwork,
@@ -144,7 +144,7 @@ fn last_call(
         return Call { bytes, ..Call::per_tile("output_process", call) };
     };
     let call = head.dispatch(context, last, activity, &images);
-    // The layer that has no operator of its own.
+    // The layer without an operator of its own, if any.
     let conv = network.body.layers.get(network.operators.len());
     let name = conv.map_or("head".into(), |conv| format!("{}+head", conv.name));
     let macs = head.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
@@ -198,7 +198,7 @@ fn layer_calls(
     operators.iter().enumerate().filter_map(call).collect()
 }
 
-/// Consecutive calls whose sum stays below the limit; a call above it stands alone.
+/// Groups consecutive calls whose sum stays below the limit; a call above it gets its own group.
 fn batches(macs: &[f64]) -> Vec<Range<usize>> {
     let mut batches = Vec::new();
     let (mut begin, mut sum) = (0, 0.0);

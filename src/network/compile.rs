@@ -1,4 +1,4 @@
-//! The network on the GPU: its operators, made once for tiles of any size.
+//! The network on the GPU: operators created once for tiles of any size.
 
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
@@ -14,24 +14,24 @@ use crate::ops::input_conv::{self, InputConv};
 use crate::ops::operator::{LayerRequest, Operator};
 use crate::plan::{halo, storage::Storage};
 
-/// A network whose kernels are compiled and whose weights are on the GPU.
+/// A network with compiled kernels and uploaded weights.
 #[derive(Debug)]
 pub(crate) struct CompiledNetwork {
-    /// All layers but the stem's and those that are always the head's.
+    /// All layers except the stem's and those that always belong to the head.
     pub(crate) body: Network,
-    /// Of the tensors that some kernel stores; the last one is what the image is made of.
+    /// The tensors that some kernel stores. The image is made from the last one.
     pub(crate) storage: Storage,
     /// Tiles begin and end at multiples of this.
     pub(crate) alignment: u32,
     /// Overlap of tiles; see [`halo::halo`].
     pub(crate) halo: u32,
-    /// By tensor, see [`halo::reach`].
+    /// Reach by tensor; see [`halo::reach`].
     pub(crate) reach: Vec<u32>,
-    /// What the images become.
+    /// The encoding of the images.
     pub(crate) encoding: Encoding,
-    /// The first layer, if it is one kernel with the encoding of the images.
+    /// The first layer, if one kernel computes it along with the encoding of the images.
     pub(crate) stem: Option<Stem>,
-    /// By layer; the head has the last one if there are fewer than layers.
+    /// Operators by layer. If they are fewer than the layers, the head includes the last layer.
     pub(crate) operators: Vec<BoxedOperator>,
     /// The end of the network, if it is one kernel.
     pub(crate) head: Option<Head>,
@@ -39,7 +39,7 @@ pub(crate) struct CompiledNetwork {
 
 pub(crate) type BoxedOperator = Box<dyn Operator>;
 
-/// What makes the network's input from the images.
+/// The operator that makes the network's input from the images.
 #[derive(Debug)]
 pub(crate) struct Stem {
     /// The layer's name.
@@ -54,8 +54,8 @@ impl Stem {
 }
 
 impl CompiledNetwork {
-    /// Uploads the weights and compiles the kernels of the layers; those that read or write images
-    /// depend on their formats, and are compiled when they are bound.
+    /// Uploads the weights and compiles the layers' kernels. Those that read or write images depend
+    /// on the formats and are compiled when bound.
     pub(crate) fn new(context: &Context, kernels: KernelSet, weights: &Weights) -> Result<Self> {
         let encoding = weights.metadata().encoding();
         if kernels == KernelSet::Plain {
@@ -104,7 +104,7 @@ impl CompiledNetwork {
         Ok(Self { body: network, storage, alignment, halo, reach, encoding, stem, operators, head })
     }
 
-    /// GPU memory for everything between the images, in bytes.
+    /// GPU memory in bytes for everything between the images.
     pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64) -> u64 {
         self.storage.bytes(tile[0], tile[1], texel_bytes) + ops::activity::bytes(tile)
     }
@@ -125,7 +125,7 @@ fn operators(
     network.layers.iter().enumerate().map(operator).collect()
 }
 
-/// The layer right after `i`, if it reads what that makes.
+/// The layer right after `i`, if it reads the output of `i`.
 fn follows(network: &Network, i: usize) -> Option<Op> {
     network.layers.get(i + 1).filter(|next| next.inputs == [i + 1]).map(|next| next.op)
 }
@@ -142,7 +142,7 @@ fn check_layers(storage: &Storage, limits: &wgpu::Limits) -> Result<()> {
     )))
 }
 
-/// How each tensor is stored. The input is made by a convolution or by `input_process`.
+/// How each tensor is stored. A convolution or `input_process` makes the input.
 fn channel_maps(network: &Network, convolved: bool) -> Vec<ChannelMap> {
     let of_input = if convolved { channel_map } else { ops::input_process::channel_map };
     let mut maps = vec![of_input(network.shapes[INPUT].channels)];
@@ -163,7 +163,7 @@ mod tests {
     use crate::gpu::precision::Precision;
     use crate::model::Quality;
 
-    /// A kernel takes the number of its input's layers from the texture.
+    /// A kernel reads the number of its input's layers from the texture.
     #[test]
     fn every_tensor_has_as_many_layers_as_its_channels_need() {
         let Gpu { device, queue, .. } = Gpu::open(None).expect("the tests need an adapter");

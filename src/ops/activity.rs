@@ -1,5 +1,5 @@
-//! Which blocks of 16×16 pixels the network must work on. See `shaders/activity.wgsl` for what
-//! makes a block clean or active, and for the map of distances to active blocks.
+//! Finds the blocks of 16×16 pixels that the network must work on. `shaders/activity.wgsl` defines
+//! clean and active blocks and the map of distances to active ones.
 
 use super::image::{ImageFormat, source_features};
 use super::input_process::{Sources, TILE, scale_binding, source_names, tile_binding};
@@ -13,13 +13,13 @@ pub fn classify_spec(formats: [ImageFormat; 3]) -> KernelSpec {
     spec("classify", [8, 8, 1], formats)
 }
 
-/// Marks the clean ones.
+/// Marks the clean blocks.
 #[must_use]
 pub fn settle_spec(formats: [ImageFormat; 3]) -> KernelSpec {
     spec("settle", [8, 8, 1], formats)
 }
 
-/// Makes the map from them.
+/// Builds the distance map from the clean blocks.
 #[must_use]
 pub fn spread_spec(formats: [ImageFormat; 3]) -> KernelSpec {
     spec("spread", [16, 16, 1], formats)
@@ -49,27 +49,27 @@ fn spec(entry: &'static str, workgroup: [u32; 3], formats: [ImageFormat; 3]) -> 
 
 /// Layers of the map: blocks, then squares of 2, 4, 8 and 16 blocks a side.
 pub const LAYERS: u32 = 5;
-/// The distance where no active block is within the radius.
+/// The distance if no active block is within the radius.
 pub const FAR: u32 = 255;
 
-/// What the kernels make of a tile, and the calls of them.
+/// The calls for a tile and the results they write.
 #[derive(Clone, Debug)]
 pub struct Activity {
     /// Distances in blocks: `r32uint`, one texel per block, [`LAYERS`] layers.
     pub map: wgpu::TextureView,
-    /// For each block, row by row, a `u32`: 1 if it is clean, 0 if not. Behind that, as much again
-    /// that only the kernels use.
+    /// One `u32` per block, row by row: 1 if clean, 0 if not. A scratch area of the same size
+    /// follows, for the kernels alone.
     pub clean: wgpu::Buffer,
 }
 
-/// Binds the tiles, the images and the scale of `sources`. `tile` is the tiles' size, width
+/// Binds the tiles, the images and the scale of `sources`. `tile` is the size of the tiles, width
 /// first; it and every tile's origin are multiples of [`BLOCK`]. Layer 0 of the map counts up to
-/// `radius` blocks. Without `skip` no block is clean, and the map only says what is stored.
+/// `radius` blocks. Without `skip`, no block is clean and the map only marks what is stored.
 ///
 /// Needs [`bytes`] of GPU memory.
 ///
 /// # Panics
-/// If `tile` is not a multiple of [`BLOCK`] or `radius` is not below [`FAR`].
+/// Panics if `tile` is not a multiple of [`BLOCK`] or `radius` is not below [`FAR`].
 #[must_use]
 pub fn activity(
     context: &Context,
@@ -79,7 +79,7 @@ pub fn activity(
     skip: bool,
 ) -> (Activity, [Dispatch; 3]) {
     assert!(tile.iter().all(|side| side % BLOCK == 0), "a tile of {tile:?} has no whole blocks");
-    assert!(radius < FAR, "a radius of {radius} blocks cannot be told from {FAR}, none");
+    assert!(radius < FAR, "a radius of {radius} blocks, but {FAR} means none in reach");
     let blocks = tile.map(|side| side / BLOCK);
     let map = map(&context.device, blocks);
     let clean = context.device.create_buffer(&wgpu::BufferDescriptor {
@@ -121,7 +121,7 @@ fn flag_bytes([columns, rows]: [u32; 2]) -> u64 {
     u64::from(columns) * u64::from(rows) * 4
 }
 
-/// A map of zeros: every block active.
+/// A map of zeros: every block is active.
 pub(super) fn map(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::TextureView {
     let texture = device.create_texture(&wgpu::TextureDescriptor {
         label: Some("activity"),

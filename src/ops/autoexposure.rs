@@ -1,18 +1,18 @@
 //! The scale that brings an image to the exposure the network was trained at.
-//! See `shaders/autoexposure.wgsl` for the definition.
+//! `shaders/autoexposure.wgsl` defines it.
 
 use super::image::{ImageBinding, ImageFormat, color_features};
 use super::tile::Layout;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::shader::ShaderRoot;
 
-/// Makes the bins of a band of rows of an image in this format.
+/// Computes the bins of a band of rows of an image in this format.
 #[must_use]
 pub fn bins_spec(color: ImageFormat) -> KernelSpec {
     spec(format!("autoexposure_bins {}", color.source_name()), "bins", [8, 8, 1], color)
 }
 
-/// Turns all bins into the scale.
+/// Reduces all bins to the scale.
 #[must_use]
 pub fn reduce_spec(color: ImageFormat) -> KernelSpec {
     spec(format!("autoexposure_reduce {}", color.source_name()), "reduce", [256, 1, 1], color)
@@ -36,14 +36,14 @@ fn spec(name: String, entry: &'static str, workgroup: [u32; 3], color: ImageForm
     }
 }
 
-/// Most pixels per side of a bin, and rows of the narrowest band.
+/// Longest side of a bin in pixels, and height of the narrowest band.
 pub(crate) const BIN: u32 = 16;
 
 /// The uniform of `autoexposure.wgsl`: a band of rows of an image.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Band {
-    /// Of the whole image, in pixels.
+    /// Size of the whole image in pixels.
     pub image_size: [u32; 2],
     /// Bins of the whole image, per axis.
     pub bins: [u32; 2],
@@ -66,7 +66,7 @@ impl Band {
         Self { image_size: [width, height], bins, bin_rows: bins[1], color, ..Self::default() }
     }
 
-    /// The image in bands of as many rows of bins as `max_rows` rows of pixels can hold.
+    /// Splits the image into bands of as many rows of bins as fit into `max_rows` rows of pixels.
     /// `max_rows` must be at least 16.
     #[must_use]
     pub fn split(width: u32, height: u32, max_rows: u32) -> Vec<Self> {
@@ -81,7 +81,7 @@ impl Band {
         (0..whole.bins[1]).step_by(per_band).map(band).collect()
     }
 
-    /// The image rows that the band covers.
+    /// The image rows covered by the band.
     #[must_use]
     pub fn rows(&self) -> std::ops::Range<u32> {
         self.row_of(self.first_bin_row)..self.row_of(self.first_bin_row + self.bin_rows)
@@ -92,24 +92,24 @@ impl Band {
         u32::try_from(row).expect("a row is below the height")
     }
 
-    /// Bytes of the buffer of bins.
+    /// Bytes of the buffer for the bins.
     #[must_use]
     pub fn bin_bytes(&self) -> u64 {
         u64::from(self.bins[0]) * u64::from(self.bins[1]) * 4
     }
 }
 
-/// The two calls: make a band's bins, and, after all bands, the scale.
+/// The two calls: one computes a band's bins; the other, after all bands, the scale.
 #[derive(Clone, Debug)]
 pub struct Autoexposure {
-    /// Makes the bins of the band in the uniform buffer.
+    /// Computes the bins of the band in the uniform buffer.
     pub bins: Dispatch,
-    /// Makes the scale from all bins.
+    /// Computes the scale from all bins.
     pub reduce: Dispatch,
 }
 
-/// Binds `band` (a uniform of one [`Band`]), `color` and the resulting `input_scale`, one
-/// 32-bit float. `shape` is the largest band that will stand in the uniform.
+/// Binds `band` (a uniform of one [`Band`]), `color` and the resulting `input_scale`, one 32-bit
+/// float. `shape` is the largest band the uniform will hold.
 #[must_use]
 pub fn autoexposure(
     context: &Context,

@@ -1,4 +1,4 @@
-//! From a layer of the table to its operator.
+//! Builds the operator for a layer of the network.
 
 use super::operator::{LayerRequest, Operator};
 use super::{concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample};
@@ -9,7 +9,7 @@ macro_rules! define_build {
     ($($(#[$doc:meta])* $module:ident: $variant:ident $({
         $($(#[$field_doc:meta])* $field:ident: $type:ty),*
     })? = $facts:expr;)*) => {
-        /// The operator of a layer: its kernel compiled, its weights on the device.
+        /// The operator of a layer, with its kernel compiled and its weights uploaded.
         #[must_use]
         pub fn build(op: Op, layer: &LayerRequest<'_>) -> Box<dyn Operator> {
             match op {

@@ -1,6 +1,6 @@
-//! Concatenation of channels, which moves no data: the planner gives both inputs a range of
-//! layers of one texture (see [`crate::plan::storage`]), the second at a multiple of four
-//! channels, and the reader's weights follow the [`ChannelMap`] of the result.
+//! Concatenation of channels, which moves no data. The planner gives both inputs a range of layers
+//! of one texture (see [`crate::plan::storage`]), the second at a multiple of four channels, and
+//! the reader's weights follow the [`ChannelMap`] of the result.
 
 use super::channel_map::ChannelMap;
 use super::operator::{Io, LayerRequest, Operator};

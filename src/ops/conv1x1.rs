@@ -1,4 +1,4 @@
-//! 1×1 convolution plus bias: a matrix per pixel.
+//! 1×1 convolution plus bias: one matrix applied to every pixel.
 
 use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, Variant, plain_spec};
@@ -10,7 +10,7 @@ use crate::model::Params;
 /// The kernel.
 pub const PLAIN: KernelSpec = plain_spec("conv1x1", &["largest"]);
 
-/// The operator; weights are `[output][input]`.
+/// The operator. Weights are `[output][input]`.
 #[must_use]
 pub fn conv1x1(context: &Context, params: &Params, map: &ChannelMap) -> Convolution {
     let outputs = params.bias.len();

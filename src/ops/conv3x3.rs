@@ -1,4 +1,4 @@
-//! 3×3 convolution with zero padding of 1, bias (into which batch norm is folded), and ReLU.
+//! 3×3 convolution with zero padding of 1, bias (with batch norm folded in) and ReLU.
 
 use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant, plain_spec};
@@ -14,7 +14,7 @@ use std::borrow::Cow;
 /// The readable definition.
 pub const PLAIN: KernelSpec = plain_spec("conv3x3", &["largest", "relu"]);
 
-/// The variant for GPUs; `pools` adds the max-pool that follows.
+/// The variant for GPUs. `pools` adds the max-pool that follows.
 #[must_use]
 pub fn tiled_spec(pools: bool) -> KernelSpec {
     KernelSpec {
@@ -28,7 +28,7 @@ pub fn tiled_spec(pools: bool) -> KernelSpec {
     }
 }
 
-/// What the generated variant binds.
+/// The bindings of the generated variant.
 const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
 
 const TILED: [Binding; 6] = bindings(Binding::Buffer);
@@ -42,16 +42,15 @@ const fn bindings(weights: Binding) -> [Binding; 6] {
     [input, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
 }
 
-/// The generated variant for CPU drivers, for so many output quads per invocation.
+/// The generated variant for CPU drivers, with this many output quads per invocation.
 #[must_use]
 pub fn simd_spec(out_quads: usize) -> KernelSpec {
     let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
     simd::spec(simd::SimdKernel::Conv3x3, out_quads, bindings, &["largest", "relu"])
 }
 
-/// The operator; weights are `[output][input][ky][kx]`. With `pools` it makes the max-pool of
-/// its output too, where the variant can, which [`Operator::pools`](super::operator::Operator::pools)
-/// tells.
+/// The operator. Weights are `[output][input][ky][kx]`. With `pools`, it also computes the max-pool
+/// of its output if the variant can; [`Operator::pools`](super::operator::Operator::pools) tells.
 #[must_use]
 pub fn conv3x3(
     context: &Context,
@@ -83,7 +82,7 @@ fn generated(context: &Context, taps: &Taps<'_>) -> Variant {
     Variant::simd(spec, shape, generated_weights(context, shape, taps), taps.outputs)
 }
 
-/// A step is a kernel row of an input quad.
+/// One step is a kernel row of an input quad.
 pub(super) fn generated_weights(
     context: &Context,
     shape: simd::SimdKernel,
@@ -110,7 +109,7 @@ pub(super) fn tiled_matrices(taps: &Taps<'_>) -> Vec<f32> {
     taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS)
 }
 
-/// The operator of a layer, with the max-pool that follows where the variant can include it.
+/// The operator of a layer, including the max-pool that follows if the variant can.
 pub(super) fn operator(layer: &LayerRequest<'_>, relu: bool) -> Convolution {
     let pools = layer.next == Some(Op::MaxPool);
     conv3x3(layer.context, layer.kernels, layer.params, layer.maps[0], relu, pools)

@@ -1,7 +1,7 @@
-//! The last 3×3 convolution with bias and ReLU, and [`head`](mod@super::head) behind it, in one
-//! kernel: an invocation holds all channels of its pixels, so that nothing is stored between.
+//! The last 3×3 convolution with bias and ReLU, and [`head`](mod@super::head) after it, in one
+//! kernel: an invocation holds all channels of its pixels, so nothing is stored in between.
 //!
-//! What stays in registers is not rounded to the tensors' 16 bits.
+//! Values kept in registers are not rounded to the tensors' 16 bits.
 
 use super::channel_map::ChannelMap;
 use super::convolution::TILE;
@@ -14,10 +14,10 @@ use crate::gpu::kernel_set::KernelSet;
 use crate::model::{Network, Op, Params};
 use crate::shader::ShaderRoot;
 
-/// Channels of the 3×3 convolution that an invocation holds at most.
+/// The most channels of the 3×3 convolution that an invocation holds.
 const CHANNELS: usize = 16;
 
-/// What both variants bind.
+/// The bindings of both variants.
 #[must_use]
 pub fn bindings(color: ImageFormat, output: ImageFormat, weights: Binding) -> Vec<Binding> {
     let mut bindings = head::bindings(color, output);
@@ -25,7 +25,7 @@ pub fn bindings(color: ImageFormat, output: ImageFormat, weights: Binding) -> Ve
     bindings
 }
 
-/// The variant for GPUs, for a noisy colour and a result in these formats.
+/// The variant for GPUs, for noisy colour and result in these formats.
 #[must_use]
 pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {
@@ -39,7 +39,7 @@ pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
-/// The generated variant for CPU drivers, for so many output quads of the 3×3 convolution.
+/// The generated variant for CPU drivers, for this many output quads of the 3×3 convolution.
 #[must_use]
 pub fn simd_spec(quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let bindings = bindings(color, output, Binding::WeightTexture).into();
@@ -57,8 +57,8 @@ fn features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
 
 /// Whether the kernel can be the end of a network whose last tensor the head reads.
 ///
-/// Not in place of matrices: they make the convolution in a fraction of the time in which the
-/// tiled kernel does, and the tensor between costs less than the difference.
+/// It does not replace matrix kernels: they compute the convolution in a fraction of the tiled
+/// kernel's time, and the tensor in between costs less than the difference.
 #[must_use]
 pub fn ends(network: &Network, kernels: KernelSet) -> bool {
     let last = network.layers.last().is_some_and(|layer| layer.op == Op::Conv3x3 { relu: true });
@@ -66,11 +66,11 @@ pub fn ends(network: &Network, kernels: KernelSet) -> bool {
     last && fits && !matches!(kernels, KernelSet::Matrix(_))
 }
 
-/// The operator for the weights of the 3×3 convolution, `[output][input][ky][kx]`, whose input is
-/// stored as `map` says, and those of the 1×1 convolution, `[3][output]`.
+/// The operator for the 3×3 convolution's weights, `[output][input][ky][kx]`, whose input is stored
+/// as in `map`, and the 1×1 convolution's, `[3][output]`.
 ///
 /// # Panics
-/// If the 3×3 convolution has more than 16 outputs.
+/// Panics if the 3×3 convolution has more than 16 outputs.
 #[must_use]
 pub fn conv_head(
     context: &Context,
@@ -103,7 +103,7 @@ pub fn conv_head(
     }
 }
 
-/// The channels as an invocation holds them: the tiled variant makes all 16, some for nothing.
+/// The channels an invocation holds. The tiled variant always computes all 16, even unused ones.
 fn held(outputs: usize) -> ChannelMap {
     (0..CHANNELS).map(|c| (c < outputs).then_some(c)).collect()
 }

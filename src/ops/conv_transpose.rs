@@ -10,7 +10,7 @@ use crate::model::Params;
 /// The kernel.
 pub const PLAIN: KernelSpec = plain_spec("conv_transpose", &["largest"]);
 
-/// The operator; weights are `[input][output][ky][kx]`, as PyTorch stores them.
+/// The operator. Weights are `[input][output][ky][kx]`, as PyTorch stores them.
 #[must_use]
 pub fn conv_transpose(context: &Context, params: &Params, map: &ChannelMap) -> Convolution {
     let outputs = params.bias.len();

@@ -1,5 +1,5 @@
-//! What the convolutions share: a kernel bound to inputs, output, weights and bias, and, where
-//! it can leave out what nobody needs, to the activity map.
+//! Shared by all convolutions: a kernel bound to inputs, output, weights and bias, and to the
+//! activity map if it can skip what is not needed.
 
 use std::borrow::Cow;
 
@@ -8,9 +8,9 @@ use super::packing::{Taps, plain_buffer};
 use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 use crate::shader::ShaderRoot;
-/// Pixels per side of a workgroup of the tiled kernels.
+/// Side in pixels of a workgroup of the tiled kernels.
 pub const TILE: u32 = 16;
-/// Output quads of one invocation of the tiled kernels.
+/// Output quads per invocation of the tiled kernels.
 pub const TILED_QUADS: usize = 4;
 
 /// A convolution with its weights, ready for tensors of any size.
@@ -25,7 +25,7 @@ pub struct Convolution {
     pools: bool,
 }
 
-/// Weights as the chosen variant reads them.
+/// Weights in the layout the chosen variant reads.
 #[derive(Debug)]
 pub enum PackedWeights {
     /// 4×4 matrices.
@@ -35,7 +35,7 @@ pub enum PackedWeights {
 }
 
 impl PackedWeights {
-    /// The weights as what a bind group takes.
+    /// The weights as a binding resource.
     #[must_use]
     pub fn resource(&self) -> wgpu::BindingResource<'_> {
         match self {
@@ -45,21 +45,21 @@ impl PackedWeights {
     }
 }
 
-/// A variant of a convolution, and what a workgroup does of the whole.
+/// A variant of a convolution, and the share of work of one workgroup.
 pub struct Variant {
     /// The kernel.
     pub spec: KernelSpec,
     /// Its weights.
     pub weights: PackedWeights,
-    /// Pixels per workgroup along x and y, of whichever of the first input and the output is
-    /// smaller.
+    /// Pixels per workgroup along x and y, counted in the smaller of the first input and the
+    /// output.
     pub tile: [u32; 2],
-    /// Workgroups per tile, for parts of the output channels.
+    /// Workgroups per tile, each computing part of the output channels.
     pub blocks: u32,
-    /// Columns for which the kernel decides at once whether they are needed; `None` if it
-    /// computes all there is.
+    /// The number of columns for which the kernel decides together whether they are needed; `None`
+    /// if it computes everything.
     pub footprint: Option<u32>,
-    /// Whether it makes the max-pool of its output too.
+    /// Whether it also computes the max-pool of its output.
     pub pools: bool,
 }
 
@@ -72,7 +72,7 @@ impl Variant {
         Self { spec, weights, tile: [8, 8], blocks, footprint: None, pools: false }
     }
 
-    /// For GPUs: a workgroup makes 16×16 pixels, each invocation 2×2, of one of `blocks` blocks
+    /// For GPUs: a workgroup computes 16×16 pixels, 2×2 per invocation, of one of `blocks` blocks
     /// of output quads.
     #[must_use]
     pub fn tiled(spec: KernelSpec, weights: PackedWeights, blocks: usize) -> Self {
@@ -80,8 +80,8 @@ impl Variant {
         Self { spec, weights, tile: [TILE; 2], blocks, footprint: Some(TILE), pools: false }
     }
 
-    /// The generated code for CPU drivers: `spec` for `outputs` channels, with weights that
-    /// [`simd::pack`] made.
+    /// Generated code for CPU drivers: `spec` for `outputs` channels, with weights from
+    /// [`simd::pack`].
     #[must_use]
     pub fn simd(
         spec: KernelSpec,
@@ -110,7 +110,7 @@ impl Convolution {
     }
 }
 
-/// The kernel of the module `name`, a readable definition: all bind the same four things.
+/// The kernel of the module `name`, a readable definition. They all share these four bindings.
 #[must_use]
 pub const fn plain_spec(name: &'static str, overrides: &'static [&'static str]) -> KernelSpec {
     KernelSpec {
@@ -132,7 +132,7 @@ pub const fn plain_spec(name: &'static str, overrides: &'static [&'static str]) 
 impl Operator for Convolution {
     fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch> {
         let need = self.footprint.map(|footprint| {
-            let need = io.need.expect("the variant asks what is needed");
+            let need = io.need.expect("the variant reads the activity map");
             (need.map, need.buffer(device, footprint))
         });
         let (first, second) = io.inputs.split_first().expect("a convolution has an input");
@@ -150,7 +150,7 @@ impl Operator for Convolution {
         if self.pools {
             resources.push(io.pooled.expect("a pooling convolution has two outputs").resource());
         }
-        // A transposed convolution goes by input pixels, all others by output pixels.
+        // A transposed convolution dispatches over input pixels, all others over output pixels.
         let width = io.inputs[0].width.min(io.output.width);
         let height = io.inputs[0].height.min(io.output.height);
         let [x, y] = self.tile;

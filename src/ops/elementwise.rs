@@ -1,10 +1,10 @@
-//! What the operators without weights share: a kernel bound to input and output.
+//! Shared by the operators without weights: a kernel bound to input and output.
 
 use super::operator::{Io, Operator};
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 use crate::shader::ShaderRoot;
 
-/// A kernel that makes one output texel per invocation.
+/// A kernel that computes one output texel per invocation.
 #[derive(Debug)]
 pub struct Elementwise {
     kernel: Kernel,

@@ -1,5 +1,5 @@
-//! The end of the network in one kernel: 1×1 convolution, sigmoid or none, and
-//! [`output_process`], and for clean blocks the input, with its bad pixels filled.
+//! The end of the network in one kernel: 1×1 convolution, optional sigmoid, and [`output_process`].
+//! Clean blocks receive the input, with its bad pixels filled.
 //!
 //! [`output_process`]: mod@super::output_process
 
@@ -15,7 +15,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::Params;
 use crate::shader::ShaderRoot;
 
-/// The variant for GPUs, for a noisy colour and a result in these formats.
+/// The variant for GPUs, for noisy colour and result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {
@@ -29,10 +29,10 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
-/// What every variant, and every one of [`conv_head`](mod@super::conv_head), lets be overridden.
+/// The overrides of every variant, and of every variant of [`conv_head`](mod@super::conv_head).
 pub const OVERRIDES: &[&str] = &["brightest", "sigmoid", "transfer_function"];
 
-/// What both variants bind, and [`conv_head`](mod@super::conv_head) before all else.
+/// The bindings of both variants, and the first ones of [`conv_head`](mod@super::conv_head).
 #[must_use]
 pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
     let mut bindings = result_bindings(color, output);
@@ -40,7 +40,7 @@ pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
     bindings
 }
 
-/// Kernels for other formats have other names.
+/// A kernel name that includes the formats.
 #[must_use]
 pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
     format!("{kernel} {} {}", color.source_name(), output.target_name())
@@ -54,10 +54,10 @@ pub fn simd_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec { name, features: result_features(color, output).into(), ..spec }
 }
 
-/// The kernel of an operator, which depends on the formats of the images.
+/// An operator's kernel, which depends on the image formats.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeadKernel {
-    /// For a noisy colour and a result in these formats; the number is `quads`.
+    /// The kernel for noisy colour and result in these formats; the number is `quads`.
     pub(super) spec: fn(usize, ImageFormat, ImageFormat) -> KernelSpec,
     /// Output quads of the 3×3 convolution.
     pub(super) quads: usize,
@@ -66,7 +66,7 @@ pub(super) struct HeadKernel {
 }
 
 impl HeadKernel {
-    /// The kernel of a head that stands alone.
+    /// The kernel of a head on its own.
     fn alone(kernels: KernelSet) -> Self {
         match kernels {
             KernelSet::Simd => {
@@ -78,24 +78,24 @@ impl HeadKernel {
     }
 }
 
-/// The operator, alone or with the 3×3 convolution before it: see [`conv_head`].
+/// The operator, alone or with the preceding 3×3 convolution: see [`conv_head`].
 ///
 /// [`conv_head`]: mod@super::conv_head
 #[derive(Debug)]
 pub struct Head {
     pub(super) kernel: HeadKernel,
-    /// As [`pack`] makes them.
+    /// The output of [`pack`].
     pub(super) weights: wgpu::TextureView,
     /// Bias and weights of the 3×3 convolution.
     pub(super) conv: Option<(wgpu::Buffer, PackedWeights)>,
     /// Multiply-accumulates per pixel.
     pub(super) macs: usize,
-    /// Whether a sigmoid follows the 1×1 convolution, as it does unless this is set to `false`.
+    /// Whether a sigmoid follows the 1×1 convolution: `true` unless changed.
     pub sigmoid: bool,
 }
 
-/// The weights `[output][input]` and the bias as all variants read them. `map` says how the input
-/// is stored.
+/// The weights `[output][input]` and the bias in the layout that all variants read. `map` describes
+/// how the input is stored.
 pub(super) fn pack(context: &Context, params: &Params, map: &ChannelMap) -> wgpu::TextureView {
     let outputs = params.bias.len();
     let inputs = params.weight.len() / outputs;
@@ -124,8 +124,8 @@ impl Head {
         self.macs as f64
     }
 
-    /// The call that stores what `input` comes to; choose the tile with
-    /// [`Dispatch::record_at`].
+    /// The call that computes and stores the result from `input`. [`Dispatch::record_at`] selects
+    /// the tile.
     #[must_use]
     pub fn dispatch(
         &self,

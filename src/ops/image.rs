@@ -1,17 +1,17 @@
-//! Images of a renderer's, as kernels read and write them: textures, or storage buffers of 16-bit
-//! or 32-bit floats. The modules `color`, `albedo`, `normal` and `output` of `shaders/common` have a
-//! variant for each and give and take pixels as 32-bit floats, so that nothing is converted or
-//! copied beforehand.
+//! A renderer's images as kernels read and write them: textures, or storage buffers of 16-bit or
+//! 32-bit floats. The modules `color`, `albedo`, `normal` and `output` of `shaders/common` have a
+//! variant for each. They load and store pixels as 32-bit floats, so nothing is converted or copied
+//! beforehand.
 
 use std::num::NonZeroU64;
 
 use crate::gpu::kernel::Binding;
 
-/// What the elements of an image in a buffer are.
+/// The element type of an image in a buffer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Element {
-    /// 16-bit floats. Shaders convert them with a feature of WGSL's core that wgpu calls
-    /// `SHADER_F16_IN_F32`; without it, as on some CPU drivers, a pass is an error.
+    /// 16-bit floats. Shaders convert them with a core feature of WGSL that wgpu calls
+    /// `SHADER_F16_IN_F32`; without it, as on some CPU drivers, creating a pass fails.
     F16,
     /// 32-bit floats.
     F32,
@@ -28,7 +28,7 @@ impl Element {
     }
 }
 
-/// How the pixels of an image are stored.
+/// The storage format of an image's pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ImageFormat {
     /// In a storage buffer.
@@ -37,33 +37,33 @@ pub enum ImageFormat {
     Texture(wgpu::TextureFormat),
 }
 
-/// An image to be bound.
+/// An image to bind.
 #[derive(Clone, Copy, Debug)]
 pub enum ImageBinding<'a> {
-    /// A part of a storage buffer.
+    /// Part of a storage buffer.
     Buffer {
         /// The buffer.
         buffer: &'a wgpu::Buffer,
-        /// What stands in it.
+        /// The element type.
         element: Element,
-        /// First byte that is bound.
+        /// First bound byte.
         offset: u64,
-        /// Bytes that are bound; `None` for all there are.
+        /// Number of bound bytes; `None` for all the rest.
         size: Option<NonZeroU64>,
     },
-    /// A view of a texture: two dimensions, one level.
+    /// A two-dimensional texture view with one mip level.
     Texture(&'a wgpu::TextureView),
 }
 
 impl<'a> From<&'a wgpu::Buffer> for ImageBinding<'a> {
-    /// All of a buffer of 32-bit floats.
+    /// A whole buffer of 32-bit floats.
     fn from(buffer: &'a wgpu::Buffer) -> Self {
         Self::Buffer { buffer, element: Element::F32, offset: 0, size: None }
     }
 }
 
 impl<'a> ImageBinding<'a> {
-    /// How the pixels are stored.
+    /// The storage format of the pixels.
     #[must_use]
     pub fn format(&self) -> ImageFormat {
         match self {
@@ -72,7 +72,7 @@ impl<'a> ImageBinding<'a> {
         }
     }
 
-    /// What a bind group takes.
+    /// The image as a binding resource.
     #[must_use]
     pub fn resource(&self) -> wgpu::BindingResource<'a> {
         match *self {
@@ -85,10 +85,10 @@ impl<'a> ImageBinding<'a> {
 }
 
 impl ImageFormat {
-    /// 32-bit floats in a buffer, as the blocking call has them.
+    /// 32-bit floats in a buffer, the format of the blocking call.
     pub const F32: Self = Self::Buffer(Element::F32);
 
-    /// How an image that is read is bound.
+    /// The binding of an image to read.
     #[must_use]
     pub(crate) fn source_binding(self) -> Binding {
         match self {
@@ -97,7 +97,7 @@ impl ImageFormat {
         }
     }
 
-    /// How an image that is written is bound.
+    /// The binding of an image to write.
     #[must_use]
     pub(crate) fn target_binding(self) -> Binding {
         match self {
@@ -106,8 +106,8 @@ impl ImageFormat {
         }
     }
 
-    /// The feature by which kernels read an image in this format, if it is not the default: `buffer`
-    /// for 16-bit floats in a buffer, `texture` for a texture.
+    /// The feature with which kernels read an image in this format, unless it is the default:
+    /// `buffer` for 16-bit floats in a buffer, `texture` for a texture.
     fn source_feature(self, buffer: &'static str, texture: &'static str) -> Option<&'static str> {
         match self {
             Self::Buffer(Element::F32) => None,
@@ -116,10 +116,10 @@ impl ImageFormat {
         }
     }
 
-    /// The feature of kernels that write an image in this format, if it is not the default.
+    /// The feature with which kernels write an image in this format, unless it is the default.
     ///
     /// # Panics
-    /// If kernels cannot write textures of the format.
+    /// Panics if kernels cannot write textures of this format.
     fn target_feature(self) -> Option<&'static str> {
         match self {
             Self::Buffer(Element::F32) => None,
@@ -130,23 +130,24 @@ impl ImageFormat {
         }
     }
 
-    /// The kind as a part of a kernel's name: formats that share a text share a name.
+    /// The kind of source as part of a kernel's name: formats that share a shader text share a
+    /// name.
     #[must_use]
     pub(crate) fn source_name(self) -> &'static str {
         self.source_feature("f16", "texture").unwrap_or("f32")
     }
 
-    /// The same for an image that is written.
+    /// The kind of target as part of a kernel's name.
     #[must_use]
     pub(crate) fn target_name(self) -> &'static str {
         self.target_feature().map_or("f32", |feature| feature.trim_start_matches("output_"))
     }
 }
 
-/// The share of the noisy colour in the result: a 32-bit float.
+/// The share of noisy colour in the result: a 32-bit float.
 pub const BLEND: Binding = Binding::Uniform { bytes: 4, dynamic: false };
 
-/// The features of a kernel that reads a colour in this format.
+/// The features of a kernel that reads colour in this format.
 #[must_use]
 pub(crate) fn color_features(color: ImageFormat) -> Vec<&'static str> {
     color.source_feature("color_f16", "color_texture").into_iter().collect()
@@ -162,7 +163,7 @@ pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<
     features
 }
 
-/// The features of a kernel that reads a noisy colour and writes a result in these formats.
+/// The features of a kernel that reads noisy colour and writes a result in these formats.
 #[must_use]
 pub(crate) fn result_features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
     let mut features = color_features(color);
@@ -170,7 +171,7 @@ pub(crate) fn result_features(color: ImageFormat, output: ImageFormat) -> Vec<&'
     features
 }
 
-/// The feature of kernels that write textures of a format, if they can.
+/// The feature of kernels that write textures of this format; `None` if they cannot.
 #[must_use]
 pub fn storage(format: wgpu::TextureFormat) -> Option<&'static str> {
     match format {

@@ -1,8 +1,8 @@
-//! [`input_process`] and the first 3×3 convolution behind it, with bias and ReLU, in one kernel, so
-//! that the network's input is stored nowhere.
+//! [`input_process`] and the first 3×3 convolution, with bias and ReLU, in one kernel, so that the
+//! network's input is never stored.
 //!
-//! For GPUs alone: the generated kernels for CPU drivers would encode every pixel 4.5 times, which
-//! costs more than the tensor between.
+//! For GPUs only: the generated kernels for CPU drivers would encode every pixel 4.5 times, which
+//! costs more than the tensor in between.
 //!
 //! [`input_process`]: mod@super::input_process
 
@@ -18,7 +18,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::{INPUT, Network, Op, Params};
 use crate::shader::ShaderRoot;
 
-/// Channels that a workgroup makes. With more, several would encode the same pixels.
+/// Output channels per workgroup. With more, several workgroups would encode the same pixels.
 const CHANNELS: usize = 16;
 
 /// The kernel for colour, albedo and normal in these formats.
@@ -68,7 +68,7 @@ impl InputConv {
     /// The operator for the convolution's weights, `[output][input][ky][kx]`.
     ///
     /// # Panics
-    /// If it has more than 16 outputs.
+    /// Panics if it has more than 16 outputs.
     #[must_use]
     pub fn new(context: &Context, params: &Params) -> Self {
         let outputs = params.bias.len();
@@ -88,8 +88,7 @@ impl InputConv {
         self.macs as f64
     }
 
-    /// The call that fills `output` where it is needed; choose the tile with
-    /// [`Dispatch::record_at`].
+    /// The call that fills `output` where it is needed. [`Dispatch::record_at`] selects the tile.
     #[must_use]
     pub fn dispatch(
         &self,

@@ -1,4 +1,4 @@
-//! From images to the network's input: repair, expose, transfer function, layout, padding.
+//! From images to the network's input: repair, exposure, transfer function, layout, padding.
 
 use super::channel_map::ChannelMap;
 use super::image::{ImageBinding, ImageFormat, source_features};
@@ -22,21 +22,21 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
     }
 }
 
-/// What say which images there are, and what they become.
+/// The overrides for which images exist and how they are encoded.
 pub(super) const OVERRIDES: [&str; 6] =
     ["brightest", "has_albedo", "has_normal", "transfer_function", "unorm_normal", "zero_padding"];
 
-/// What this kernel binds, and [`input_conv`](mod@super::input_conv) before all else.
+/// The bindings of this kernel, and the first ones of [`input_conv`](mod@super::input_conv).
 pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
     let [color, albedo, normal] = formats.map(ImageFormat::source_binding);
     vec![TILE, color, albedo, normal, Binding::Buffer, Binding::TensorOut]
 }
 
-/// [`Tile`]s as kernels bind them.
+/// The binding of the [`Tile`]s.
 pub(super) const TILE: Binding =
     Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true };
 
-/// What tells kernels apart that read other formats.
+/// The formats as part of a kernel's name.
 pub(super) fn source_names(formats: [ImageFormat; 3]) -> String {
     formats.map(ImageFormat::source_name).join(" ")
 }
@@ -48,7 +48,7 @@ pub fn channel_map(channels: usize) -> ChannelMap {
     (0..channels).step_by(3).flat_map(image).collect()
 }
 
-/// What the kernel reads.
+/// The resources the kernel reads.
 #[derive(Clone, Copy, Debug)]
 pub struct Sources<'a> {
     /// [`Tile`]s, one at each dynamic offset.
@@ -57,31 +57,31 @@ pub struct Sources<'a> {
     pub color: ImageBinding<'a>,
     /// Albedo in `[0, 1]`.
     pub albedo: Option<ImageBinding<'a>>,
-    /// Normal, stored as `unorm_normal` says.
+    /// Normal, stored according to `unorm_normal`.
     pub normal: Option<ImageBinding<'a>>,
-    /// Whether normals are stored as `0.5 n + 0.5`, and 0 where there is none.
+    /// Whether normals are stored as `0.5 n + 0.5`, with 0 where no surface was hit.
     pub unorm_normal: bool,
-    /// One 32-bit float: what colour is multiplied by.
+    /// One 32-bit float: the factor for colour.
     pub input_scale: &'a wgpu::Buffer,
-    /// What they become.
+    /// The encoding to apply.
     pub encoding: Encoding,
 }
 
 impl<'a> Sources<'a> {
-    /// Which images there are.
+    /// The auxiliary images.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    /// What to bind for colour, albedo and normal: an absent image is never read, but a binding
+    /// What to bind for colour, albedo and normal. An absent image is never read, but its binding
     /// cannot stay empty.
     #[must_use]
     pub fn images(&self) -> [ImageBinding<'a>; 3] {
         [self.color, self.albedo.unwrap_or(self.color), self.normal.unwrap_or(self.color)]
     }
 
-    /// The overrides that say what there is.
+    /// The overrides for which images exist.
     #[must_use]
     pub fn constants(&self) -> [(&'static str, f64); 5] {
         let Inputs { albedo, normal } = self.inputs();
@@ -104,7 +104,7 @@ impl<'a> Sources<'a> {
     }
 }
 
-/// The call that fills `output`; choose the tile with [`Dispatch::record_at`].
+/// The call that fills `output`. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn input_process(context: &Context, sources: &Sources<'_>, output: &GpuTensor) -> Dispatch {
     let formats = sources.images().map(|image| image.format());
@@ -113,7 +113,7 @@ pub fn input_process(context: &Context, sources: &Sources<'_>, output: &GpuTenso
     kernel.dispatch(group, [output.width, output.height, 1])
 }
 
-/// What [`bindings`] are.
+/// The resources for [`bindings`].
 pub(super) fn resources<'a>(
     sources: &Sources<'a>,
     output: &'a GpuTensor,

@@ -1,5 +1,5 @@
-//! The operators, one by one: what the host must know of each kernel, for the planner, the
-//! tests and the benches. Each has a shader and a CPU function of the same name.
+//! The operators. Each has a shader and a CPU function of the same name; here is what the host must
+//! know of its kernels, for the planner, the tests and the benches.
 
 pub mod activity;
 pub mod autoexposure;
@@ -33,7 +33,7 @@ use crate::gpu::kernel::KernelSpec;
 use crate::gpu::matrix_shape::Factor::{F16, F32};
 use crate::gpu::matrix_shape::MatrixShape;
 
-/// Every shader variant there is, for the test that holds declarations against sources.
+/// All shader variants, for the test that compares declarations with sources.
 #[must_use]
 pub fn all_specs() -> Vec<KernelSpec> {
     let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, upsample::SPEC];
@@ -50,7 +50,7 @@ pub fn all_specs() -> Vec<KernelSpec> {
     specs
 }
 
-/// The variants for every format that an image can have.
+/// The variants for every image format.
 fn image_specs() -> Vec<KernelSpec> {
     use wgpu::TextureFormat::{Rgba16Float, Rgba32Float};
     let f16 = ImageFormat::Buffer(Element::F16);

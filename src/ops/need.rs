@@ -1,15 +1,15 @@
-//! Which part of a tensor must be computed, as a convolution asks for it.
+//! Which part of a tensor a convolution must compute.
 //!
-//! The activity map holds for each block of 16×16 pixels of the tile how many blocks it is away
-//! from one that the result needs. A convolution runs where that is at most its layer's
-//! reach; elsewhere its output is left as it was, since nothing that is stored depends on it.
+//! For each block of 16×16 pixels of the tile, the activity map holds its distance in blocks to the
+//! nearest one the result needs. A convolution runs where that is at most its layer's reach.
+//! Elsewhere its output is left unchanged, since nothing stored depends on it.
 
 use super::activity::{self, LAYERS};
 use super::packing::filled_buffer;
 use crate::gpu::kernel::Binding;
 use crate::plan::halo::BLOCK;
 
-/// What a layer needs to know.
+/// What a layer needs for that decision.
 #[derive(Clone, Copy, Debug)]
 pub struct Need<'a> {
     /// The activity map.
@@ -33,13 +33,13 @@ pub struct NeedUniform {
     padding: u32,
 }
 
-/// [`NeedUniform`] as a kernel binds it.
+/// The binding of [`NeedUniform`].
 pub const UNIFORM: Binding =
     Binding::Uniform { bytes: size_of::<NeedUniform>() as u64, dynamic: false };
 
 impl Need<'_> {
-    /// The uniform for a kernel that decides at once about `footprint` columns of the tensor, a
-    /// power of two, and as many rows or fewer.
+    /// The uniform for a kernel that decides for `footprint` columns of the tensor at once, a power
+    /// of two, and for at most as many rows.
     #[must_use]
     pub fn buffer(&self, device: &wgpu::Device, footprint: u32) -> wgpu::Buffer {
         let uniform = uniform(self.level, self.reach, footprint);
@@ -47,18 +47,18 @@ impl Need<'_> {
     }
 }
 
-/// A map by which everything is needed, whatever the reach.
+/// A map in which everything is needed at any reach.
 #[must_use]
 pub fn everything(device: &wgpu::Device) -> wgpu::TextureView {
-    // New textures are zero, and so is what is read beyond them.
+    // New textures are zero, and reads beyond them return zero too.
     activity::map(device, [1, 1])
 }
 
-/// Chooses the layer of the map in which one texel covers the footprint.
+/// Chooses the map layer in which one texel covers the footprint.
 fn uniform(level: u32, reach: u32, footprint: u32) -> NeedUniform {
     let covered = (footprint.ilog2() + level).max(BLOCK.ilog2());
     let layer = covered - BLOCK.ilog2();
-    // Deeper networks than the map has layers for compute all of their lowest levels.
+    // In networks deeper than the map's layers, the lowest levels are computed completely.
     if layer >= LAYERS {
         return NeedUniform { layer: 0, shift: 31, reach: u32::MAX, padding: 0 };
     }

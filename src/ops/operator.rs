@@ -1,4 +1,4 @@
-//! What every operator of a network is to its host: something that gives a call for tensors.
+//! The host's view of an operator: something that turns tensors into a kernel call.
 
 use super::channel_map::ChannelMap;
 use super::need::Need;
@@ -7,46 +7,45 @@ use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::{Op, Params};
 
-/// What an operator is bound to.
+/// The tensors an operator is bound to.
 #[derive(Clone, Copy, Debug)]
 pub struct Io<'a> {
-    /// What it reads, in order.
+    /// The tensors it reads, in order.
     pub inputs: &'a [&'a GpuTensor],
-    /// What it makes.
+    /// The tensor it writes.
     pub output: &'a GpuTensor,
-    /// Where the max-pool of the output goes, if the operator [pools](Operator::pools).
+    /// The max-pool of the output, if the operator [pools](Operator::pools).
     pub pooled: Option<&'a GpuTensor>,
-    /// Which part of the output must be made; variants that can leave out the rest need it.
+    /// The part of the output to compute. Required by variants that can skip the rest.
     pub need: Option<Need<'a>>,
 }
 
 /// One layer's kernel with its weights, ready to be bound to tensors of any size.
 pub trait Operator: Send + Sync + std::fmt::Debug {
-    /// The call that makes the output, or `None` where the planner has already put the data in
-    /// place.
+    /// The call that computes the output, or `None` if the planner has already placed the data.
     ///
     /// # Panics
-    /// If the operator pools and `io` has no place for it, or asks what is needed and `io` does
-    /// not say.
+    /// Panics if the operator pools but `io` has no tensor for it, or reads the activity map but
+    /// `io` has no [`Need`].
     fn dispatch(&self, device: &wgpu::Device, io: &Io<'_>) -> Option<Dispatch>;
 
-    /// Whether the call also makes the max-pool of its output.
+    /// Whether the call also computes the max-pool of its output.
     fn pools(&self) -> bool {
         false
     }
 }
 
-/// A layer of a network, to be made ready for a device.
+/// A layer of a network, and everything needed to build its operator.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerRequest<'a> {
-    /// Where its kernel is compiled and its weights go.
+    /// Compiles its kernel and holds its weights.
     pub context: &'a Context,
-    /// Which variant of the convolutions runs.
+    /// The convolution kernels to use.
     pub kernels: KernelSet,
-    /// Its weights; empty for a layer without.
+    /// Its weights; empty for a layer without any.
     pub params: &'a Params,
     /// How each of its inputs is stored.
     pub maps: &'a [&'a ChannelMap],
-    /// The next layer, if that reads what this one makes: it may be made by the same kernel.
+    /// The next layer, if it reads this one's output and may be computed by the same kernel.
     pub next: Option<Op>,
 }

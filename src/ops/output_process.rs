@@ -8,7 +8,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::Encoding;
 use crate::shader::ShaderRoot;
 
-/// The kernel for a noisy colour and a result in these formats.
+/// The kernel for noisy colour and result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let mut bindings = result_bindings(color, output);
@@ -24,12 +24,12 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
-/// What this kernel binds before its input, and [`head`](mod@super::head) before all else.
+/// The bindings of this kernel before its input, and the first ones of [`head`](mod@super::head).
 pub(super) fn result_bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
     vec![TILE, color.source_binding(), output.target_binding(), BLEND, Binding::Buffer]
 }
 
-/// The images at the end of the network, and what it takes to make one of the other.
+/// The images at the end of the network, and what relates them.
 #[derive(Clone, Copy, Debug)]
 pub struct ResultImages<'a> {
     /// [`Tile`](super::tile::Tile)s, one at each dynamic offset.
@@ -38,16 +38,16 @@ pub struct ResultImages<'a> {
     pub input_scale: &'a wgpu::Buffer,
     /// The noisy colour.
     pub color: ImageBinding<'a>,
-    /// Where the result goes.
+    /// Receives the result.
     pub output: ImageBinding<'a>,
-    /// Uniform of one 32-bit float: the share of the noisy colour in the result, from 0 to 1.
+    /// Uniform holding one 32-bit float: the share of noisy colour in the result, from 0 to 1.
     pub blend: &'a wgpu::Buffer,
     /// How the network's output is encoded.
     pub encoding: Encoding,
 }
 
 impl<'a> ResultImages<'a> {
-    /// What [`result_bindings`] are.
+    /// The resources for [`result_bindings`].
     pub(super) fn resources(&self) -> Vec<wgpu::BindingResource<'a>> {
         vec![
             tile_binding(self.tiles),
@@ -59,7 +59,7 @@ impl<'a> ResultImages<'a> {
     }
 }
 
-/// The call that stores `input` into an image; choose the tile with [`Dispatch::record_at`].
+/// The call that stores `input` into an image. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn output_process(context: &Context, input: &GpuTensor, images: &ResultImages<'_>) -> Dispatch {
     let spec = spec(images.color.format(), images.output.format());

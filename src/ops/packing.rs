@@ -1,16 +1,16 @@
-//! Weights in the order in which the kernels read them.
+//! Orders weights the way the kernels read them.
 
 use wgpu::util::DeviceExt as _;
 
 use super::channel_map::ChannelMap;
 use crate::gpu::kernel::Context;
 
-/// Weights by `(output channel, input channel, tap)`, from whatever layout the file has.
+/// Weights by `(output channel, input channel, tap)`, independent of the file's layout.
 pub struct Taps<'a> {
     /// Number of output channels.
     pub outputs: usize,
-    /// Number of taps: 9 for 3×3, 4 for the corners of a transposed 2×2, 1 for 1×1, 16 for a
-    /// 2×2 kernel by the parity of row and column.
+    /// Number of taps: 9 for 3×3, 4 for the corners of a transposed 2×2, 1 for 1×1, 16 for a 2×2
+    /// kernel for each parity of row and column.
     pub taps: usize,
     /// How the input is stored.
     pub map: &'a ChannelMap,
@@ -19,7 +19,7 @@ pub struct Taps<'a> {
 }
 
 impl Taps<'_> {
-    /// The weight of stored channels; 0 where either is padding, or beyond what is stored.
+    /// The weight of stored channels; 0 if either is padding or beyond the stored ones.
     #[must_use]
     pub fn at(&self, output: usize, stored_input: usize, tap: usize) -> f32 {
         match self.map.get(stored_input).copied().flatten() {
@@ -46,8 +46,8 @@ impl Taps<'_> {
         std::array::from_fn(|i| self.at(out_quad * 4 + i % 4, in_quad * 4 + i / 4, tap))
     }
 
-    /// `[block of `quads` output quads][in_quad][tap][out_quad]` matrices, as the tiled kernels
-    /// read them.
+    /// `[block of `quads` output quads][in_quad][tap][out_quad]` matrices, the layout of the tiled
+    /// kernels.
     #[must_use]
     pub fn tiled(&self, blocks: usize, quads: usize) -> Vec<f32> {
         let mut data = Vec::new();
@@ -75,7 +75,7 @@ pub fn storage_buffer<T: bytemuck::NoUninit>(
     filled_buffer(&context.device, label, bytemuck::cast_slice(data), usage)
 }
 
-/// A buffer that begins with these bytes. What fails is reported to the device, where wgpu's own
+/// A buffer that begins with these bytes. Failures are reported to the device, whereas wgpu's own
 /// helper panics.
 pub(crate) fn filled_buffer(
     device: &wgpu::Device,
@@ -105,7 +105,7 @@ pub fn bias_table(context: &Context, bias: &[f32], outputs: usize) -> wgpu::Buff
     storage_buffer(context, "bias", &padded)
 }
 
-/// `[out_quad][tap][in_quad]` matrices, as the plain kernels read them.
+/// `[out_quad][tap][in_quad]` matrices, the layout of the plain kernels.
 #[must_use]
 pub fn plain_buffer(context: &Context, taps: &Taps<'_>) -> wgpu::Buffer {
     let mut data = Vec::new();

@@ -1,11 +1,12 @@
-//! Where a tile stands in the images: what both ends of the network must know.
+//! The location of a tile in the images, needed at both ends of the network.
 
-/// Where pixel `(x, y)` stands in a buffer of floats: red (or x) at
-/// `offset + y · row_stride + x · pixel_stride`, the others right after it. In elements.
+/// The layout of an image in a buffer of floats. For pixel `(x, y)`, red (or x) is at element
+/// `offset + y · row_stride + x · pixel_stride`, and the other channels follow it directly. All
+/// values count elements, not bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Layout {
-    /// The element at which the image begins.
+    /// The first element of the image.
     pub offset: u32,
     /// Elements from one row to the next.
     pub row_stride: u32,
@@ -34,7 +35,7 @@ impl Layout {
         Self { offset, row_stride, pixel_stride, alpha: 0 }
     }
 
-    /// The same with alpha as the fourth element of each pixel. Only colour and output have one.
+    /// Adds alpha as the fourth element of each pixel. Only colour and output may have it.
     #[must_use]
     pub fn with_alpha(self) -> Self {
         Self { alpha: 1, ..self }
@@ -46,7 +47,7 @@ impl Layout {
         3 + self.alpha
     }
 
-    /// Elements that an image of this size needs, up to its last one.
+    /// Elements that an image of this size needs, up to and including its last one.
     #[must_use]
     pub fn elements(&self, width: u32, height: u32) -> u64 {
         let [x, y] = [u64::from(width - 1), u64::from(height - 1)];
@@ -61,7 +62,7 @@ impl Layout {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Tile {
-    /// Of the bound images, in pixels.
+    /// Size of the bound images in pixels.
     pub image_size: [u32; 2],
     /// The tile's first pixel in the bound images.
     pub origin: [u32; 2],
@@ -71,9 +72,9 @@ pub struct Tile {
     pub end: [u32; 2],
     /// Layout of the colour.
     pub color: Layout,
-    /// Layout of the albedo; ignored if there is none.
+    /// Layout of the albedo; ignored without one.
     pub albedo: Layout,
-    /// Layout of the normal; ignored if there is none.
+    /// Layout of the normal; ignored without one.
     pub normal: Layout,
     /// Layout of the result.
     pub output: Layout,

@@ -1,4 +1,4 @@
-//! Every pixel four times, as 2×2: doubles both sides.
+//! Nearest upsampling: repeats every pixel as 2×2; doubles both sides.
 
 use super::elementwise::{Elementwise, spec};
 use super::operator::LayerRequest;

@@ -2,18 +2,19 @@
 
 use crate::model::{INPUT, Network};
 
-/// Pixels per side of the blocks that [`reach`] and the operator `activity` count in.
+/// Side in pixels of the blocks that [`reach`] and the operator `activity` count in.
 pub const BLOCK: u32 = 16;
 
-/// How many pixels around a pixel the repair of bad ones looks at (`shaders/common/fill.wgsl`).
+/// How far around a bad pixel the repair looks (`shaders/common/fill.wgsl`).
 pub const REPAIR: i64 = 2;
 
-/// Pixels that a tile must reach beyond what it stores, on every side, so that what it stores
-/// equals the whole image's result bit for bit. A multiple of the network's alignment.
+/// The number of pixels by which a tile must extend beyond what it stores, on every side, so that
+/// the stored pixels equal the whole image's result bit for bit. A multiple of the network's
+/// alignment.
 ///
-/// Whether a dark block is clean depends on the blocks around it (`activity`), and every pixel on those
-/// that it is repaired from. For the network, follows the interval of pixels that an aligned block of output needs, layer by layer
-/// towards the input.
+/// For the network, walks from an aligned block of output layer by layer towards the input and
+/// tracks the interval of pixels needed. Adds the blocks around a dark block, which decide whether
+/// it is clean (`activity`), and the pixels that bad ones are repaired from.
 #[must_use]
 pub fn halo(network: &Network) -> u32 {
     let align = network.alignment();
@@ -22,13 +23,13 @@ pub fn halo(network: &Network) -> u32 {
     (reach as u32).next_multiple_of(align)
 }
 
-/// How many blocks of 16×16 pixels around a block of output each tensor must be right in, by
-/// [`TensorId`](crate::model::TensorId), diagonal steps included: what the output block needs of
-/// the tensor lies in the blocks up to that far away. Blocks are counted from a multiple of the
-/// network's alignment.
+/// How many blocks of 16×16 pixels around a block of output each tensor must be correct in, by
+/// [`TensorId`](crate::model::TensorId), counting diagonal steps: everything the output block needs
+/// of the tensor lies within that distance. Blocks are counted from a multiple of the network's
+/// alignment.
 #[must_use]
 pub fn reach(network: &Network) -> Vec<u32> {
-    // Where the alignment is more than a block, blocks differ in what they need.
+    // If the alignment exceeds a block, blocks differ in what they need.
     let blocks = (0..i64::from(network.alignment().max(BLOCK))).step_by(BLOCK as usize);
     let reaches: Vec<_> = blocks.map(|first| reach_of(network, first)).collect();
     let furthest = |tensor: usize| reaches.iter().map(|reach| reach[tensor]).max().unwrap_or(0);
@@ -46,8 +47,8 @@ fn reach_of(network: &Network, first: i64) -> Vec<u32> {
     needed(network, first..last).into_iter().zip(levels).map(blocks).collect()
 }
 
-/// The interval of pixels that each tensor must have for an interval of output, each at its own
-/// level: the same along both axes.
+/// The interval of pixels that each tensor needs for an interval of output, each at its own level.
+/// Both axes behave the same.
 fn needed(network: &Network, output: std::ops::Range<i64>) -> Vec<(i64, i64)> {
     let mut needed = vec![(i64::MAX, i64::MIN); network.shapes.len()];
     needed[network.output()] = (output.start, output.end);
@@ -68,21 +69,22 @@ mod tests {
 
     #[test]
     fn the_thesis_network_sees_96_pixels_far() {
-        // An aligned block needs, left of it, 4 pixels at the bottom = 8 at level 3, plus two
-        // convs there = 10, and so on: 22 at level 2, 46 at level 1, 94 at full size, and 2 of repair.
+        // An aligned block needs, to its left, 4 pixels at the bottom = 8 at level 3, plus two
+        // convs there = 10, and so on: 22 at level 2, 46 at level 1, 94 at full size, plus 2 for
+        // the repair.
         assert_eq!(halo(&Network::unet(9, &[4, 4, 4, 4, 4])), 96);
     }
 
     #[test]
     fn a_single_level_by_hand() {
-        // Two convs at full size (2), the aligned half size: begin −2 → −1, two convs: −3,
-        // pooled from −6, two convs: −8, which is less than a block; with the repair, 18.
+        // Two convs at full size (2), aligned at half size: begin −2 → −1, two convs: −3, pooled
+        // from −6, two convs: −8, less than a block; with the repair, 18.
         assert_eq!(halo(&Network::unet(3, &[4, 4])), 18);
     }
 
     #[test]
     fn blocks_that_a_network_of_one_level_reaches_by_hand() {
-        // Two convs, each one pixel further, so one block: input, conv, conv, 1×1, sigmoid.
+        // Two convs of one pixel each, so one block: input, conv, conv, 1×1, sigmoid.
         assert_eq!(reach(&Network::unet(3, &[4])), [1, 1, 0, 0, 0]);
     }
 
@@ -94,9 +96,9 @@ mod tests {
             let layer = network.layers.iter().position(|layer| layer.name == name);
             reach[layer.expect("the layer exists") + 1]
         };
-        // In pixels at full size: 0 and 2 in the last decoder level, then 2 · 2 + 2 = 6,
-        // 2 · 4 + 8 = 16, 2 · 8 + 16 = 32, each with the level above rounded out to whole pixels;
-        // 48 and 64 in the bottom; 64 + 16, 80 + 8, 88 + 4, 92 + 2 in the encoder.
+        // In pixels at full size: 0 and 2 in the last decoder level, then 2 · 2 + 2 = 6, 2 · 4 + 8
+        // = 16, 2 · 8 + 16 = 32, each with the level above rounded out to whole pixels; 48 and 64
+        // at the bottom; 64 + 16, 80 + 8, 88 + 4, 92 + 2 in the encoder.
         let names = ["dec_conv0b", "dec_up0", "dec_up1", "dec_up2", "dec_up3", "mid_convb"];
         assert_eq!(names.map(of), [0, 1, 1, 1, 2, 2]);
         assert_eq!(["mid_conva", "pool3", "pool2", "pool1", "pool0"].map(of), [3, 4, 5, 6, 6]);

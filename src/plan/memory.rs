@@ -1,25 +1,25 @@
-//! What a tile takes of the memory budget.
+//! A tile's share of the memory budget.
 
-/// Bytes that a tile needs: so many per pixel, but at least so many for one of its buffers.
+/// The bytes a tile needs: a number per pixel, with a minimum for one of its buffers.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Footprint {
-    /// Bytes per pixel of everything, that buffer included; above those of the buffer.
+    /// Bytes per pixel of everything, that buffer included; more than `buffer_per_pixel`.
     pub per_pixel: u64,
-    /// Bytes per pixel of the buffer.
+    /// Bytes per pixel of that buffer.
     pub buffer_per_pixel: u64,
-    /// Bytes of the buffer at least, however small the tile is.
+    /// Minimum bytes of that buffer, however small the tile.
     pub buffer_least: u64,
 }
 
 impl Footprint {
-    /// Bytes for a tile of so many pixels.
+    /// Bytes for a tile of this many pixels.
     #[must_use]
     pub fn bytes(&self, pixels: u64) -> u64 {
         let buffer = (pixels * self.buffer_per_pixel).max(self.buffer_least);
         pixels * (self.per_pixel - self.buffer_per_pixel) + buffer
     }
 
-    /// The most pixels that so many bytes are enough for; 0 if they are not enough for any.
+    /// The most pixels that fit into this many bytes; 0 if none do.
     #[must_use]
     pub fn most_pixels(&self, bytes: u64) -> u64 {
         let beside = bytes.saturating_sub(self.buffer_least);

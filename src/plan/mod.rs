@@ -1,4 +1,4 @@
-//! Plans made of numbers alone: where tensors live, how an image is cut into tiles, what it takes.
+//! Planning on numbers alone: where tensors live, how an image is tiled, and what it costs.
 
 pub mod halo;
 pub mod memory;

@@ -1,4 +1,4 @@
-//! What plans promise, for sizes, limits and networks that nobody chose.
+//! The guarantees of plans, for random sizes, limits and networks.
 
 use std::collections::BTreeSet;
 
@@ -15,7 +15,7 @@ fn area(size: [u32; 2]) -> u64 {
     u64::from(size[0]) * u64::from(size[1])
 }
 
-/// Sizes up to the largest; where both sides are long, tiles must be large.
+/// Sizes up to the largest; if both sides are long, tiles must be large.
 fn sizes() -> impl Strategy<Value = [u32; 2]> {
     let (long, short) = (1..=MAX_SIDE, 1_u32..300);
     prop_oneof![
@@ -25,7 +25,7 @@ fn sizes() -> impl Strategy<Value = [u32; 2]> {
     ]
 }
 
-/// Limits from impossible ones to none.
+/// Limits from unsatisfiable to none.
 fn limits() -> impl Strategy<Value = Constraints> {
     let sides = prop_oneof![0_u32..1000, Just(16384), Just(u32::MAX), any::<u32>()];
     let pixels = prop_oneof![0_u64..1 << 20, Just(u64::MAX), any::<u64>()];
@@ -35,7 +35,7 @@ fn limits() -> impl Strategy<Value = Constraints> {
     })
 }
 
-/// The smallest tile that covers what it must along both axes.
+/// The smallest tile that satisfies both axes.
 fn smallest(size: [u32; 2], limits: &Constraints) -> [u32; 2] {
     let Constraints { alignment, halo, .. } = *limits;
     size.map(|side| side.next_multiple_of(alignment).min(2 * halo + alignment))
@@ -45,8 +45,8 @@ fn fits(tile: [u32; 2], limits: &Constraints) -> bool {
     tile[0].max(tile[1]) <= limits.max_side && area(tile) <= limits.max_pixels
 }
 
-/// Along one axis: what the tiles store follows on from one to the next, from the first pixel to
-/// the last, and lies a halo inside of the tile unless the image ends there.
+/// Along one axis, the stored spans follow one another from the first pixel to the last, and each
+/// lies a halo inside its tile unless the image ends there.
 fn check_axis(axis: usize, line: &[PlacedTile], side: u32, tile: u32, limits: &Constraints) {
     let Constraints { alignment, halo, .. } = *limits;
     let padded = side.next_multiple_of(alignment);
@@ -72,7 +72,7 @@ fn check_plan(size: [u32; 2], plan: &TilePlan, limits: &Constraints) {
     let left: Vec<_> = plan.tiles.iter().step_by(columns).copied().collect();
     check_axis(0, &top, size[0], plan.tile[0], limits);
     check_axis(1, &left, size[1], plan.tile[1], limits);
-    // Every other tile is where its row and its column meet.
+    // Every other tile lies where its row and its column meet.
     assert_eq!(plan.tiles.len(), top.len() * left.len());
     for (tile, (row, column)) in
         plan.tiles.iter().zip(left.iter().flat_map(|row| top.iter().map(move |top| (row, top))))
@@ -106,7 +106,7 @@ proptest! {
         width in 60_000..=MAX_SIDE, height in 60_000..=MAX_SIDE, max_pixels in 1_u64 << 18..1 << 34,
         whole in any::<bool>(),
     ) {
-        // As one tile, the very largest has 2³² pixels.
+        // As one tile, the largest image has 2³² pixels.
         let size = if whole { [MAX_SIDE; 2] } else { [width, height] };
         let (max_side, max_pixels) = if whole { (u32::MAX, u64::MAX) } else { (16384, max_pixels) };
         let limits = Constraints { alignment: 16, halo: 96, max_side, max_pixels };
@@ -153,7 +153,7 @@ fn networks() -> impl Strategy<Value = Network> {
     prop_oneof![unet, oidn(OidnSize::Base), oidn(OidnSize::Large)]
 }
 
-/// The pixels of each tensor that some pixels of the output depend on, along one axis, one by one.
+/// The pixels of each tensor that some output pixels depend on along one axis, listed one by one.
 fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
     let mut seen = vec![BTreeSet::new(); network.shapes.len()];
     seen[network.output()] = output.collect();
@@ -170,7 +170,7 @@ fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
     seen
 }
 
-/// Whether two tensors have bytes in common.
+/// Whether two tensors share any bytes.
 fn overlap(a: &Placement, b: &Placement) -> bool {
     let ends = [a, b].map(|place| place.first_quad + place.quads);
     a.slot == b.slot && a.first_quad < ends[1] && b.first_quad < ends[0]
@@ -183,7 +183,7 @@ proptest! {
     fn the_halo_is_what_an_aligned_block_sees_around_it(network in networks()) {
         let align = i64::from(network.alignment());
         let input = &seen(&network, 0..align)[INPUT];
-        // At least the next block, and two pixels further, from which bad pixels are filled.
+        // At least the next block, plus the two pixels from which bad pixels are filled.
         let first = (*input.first().unwrap()).min(-16) - 2;
         let last = (*input.last().unwrap()).max(align + 15) + 2;
         let halo = i64::from(halo(&network));
@@ -217,7 +217,7 @@ proptest! {
             let channels = 4 * place.quads as usize;
             prop_assert!(tensor == INPUT || network.shapes[tensor].channels <= channels);
         }
-        // Concat writes nothing: its inputs lie side by side.
+        // Concat writes nothing: its inputs already lie side by side.
         for (i, _) in network.layers.iter().enumerate().filter(|(_, l)| l.op != Op::Concat) {
             for read in (0..=i).filter(|&t| last_read(t) >= Some(i)) {
                 prop_assert!(!overlap(&placements[i + 1], &placements[read]), "{i} over {read}");

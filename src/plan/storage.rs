@@ -1,11 +1,11 @@
-//! Which texture and which of its layers hold each tensor.
+//! Assigns each tensor a texture and a range of its layers.
 //!
-//! Tensors that are concatenated share a texture, side by side, so that concat moves no data.
-//! Textures ("slots") are reused as soon as nothing reads what is in them.
+//! Concatenated tensors share a texture, side by side, so concat moves no data. Textures ("slots")
+//! are reused as soon as no layer still reads their contents.
 
 use crate::model::{INPUT, Network, TensorId};
 
-/// A texture that tensors of one resolution take turns in.
+/// A texture shared in turn by tensors of one resolution.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Slot {
     /// Both sides are the tile's divided by `2^level`.
@@ -14,7 +14,7 @@ pub struct Slot {
     pub quads: u32,
 }
 
-/// Where a tensor is.
+/// The location of a tensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Placement {
     /// Index of the slot.
@@ -25,17 +25,17 @@ pub struct Placement {
     pub quads: u32,
 }
 
-/// The slots and every tensor's place.
+/// The slots, and the location of every tensor.
 #[derive(Clone, Debug)]
 pub struct Storage {
     /// All textures.
     pub slots: Vec<Slot>,
-    /// By [`TensorId`].
+    /// Locations by [`TensorId`].
     pub placements: Vec<Placement>,
 }
 
 impl Storage {
-    /// Places all tensors of a network whose input has so many array layers.
+    /// Places all tensors of a network whose input has `input_quads` array layers.
     #[must_use]
     pub fn plan(network: &Network, input_quads: u32) -> Self {
         let groups = Groups::of(network, input_quads);
@@ -61,7 +61,8 @@ impl Storage {
         Self { slots: slots.into_iter().map(|(slot, _)| slot).collect(), placements }
     }
 
-    /// Bytes of all textures for a tile of this size, both sides multiples of the alignment.
+    /// Bytes of all textures for a tile of this size. Both sides must be multiples of the
+    /// alignment.
     #[must_use]
     pub fn bytes(&self, width: u32, height: u32, texel_bytes: u64) -> u64 {
         let area = |level: u32| u64::from(width >> level) * u64::from(height >> level);
@@ -69,13 +70,13 @@ impl Storage {
     }
 }
 
-/// Tensors grouped by the concat that they end in.
+/// Tensors grouped by the concat they end up in.
 struct Groups {
-    /// By tensor: the tensor whose texture it is part of, and its first layer there.
+    /// By tensor: the tensor whose texture it is part of, and its first layer in it.
     root: Vec<(TensorId, u32)>,
     /// By tensor: array layers.
     quads: Vec<u32>,
-    /// By root: the step that first writes it and the last that reads it.
+    /// By root: the first step that writes it and the last that reads it.
     life: Vec<(usize, usize)>,
 }
 
@@ -83,7 +84,7 @@ impl Groups {
     fn of(network: &Network, input_quads: u32) -> Self {
         let quads = quads(network, input_quads);
         let mut root: Vec<_> = (0..network.shapes.len()).map(|t| (t, 0)).collect();
-        // From the last concat to the first, so that an inner one finds its place known.
+        // From the last concat to the first, so that an inner concat already has its place.
         for (i, layer) in network.layers.iter().enumerate().rev() {
             if layer.op.facts().joins {
                 let (group, mut next) = root[i + 1];
@@ -105,7 +106,7 @@ impl Groups {
     }
 }
 
-/// Array layers by tensor: each concatenated part starts at a whole layer.
+/// Array layers by tensor. Each concatenated part starts at a whole layer.
 fn quads(network: &Network, input_quads: u32) -> Vec<u32> {
     let mut quads = vec![input_quads];
     for (i, layer) in network.layers.iter().enumerate() {

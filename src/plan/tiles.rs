@@ -1,16 +1,16 @@
-//! How an image is cut into tiles that overlap by the receptive field.
+//! Cuts an image into tiles that overlap by the receptive field.
 
 use crate::image::Rect;
 
-/// Longest side of an image, so that no kernel's arithmetic leaves 32 bits.
+/// Longest side of an image, so that no kernel's arithmetic exceeds 32 bits.
 pub const MAX_SIDE: u32 = 1 << 16;
 
-/// What tiles must respect.
+/// The constraints on tiles.
 #[derive(Clone, Copy, Debug)]
 pub struct Constraints {
-    /// Every tile's corner and size are multiples of this.
+    /// A divisor of every tile's corner and size.
     pub alignment: u32,
-    /// Overlap on each side that a neighbour covers; see [`super::halo::halo`].
+    /// Overlap on each side with a neighbour; see [`super::halo::halo`].
     pub halo: u32,
     /// Largest side of a tile.
     pub max_side: u32,
@@ -18,14 +18,13 @@ pub struct Constraints {
     pub max_pixels: u64,
 }
 
-/// Most multiply-accumulates of one dispatch where a display or a watchdog waits for it: 0.2 s at
-/// 0.5 TFLOP/s, and at 0.05 TFLOP/s the 2 s after which Windows takes a GPU that does not answer
-/// from its program.
+/// Most multiply-accumulates of one dispatch when a display or a watchdog waits for it: 0.2 s at
+/// 0.5 TFLOP/s, and at 0.05 TFLOP/s the 2 s after which Windows resets an unresponsive GPU.
 pub const MACS_PER_DISPATCH: f64 = 50e9;
 
 impl Constraints {
-    /// The same for tiles whose largest layer, of so many multiply-accumulates per pixel, stays
-    /// within [`MACS_PER_DISPATCH`]. The smallest tile stays what it is: it cannot be divided.
+    /// Adds a limit that keeps a tile's largest layer, of `macs_per_pixel` multiply-accumulates per
+    /// pixel, within [`MACS_PER_DISPATCH`]. The smallest tile cannot be divided and stays allowed.
     #[must_use]
     pub fn with_short_dispatches(self, macs_per_pixel: f64) -> Self {
         let smallest = u64::from(2 * self.halo + self.alignment).pow(2);
@@ -34,10 +33,10 @@ impl Constraints {
     }
 }
 
-/// Tiles of one size that cover an image.
+/// Equal-sized tiles that cover an image.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct TilePlan {
-    /// Size of every tile with its overlap, width first; a multiple of the alignment.
+    /// Size of every tile including overlap, width first; a multiple of the alignment.
     pub tile: [u32; 2],
     /// The tiles, row by row.
     pub tiles: Vec<PlacedTile>,
@@ -46,16 +45,16 @@ pub struct TilePlan {
 /// One tile of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct PlacedTile {
-    /// First pixel of the tile in the image. The tile may reach beyond the image's right and
-    /// bottom edge by less than the alignment.
+    /// The tile's first pixel in the image. The tile may extend past the image's right and bottom
+    /// edges by less than the alignment.
     pub origin: [u32; 2],
-    /// The pixels that this tile stores, in the image.
+    /// The image pixels that this tile stores.
     pub stores: Rect,
 }
 
 impl TilePlan {
-    /// The plan that processes the fewest pixels, overlap included; `None` if even the
-    /// smallest tile breaks a constraint.
+    /// The plan that processes the fewest pixels, overlap included; `None` if even the smallest
+    /// tile violates a constraint.
     #[must_use]
     #[doc(hidden)]
     pub fn new(size: [u32; 2], constraints: &Constraints) -> Option<Self> {
@@ -65,7 +64,7 @@ impl TilePlan {
             x.side.max(y.side) <= constraints.max_side
                 && area([x.side, y.side]) <= constraints.max_pixels
         };
-        // The fewest pixels, overlap included; among equals the fewest tiles.
+        // Fewest pixels, overlap included; fewest tiles break ties.
         let cost = |[x, y]: &[&Candidate; 2]| {
             let count = x.count * y.count;
             (count * area([x.side, y.side]), count)
@@ -74,8 +73,8 @@ impl TilePlan {
         Some(Self::with_tile(size, [x.side, y.side], constraints))
     }
 
-    /// The plan with tiles of this size. Each side must be a multiple of the alignment and
-    /// either cover the image or leave pixels between the overlaps.
+    /// The plan with tiles of this size. Each side must be a multiple of the alignment, and either
+    /// cover the image or leave pixels between the overlaps.
     fn with_tile(size: [u32; 2], tile: [u32; 2], constraints: &Constraints) -> Self {
         let axes = [0, 1].map(|axis| spans(size[axis], tile[axis], constraints));
         let place = |y: &Span, x: &Span| PlacedTile {
@@ -97,13 +96,13 @@ fn area(tile: [u32; 2]) -> u64 {
     u64::from(tile[0]) * u64::from(tile[1])
 }
 
-/// A tile side, and how many such tiles cover the image along that axis.
+/// A tile side, and the number of such tiles along that axis of the image.
 struct Candidate {
     side: u32,
     count: u64,
 }
 
-/// Tile sides worth trying: the whole image, and for every count of tiles the smallest side.
+/// Tile sides worth trying: the whole image, and the smallest side for every tile count.
 fn candidates(size: u32, constraints: &Constraints) -> Vec<Candidate> {
     let Constraints { alignment, halo, .. } = *constraints;
     let padded = size.next_multiple_of(alignment);
@@ -116,14 +115,14 @@ fn candidates(size: u32, constraints: &Constraints) -> Vec<Candidate> {
     sides.into_iter().map(|side| Candidate { side, count: count(side) }).collect()
 }
 
-/// First pixels of the tiles along an axis: the last one ends where the padded image ends.
+/// First pixels of the tiles along an axis. The last tile ends where the padded image does.
 fn starts(size: u32, tile: u32, constraints: &Constraints) -> Vec<u32> {
     let last = size.next_multiple_of(constraints.alignment).saturating_sub(tile);
     let step = tile.saturating_sub(2 * constraints.halo).max(constraints.alignment);
     (0..last).step_by(step as usize).chain([last]).collect()
 }
 
-/// Each tile stores from where the one before it stopped up to its own overlap.
+/// Each tile stores from where the previous one stopped to the start of its own overlap.
 fn spans(size: u32, tile: u32, constraints: &Constraints) -> Vec<Span> {
     let starts = starts(size, tile, constraints);
     let mut begin = 0;
@@ -159,7 +158,7 @@ mod tests {
         let limits = Constraints { max_pixels: 2_000_000, ..constraints(16, 96, 8192) };
         let plan = TilePlan::new([16384, 16384], &limits).unwrap();
         assert!(area(plan.tile) <= 2_000_000 && plan.tiles.len() > 100, "{:?}", plan.tile);
-        // Overlap costs less than half as much again as the image itself.
+        // Overlap adds less than half of the image's own cost.
         assert!(plan.tiles.len() as u64 * area(plan.tile) < 16384 * 16384 * 3 / 2);
     }
 
@@ -168,7 +167,7 @@ mod tests {
         assert_eq!(TilePlan::new([1000, 1000], &constraints(16, 96, 192)), None);
     }
 
-    /// What an adapter with memory for any tile would be given, and its largest dispatch.
+    /// The plan for an adapter with memory for any tile, and its largest dispatch.
     fn short(network: &Network, size: [u32; 2]) -> (TilePlan, f64) {
         let macs = largest_layer_macs_per_pixel(network);
         let limits = constraints(16, halo(network), 16384).with_short_dispatches(macs);

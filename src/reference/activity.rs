@@ -1,4 +1,4 @@
-//! Which blocks of an image a network must work on, and how far the others are from those.
+//! The blocks of an image that a network must work on, and the distance of the others from those.
 
 use super::input_process::encode_color;
 use super::repair::repair;
@@ -7,16 +7,16 @@ use crate::model::{Encoding, TransferFunction};
 
 /// Pixels per side of a block.
 const BLOCK: usize = 16;
-/// The most that a clean block bends, in the network's numbers.
+/// The largest second difference in a clean block, in encoded values.
 pub const BEND: f64 = 1.0 / 1024.0;
-/// What a dark block's first pixel is at most, times the input scale.
+/// A block is dark if its first pixel, times the input scale, is at most this.
 pub const DARK: f64 = 2e-6;
-/// The distance where no active block is within the radius.
+/// The distance if no active block is within the radius.
 const FAR: u32 = 255;
 /// Layer `m` of the map has one value for `2^m × 2^m` blocks.
 const LAYERS: u32 = 5;
 
-/// What is known of a tile's blocks.
+/// The findings about a tile's blocks.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Activity {
     /// Whether each block is clean, row by row.
@@ -25,14 +25,14 @@ pub struct Activity {
     pub map: Vec<Vec<Vec<u32>>>,
 }
 
-/// The images of one view, all of one size.
+/// The images of one view, all the same size.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
     /// Linear colour.
     pub color: &'a Image,
-    /// Albedo in `[0, 1]`, if there is one.
+    /// Linear albedo in `[0, 1]`.
     pub albedo: Option<&'a Image>,
-    /// Normal in `[−1, 1]`, if there is one.
+    /// Normal with components in `[−1, 1]`.
     pub normal: Option<&'a Image>,
 }
 
@@ -43,11 +43,11 @@ pub struct TileOfView {
     pub origin: [u32; 2],
     /// Columns and rows; multiples of 16.
     pub size: [u32; 2],
-    /// The pixels that the tile stores, in the view.
+    /// The view's pixels that the tile stores.
     pub stores: Rect,
 }
 
-/// How colour becomes what is compared.
+/// Encodes colour for the comparison.
 #[derive(Clone, Copy)]
 struct Light {
     encoding: Encoding,
@@ -55,8 +55,8 @@ struct Light {
 }
 
 impl Light {
-    /// As the network sees it, but light always by PU, in which equal steps look about equally
-    /// large.
+    /// Encodes a value as the network sees it, except that light always uses PU, in which equal
+    /// steps look about equally large.
     fn encode(self, v: f32) -> f64 {
         let transfer_function = match self.encoding.transfer_function {
             TransferFunction::Pu | TransferFunction::Log => TransferFunction::Pu,
@@ -66,7 +66,7 @@ impl Light {
     }
 }
 
-/// What a block of the image is by itself.
+/// A block judged on its own.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum BlockKind {
     Noisy,
@@ -74,22 +74,23 @@ enum BlockKind {
     Clean,
 }
 
-/// The blocks of a tile of `size` pixels, width first, a multiple of 16, tile in an image.
+/// The blocks of a tile of `size` pixels, width first, a multiple of 16, in an image.
 ///
-/// A block is even if its pixels, [repaired](repair), are all the same; or if it has at least three
-/// in both directions with no second difference above 1/1024 along rows and columns, in each
-/// channel, once encoded for the network, light by PU. If the image ends inside the block, it is as if it began
-/// earlier, so that it has three pixels a side where the image has them. An image of one or two
-/// pixels is even.
+/// A block is even if its pixels, [repaired](repair), are all equal; or if it has at least three
+/// pixels in both directions and no second difference along rows and columns exceeds 1/1024 in any
+/// channel, once encoded for the network, with light encoded by PU. If the image ends inside the
+/// block, the block is taken to begin earlier, so that it has three pixels a side if the image has
+/// them. An image of one or two pixels is even.
 ///
-/// Even blocks are clean, unless they are dark: no channel of the first pixel, times the scale, above
-/// 2e-6. Such a block may be a surface that no path has lit yet: it is clean if albedo or normal is
-/// given and what is given is zero there, or if none of the eight blocks around it in the tile and
-/// the image is noisy, which is neither even. A block is active if it is not clean and has pixels
-/// that the tile stores. Without `skip` all blocks are noisy.
+/// Even blocks are clean, unless they are dark: no channel of the first pixel, times the scale,
+/// exceeds 2e-6. A dark block may be a surface that no path has lit yet. It is clean if albedo or
+/// normal is given and every given one is zero there, or if none of the eight blocks around it,
+/// within the tile and the image, is noisy, that is, not even. A block is active if it is not clean
+/// and has pixels that the tile stores. Without `skip`, all blocks are noisy.
 ///
-/// The map's first layer has the distance from each block to the nearest active one, diagonal
-/// steps included, or 255 if that is above `radius`; layer `m` the least of `2^m × 2^m` blocks.
+/// The map's first layer holds the distance from each block to the nearest active one, counting
+/// diagonal steps, or 255 if it exceeds `radius`. Layer `m` holds the minimum over `2^m × 2^m`
+/// blocks.
 #[must_use]
 pub fn activity(
     view: &View<'_>,
@@ -117,7 +118,7 @@ pub fn activity(
     Activity { map: (0..LAYERS).map(|layer| least(&distances, 1 << layer)).collect(), clean }
 }
 
-/// Whether a block is clean among those that lie in the image.
+/// Whether a block is clean, given all blocks inside the image.
 fn is_clean(kinds: &[([usize; 2], BlockKind)], block: [usize; 2]) -> bool {
     let is_near = |other: [usize; 2]| (0..2).all(|axis| other[axis].abs_diff(block[axis]) <= 1);
     match kinds.iter().find(|(other, _)| *other == block) {
@@ -129,8 +130,8 @@ fn is_clean(kinds: &[([usize; 2], BlockKind)], block: [usize; 2]) -> bool {
     }
 }
 
-/// The rows of a block's pixels that lie in the image, at least three of three if there are any and
-/// the image has so many.
+/// The rows of a block's pixels inside the image, extended to at least three rows of three pixels
+/// if the image is large enough and the block has any.
 fn pixels(image: &Image, tile: &TileOfView, block: [usize; 2]) -> Vec<Vec<[f32; 3]>> {
     let [left, top] = first(tile, block);
     let (width, height) = (image.width() as usize, image.height() as usize);
@@ -170,7 +171,7 @@ fn kind(view: &View<'_>, tile: &TileOfView, block: [usize; 2], light: Light) -> 
     }
 }
 
-/// Whether albedo and normal, where given, say that there is no surface.
+/// Whether albedo and normal, if given, show no surface.
 fn is_empty(view: &View<'_>, tile: &TileOfView, block: [usize; 2]) -> bool {
     let given: Vec<_> = [view.albedo, view.normal].into_iter().flatten().collect();
     let zero = |image: &Image| pixels(image, tile, block).iter().flatten().all(|p| *p == [0.0; 3]);
@@ -198,7 +199,7 @@ fn distance(from: [usize; 2], active: &[[usize; 2]], radius: u32) -> u32 {
     active.iter().map(to).filter(|&d| d <= radius).min().unwrap_or(FAR)
 }
 
-/// The least of each square of `side` blocks.
+/// The minimum of each square of `side` × `side` blocks.
 fn least(distances: &[Vec<u32>], side: usize) -> Vec<Vec<u32>> {
     let of_rows = |rows: &[Vec<u32>]| {
         let columns = 0..rows[0].len().div_ceil(side);
@@ -253,7 +254,7 @@ mod tests {
         }
     }
 
-    /// An image as one tile, looked at 2 blocks far.
+    /// An image as a single tile, with a radius of 2 blocks.
     fn whole(image: &Image) -> Activity {
         let (width, height) = image.size();
         let stores = Rect { begin: [0, 0], end: [width, height] };

@@ -3,26 +3,26 @@
 use super::repair::{GREY, MOST, OUTLIER, is_finite, luminance};
 use crate::image::Image;
 
-/// The largest side of a bin, in pixels.
+/// Longest side of a bin in pixels.
 const BIN: usize = 16;
-/// A bin this many times as dark as the brightest is black, and says nothing of the exposure.
+/// A bin this many times darker than the brightest is black and tells nothing about the exposure.
 const RANGE: f64 = (1_u64 << 33) as f64;
-/// Darker bins are black: many GPUs take smaller values for 0.
+/// Darker bins are black: many GPUs flush smaller values to 0.
 const DARKEST: f64 = f32::MIN_POSITIVE as f64;
 
-/// `0.18 / 2^m`, where `m` is the mean of `log₂` of the luminance of all bins that are lit; 1 if
-/// none is. Positive and finite for any image.
+/// `0.18 / 2^m`, where `m` is the mean of `log₂` of the luminance over all lit bins; 1 if none is
+/// lit. Positive and finite for any image.
 ///
-/// Each side is cut into the fewest bins of at most 16 pixels, as equal as they can be. A
-/// bin's luminance is the mean of its finite pixels, negative values counting as 0 and the
-/// brightest pixel as at most 16 times the second brightest. A bin is lit if it is above the
-/// smallest normal 32-bit float and at most 2³³ times as dark as the brightest bin. Bins with a lone
-/// lit pixel among others without any light may be black but for a firefly, and count only if there
-/// is no other light in the image.
+/// Each side is divided into the fewest bins of at most 16 pixels, as equal as possible. A bin's
+/// luminance is the mean over its finite pixels, with negative values counting as 0 and the
+/// brightest pixel as at most 16 times the second brightest. A bin is lit if it exceeds the
+/// smallest normal 32-bit float and is at most 2³³ times darker than the brightest bin. A bin with
+/// a single lit pixel and no other light may be black apart from a firefly; such bins count only if
+/// the image has no other light.
 ///
-/// After Intel Open Image Denoise's autoexposure, which follows Reinhard et al., "Photographic Tone
-/// Reproduction for Digital Images" (2002), and has neither the limit for the brightest pixel nor
-/// lone pixels, and calls bins of at most 1e-8 black.
+/// After the autoexposure of Intel Open Image Denoise, which follows Reinhard et al., "Photographic
+/// Tone Reproduction for Digital Images" (2002). That one neither limits the brightest pixel nor
+/// treats single pixels specially, and takes bins of at most 1e-8 for black.
 #[must_use]
 pub fn autoexposure(color: &Image) -> f32 {
     let (width, height) = (color.width() as usize, color.height() as usize);
@@ -42,7 +42,7 @@ pub fn autoexposure(color: &Image) -> f32 {
 
 struct Bin {
     mean: f64,
-    /// Whether one of several pixels is lit.
+    /// Whether exactly one of several pixels is lit.
     lone: bool,
 }
 

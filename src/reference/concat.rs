@@ -1,13 +1,13 @@
-//! The skip connection, as `torch.cat((first, second), dim=1)`.
+//! The skip connection: `torch.cat((first, second), dim=1)`.
 
 use super::tensor::Tensor;
 use crate::model::Params;
 
-/// The channels of `first`, then those of `second`: `[a, h, w]` and `[b, h, w]` become
-/// `[a + b, h, w]`.
+/// The channels of `first` followed by those of `second`: `[a, h, w]` and `[b, h, w]` become `[a +
+/// b, h, w]`.
 ///
 /// # Panics
-/// If the two differ in height or width.
+/// Panics if the two differ in height or width.
 #[must_use]
 pub fn concat(first: &Tensor, second: &Tensor) -> Tensor {
     let (height, width) = (first.height, first.width);

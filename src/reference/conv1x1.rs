@@ -1,15 +1,15 @@
-//! 1×1 convolution, as `torch.nn.Conv2d(…, kernel_size=1)`.
+//! 1×1 convolution: `torch.nn.Conv2d(…, kernel_size=1)`.
 
 use super::tensor::Tensor;
 use crate::model::Params;
 
 /// Mixes the channels of each pixel: `result(o, y, x) = bias(o) + Σ weight(o, i) · input(i, y, x)`.
 ///
-/// `input` is `[in, h, w]`, `weight` is `[out, in, 1, 1]`, `bias` is `[out]`; the result is
-/// `[out, h, w]`.
+/// `input` is `[in, h, w]`, `weight` is `[out, in, 1, 1]`, `bias` is `[out]`; the result is `[out,
+/// h, w]`.
 ///
 /// # Panics
-/// If the number of weights is not `out · in`.
+/// Panics if the number of weights is not `out · in`.
 #[must_use]
 pub fn conv1x1(input: &Tensor, weight: &[f32], bias: &[f32]) -> Tensor {
     assert_eq!(weight.len(), bias.len() * input.channels, "weights of a 1×1 convolution");

@@ -1,18 +1,18 @@
-//! 3×3 convolution, as `torch.nn.Conv2d(…, kernel_size=3, padding=1)`.
+//! 3×3 convolution: `torch.nn.Conv2d(…, kernel_size=3, padding=1)`.
 
 use super::tensor::Tensor;
 use crate::model::Params;
 
-/// Convolves with 3×3 kernels over a border of zeros, adds the bias, and if `relu` turns
-/// negative results into 0. Like every deep-learning framework it correlates: the kernel
-/// is not flipped.
+/// Convolves with 3×3 kernels over a border of zeros, adds the bias, and with `relu` sets negative
+/// results to 0. As in every deep-learning framework, this is a correlation: the kernel is not
+/// flipped.
 ///
-/// `input` is `[in, h, w]`, `weight` is `[out, in, 3, 3]`, `bias` is `[out]`; the result is
-/// `[out, h, w]` with
-/// `result(o, y, x) = bias(o) + Σ weight(o, i, ky, kx) · input(i, y + ky − 1, x + kx − 1)`.
+/// `input` is `[in, h, w]`, `weight` is `[out, in, 3, 3]`, `bias` is `[out]`; the result is `[out,
+/// h, w]` with `result(o, y, x) = bias(o) + Σ weight(o, i, ky, kx) · input(i, y + ky − 1, x + kx −
+/// 1)`.
 ///
 /// # Panics
-/// If the number of weights is not `out · in · 9`.
+/// Panics if the number of weights is not `out · in · 9`.
 #[must_use]
 pub fn conv3x3(input: &Tensor, weight: &[f32], bias: &[f32], relu: bool) -> Tensor {
     assert_eq!(weight.len(), bias.len() * input.channels * 9, "weights of a 3×3 convolution");

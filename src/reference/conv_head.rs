@@ -6,13 +6,13 @@ use super::tensor::Tensor;
 use crate::Image;
 use crate::model::Params;
 
-/// The last 3×3 convolution with ReLU and [`head`] with its sigmoid, one after the other.
+/// The last 3×3 convolution with ReLU, followed by [`head`] with its sigmoid.
 ///
-/// `input` is `[i, h, w]`; `conv` holds a weight `[c, i, 3, 3]` and a bias `[c]`, `params` hold a
-/// weight `[3, c]` and a bias `[3]`; the rest is as for [`head`].
+/// `input` is `[i, h, w]`; `conv` holds a weight `[c, i, 3, 3]` and a bias `[c]`; `params` hold a
+/// weight `[3, c]` and a bias `[3]`. The rest is as for [`head`].
 ///
 /// # Panics
-/// If a shape does not fit.
+/// Panics if the shapes do not match.
 #[must_use]
 pub fn conv_head(
     input: &Tensor,

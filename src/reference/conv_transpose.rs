@@ -1,16 +1,16 @@
-//! Learned upsampling, as `torch.nn.ConvTranspose2d(…, kernel_size=2, stride=2)`.
+//! Learned upsampling: `torch.nn.ConvTranspose2d(…, kernel_size=2, stride=2)`.
 
 use super::tensor::Tensor;
 use crate::model::Params;
 
-/// Spreads each pixel over the 2×2 pixels it becomes, which never overlap:
-/// `result(o, y, x) = bias(o) + Σ weight(i, o, y mod 2, x mod 2) · input(i, y / 2, x / 2)`.
+/// Spreads each pixel over 2×2 output pixels, which never overlap: `result(o, y, x) = bias(o) + Σ
+/// weight(i, o, y mod 2, x mod 2) · input(i, y / 2, x / 2)`.
 ///
 /// `input` is `[in, h, w]`, `weight` is `[in, out, 2, 2]` (input channel first, unlike a
 /// convolution), `bias` is `[out]`; the result is `[out, 2h, 2w]`.
 ///
 /// # Panics
-/// If the number of weights is not `in · out · 4`.
+/// Panics if the number of weights is not `in · out · 4`.
 #[must_use]
 pub fn conv_transpose(input: &Tensor, weight: &[f32], bias: &[f32]) -> Tensor {
     let out = bias.len();

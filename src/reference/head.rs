@@ -7,14 +7,14 @@ use super::tensor::Tensor;
 use crate::Image;
 use crate::model::Params;
 
-/// The end of the network: 1×1 convolution, sigmoid if `sigmoid`, and [`output_process`], one after
-/// the other; clean blocks are [kept](keep_clean).
+/// The end of the network: 1×1 convolution, sigmoid if `sigmoid`, then [`output_process`]. Clean
+/// blocks are [kept](keep_clean).
 ///
-/// `input` is `[c, h, w]`, `params` hold a weight `[3, c]` and a bias `[3]`, `clean` has a flag
-/// per block, row by row, and `color` has the size of the result.
+/// `input` is `[c, h, w]`, `params` hold a weight `[3, c]` and a bias `[3]`, `clean` has a flag per
+/// block, row by row, and `color` has the size of the result.
 ///
 /// # Panics
-/// If a shape does not fit.
+/// Panics if the shapes do not match.
 #[must_use]
 pub fn head(
     input: &Tensor,
@@ -30,12 +30,12 @@ pub fn head(
     keep_clean(result, color, clean, input.width.div_ceil(16))
 }
 
-/// The result with the noisy colour in its clean blocks of 16×16 pixels, as it was but for bad pixels,
-/// which are [filled](fill), and negative values, which become 0. `clean` has a flag per block, in
-/// rows of `columns`.
+/// The result with the noisy colour in its clean blocks of 16×16 pixels. There, bad pixels are
+/// [filled](fill) and negative values become 0; all else is unchanged. `clean` has a flag per
+/// block, in rows of `columns`.
 ///
 /// # Panics
-/// If there are fewer flags than blocks, or the sizes differ.
+/// Panics if there are fewer flags than blocks, or the sizes differ.
 #[must_use]
 pub fn keep_clean(mut result: Image, color: &Image, clean: &[bool], columns: usize) -> Image {
     let noisy = fill(color);

@@ -6,13 +6,13 @@ use super::tensor::Tensor;
 use crate::Image;
 use crate::model::Params;
 
-/// [`input_process`] and the first 3×3 convolution with ReLU, one after the other.
+/// [`input_process`] followed by the first 3×3 convolution with ReLU.
 ///
-/// `auxiliary` are albedo and normal, if they are there; `params` hold a weight `[c, i, 3, 3]` and a
-/// bias `[c]`, for three inputs `i` per image.
+/// `auxiliary` are albedo and normal, if given; `params` hold a weight `[c, i, 3, 3]` and a bias
+/// `[c]`, where `i` counts three inputs per image.
 ///
 /// # Panics
-/// If a shape does not fit.
+/// Panics if the shapes do not match.
 #[must_use]
 pub fn input_conv(
     color: &Image,

@@ -7,16 +7,16 @@ use super::transfer_function::encode;
 use crate::image::Image;
 use crate::model::{Encoding, TransferFunction};
 
-/// Brings the images into the network's numbers and extends them to whole multiples of
-/// `alignment` by repeating the last column to the right and the last row downwards.
+/// Encodes the images for the network and extends them to multiples of `alignment` by repeating the
+/// last column to the right and the last row downwards.
 ///
-/// The result has three channels per image that is there, in the order colour, albedo,
-/// normal, all in `[0, 1]`. Colour is [repaired](repair), multiplied by `input_scale` and
-/// [encoded](encode) by [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped
-/// to `[0, 1]`. A normal is clamped to `[−1, 1]` and moved to `[0, 1]`.
+/// The result has three channels per given image, in the order colour, albedo, normal, all in `[0,
+/// 1]`. Colour is [repaired](repair), multiplied by `input_scale` and [encoded](encode) by
+/// [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped to `[0, 1]`. A normal
+/// is clamped to `[−1, 1]` and mapped to `[0, 1]`.
 ///
 /// # Panics
-/// If the images differ in size or `alignment` is 0.
+/// Panics if the images differ in size or `alignment` is 0.
 #[must_use]
 pub fn input_process(
     color: &Image,
@@ -28,10 +28,10 @@ pub fn input_process(
     input_process_in(Encoding::default(), color, albedo, normal, input_scale, alignment)
 }
 
-/// The same for a network that was trained with another encoding, in which light may be beyond 1.
+/// [`input_process`] for a network trained with another encoding, in which light may exceed 1.
 ///
 /// # Panics
-/// As [`input_process`].
+/// Panics like [`input_process`].
 #[must_use]
 pub fn input_process_in(
     encoding: Encoding,
@@ -64,7 +64,7 @@ pub fn input_process_in(
     })
 }
 
-/// A component of a repaired colour in the network's numbers.
+/// Encodes a component of a repaired colour.
 pub(super) fn encode_color(encoding: Encoding, v: f32, input_scale: f32) -> f64 {
     encode(encoding, f64::from(v) * f64::from(input_scale))
 }

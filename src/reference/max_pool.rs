@@ -1,12 +1,12 @@
-//! Downsampling, as `torch.nn.MaxPool2d(2)`.
+//! Downsampling: `torch.nn.MaxPool2d(2)`.
 
 use super::tensor::Tensor;
 use crate::model::Params;
 
-/// The largest of each 2×2 pixels: `[c, h, w]` becomes `[c, h / 2, w / 2]`.
+/// The maximum of each 2×2 pixels: `[c, h, w]` becomes `[c, h / 2, w / 2]`.
 ///
 /// # Panics
-/// If a side is odd.
+/// Panics if a side is odd.
 #[must_use]
 pub fn max_pool(input: &Tensor) -> Tensor {
     assert!(

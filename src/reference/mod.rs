@@ -1,8 +1,8 @@
-//! What every operator computes, written as plainly as can be, on the CPU.
+//! What every operator computes, written as plainly as possible, on the CPU.
 //!
-//! This is what the GPU is tested against, and it shares nothing with it but names and
-//! definitions. It is itself tested against `PyTorch`. It is never made faster: each result
-//! is one sum in 64-bit floats, rounded once to 32 bits.
+//! The GPU is tested against this reference, which shares only names and definitions with it and is
+//! itself tested against `PyTorch`. It is never optimised: each result is one sum in 64-bit floats,
+//! rounded once to 32 bits.
 
 mod activity;
 mod autoexposure;

@@ -5,23 +5,23 @@ use super::{concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv
 use crate::model::operators::for_each_operator;
 use crate::model::{INPUT, Network, Op, Params};
 
-/// Runs every layer of the table in order and returns what the last one makes.
+/// Runs every layer of the table in order and returns the output of the last.
 ///
 /// `input` is `[c, h, w]` with the channels that the network reads, both sides multiples of
-/// [`Network::alignment`]. `params` finds the weight and bias of a layer by its name, with
-/// any normalisation folded in.
+/// [`Network::alignment`]. `params` returns a layer's weight and bias by its name, with any
+/// normalisation folded in.
 ///
 /// # Panics
-/// If the input or a layer's weights do not have the shape that the network declares.
+/// Panics if the input or a layer's weights do not have the shape the network declares.
 #[must_use]
 pub fn run(network: &Network, params: impl Fn(&str) -> Params, input: &Tensor) -> Tensor {
     run_by(network, params, input, apply)
 }
 
-/// The same, with every layer computed by `apply`, from its operator, weights and inputs.
+/// [`run`] with every layer computed by `apply` from its operator, weights and inputs.
 ///
 /// # Panics
-/// As [`run`].
+/// Panics like [`run`].
 pub fn run_by(
     network: &Network,
     params: impl Fn(&str) -> Params,
@@ -46,10 +46,10 @@ macro_rules! define_apply {
     ($($(#[$doc:meta])* $module:ident: $variant:ident $({
         $($(#[$field_doc:meta])* $field:ident: $type:ty),*
     })? = $facts:expr;)*) => {
-        /// What an operator makes of its inputs.
+        /// The output of an operator for its inputs.
         ///
         /// # Panics
-        /// If a shape does not fit.
+        /// Panics if the shapes do not match.
         #[must_use]
         pub fn apply(op: Op, params: &Params, inputs: &[&Tensor]) -> Tensor {
             match op {
@@ -69,14 +69,14 @@ mod tests {
     const LN_3: f32 = 1.098_612_3;
     const KEEP: [f32; 9] = [0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0];
     const DOUBLE: [f32; 9] = [0.0, 0.0, 0.0, 0.0, 2.0, 0.0, 0.0, 0.0, 0.0];
-    /// The first channel, and ten times the second.
+    /// The first channel plus ten times the second.
     #[rustfmt::skip]
     const JOIN: [f32; 18] = [
         0.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0,
         0.0, 0.0, 0.0, 0.0, 10.0, 0.0, 0.0, 0.0, 0.0,
     ];
 
-    /// Kernels that only multiply, and one channel everywhere.
+    /// Kernels that only multiply, with one channel everywhere.
     fn params(layer: &str) -> Params {
         let (weight, bias): (&[f32], &[f32]) = match layer {
             "enc_conv0a" => (&DOUBLE, &[0.0]),
@@ -92,8 +92,8 @@ mod tests {
 
     #[test]
     fn every_layer_reads_what_the_table_says() {
-        // An 8 is 16 in the skip and 16 − 13 = 3 at the bottom, which the upsampling spreads
-        // as 30 over its four pixels. 16 + 10 · 30 − 315 = 1, but beside it the skip is 0.
+        // An 8 is 16 in the skip and 16 − 13 = 3 at the bottom, which the upsampling spreads as 30
+        // over its four pixels. 16 + 10 · 30 − 315 = 1, but next to it the skip is 0.
         let eight = |y, x| (y % 2, x % 2) == (1, 0);
         let input = Tensor::from_fn(1, 4, 2, |_, y, x| if eight(y, x) { 8.0 } else { 0.0 });
         let found = run(&Network::unet(1, &[1, 1]), params, &input);

@@ -1,26 +1,26 @@
-//! From the tensor that the network makes to an image.
+//! From the tensor that the network outputs to an image.
 
 use super::tensor::Tensor;
 use super::transfer_function::decode;
 use crate::image::Image;
 use crate::model::Encoding;
 
-/// Undoes what was done to colour on the way in: [decodes](decode), divides by
-/// `input_scale` and keeps the top left `width · height` pixels.
+/// Reverses the input encoding of colour: [decodes](decode), divides by `input_scale` and keeps the
+/// top left `width · height` pixels.
 ///
 /// `tensor` is `[3, h, w]` in `[0, 1]`, at least as large as the image.
 ///
 /// # Panics
-/// If the tensor has not three channels or is smaller than the image, or a side is 0.
+/// Panics if the tensor does not have three channels or is smaller than the image, or a side is 0.
 #[must_use]
 pub fn output_process(tensor: &Tensor, input_scale: f32, width: u32, height: u32) -> Image {
     output_process_in(Encoding::default(), tensor, input_scale, width, height)
 }
 
-/// The same for a network of another encoding.
+/// [`output_process`] for a network with another encoding.
 ///
 /// # Panics
-/// As [`output_process`].
+/// Panics like [`output_process`].
 #[must_use]
 pub fn output_process_in(
     encoding: Encoding,

@@ -1,17 +1,17 @@
-//! Pixels that no network should see: see [`fill`] and [`repair`].
+//! Replaces pixels that no network should see: see [`fill`] and [`repair`].
 
 use crate::image::Image;
 
-/// The luminance that the image's average becomes, times the input scale.
+/// The luminance of middle grey: the image's average, times the input scale.
 pub const GREY: f64 = 0.18;
-/// How many times as bright as its surroundings a pixel may be.
+/// How many times brighter than its surroundings a pixel may be.
 pub const OUTLIER: f64 = 16.0;
-/// Larger values count as this, of either sign, so that no sum and no quotient leaves 32 bits.
+/// Values are clamped to ± this, so that no sum or quotient exceeds 32 bits.
 pub const MOST: f32 = 1e30;
 
-/// The image without bad pixels: each that is not finite in all channels is the mean of the finite
-/// ones among the eight around it, if there are any, else among the 24 around it, else black.
-/// For the mean, values count as 1e30 at most, of either sign.
+/// The image without bad pixels. A pixel that is not finite in all channels becomes the mean of the
+/// finite ones among the eight around it, or else among the 24 around it, or else black. For the
+/// mean, values are clamped to ±1e30.
 #[must_use]
 pub fn fill(image: &Image) -> Image {
     let filled = |pixel, [x, y]: [i64; 2]| {
@@ -27,9 +27,10 @@ pub fn fill(image: &Image) -> Image {
     map(image, filled)
 }
 
-/// A noisy colour as the network is to see it: filled, nothing negative or above 1e30, and no pixel brighter than
-/// 16 times the brightest finite one of the eight around it or 16 times middle grey, `0.18 /
-/// input_scale`, whichever is more; what is above is darkened to it, in its hue.
+/// Noisy colour as the network sees it: [filled](fill), clamped to `[0, 1e30]`, and without
+/// outliers. No pixel is brighter than 16 times the brightest finite one of the eight around it or
+/// 16 times middle grey, `0.18 / input_scale`, whichever is more; brighter pixels are darkened to
+/// that limit, keeping their hue.
 #[must_use]
 pub fn repair(color: &Image, input_scale: f32) -> Image {
     let lit = map(&fill(color), |pixel, _| pixel.map(|v| v.clamp(0.0, MOST)));
@@ -42,7 +43,7 @@ pub fn repair(color: &Image, input_scale: f32) -> Image {
     })
 }
 
-/// Luminance of linear colour with the primaries of Rec. 709.
+/// Luminance of linear colour with Rec. 709 primaries.
 pub(super) fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.212_671 * f64::from(r) + 0.715_160 * f64::from(g) + 0.072_169 * f64::from(b)
 }
@@ -60,7 +61,7 @@ fn map(image: &Image, pixel: impl Fn([f32; 3], [i64; 2]) -> [f32; 3]) -> Image {
     result
 }
 
-/// The finite pixels up to `distance` away, diagonal steps included, without the one in the middle.
+/// The finite pixels up to `distance` away, counting diagonal steps, except the centre.
 fn around(image: &Image, [x, y]: [i64; 2], distance: i64) -> Vec<[f32; 3]> {
     let (width, height) = (i64::from(image.width()), i64::from(image.height()));
     let steps = || -distance..=distance;

@@ -1,4 +1,4 @@
-//! The network's last step, as `torch.sigmoid`.
+//! The network's last step: `torch.sigmoid`.
 
 use super::tensor::Tensor;
 use crate::model::Params;

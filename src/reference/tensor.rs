@@ -1,4 +1,4 @@
-//! The feature map that every operator of the reference reads and makes.
+//! The feature map that the reference operators read and return.
 
 /// A feature map: channels, then rows from the top, then columns from the left.
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ impl Tensor {
     /// Wraps values that are already in the order of [`Tensor::data`].
     ///
     /// # Panics
-    /// If there are not `channels · height · width` values.
+    /// Panics if there are not `channels · height · width` values.
     #[must_use]
     pub fn new(channels: usize, height: usize, width: usize, data: Vec<f32>) -> Self {
         assert_eq!(data.len(), channels * height * width, "values of {channels}×{height}×{width}");
@@ -50,7 +50,7 @@ impl Tensor {
     /// The value in channel `c`, row `y`, column `x`.
     ///
     /// # Panics
-    /// If the place is outside the tensor.
+    /// Panics outside the tensor.
     #[must_use]
     pub fn at(&self, c: usize, y: usize, x: usize) -> f32 {
         // Without this, a column past the end would silently read the next row.

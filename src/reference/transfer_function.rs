@@ -1,14 +1,14 @@
-//! The curve between radiance and the network's numbers: a perceptually uniform encoding.
+//! The curve from radiance to the network's values: a perceptually uniform encoding.
 //!
-//! Aydın, Mantiuk and Seidel, "Extending Quality Metrics to Full Luminance Range Images"
-//! (2008) made a curve under which equal steps look equally large at any luminance. This is
-//! the closed form that was fitted to it for denoising in Intel Open Image Denoise: a line in
-//! the dark, a power in the middle, a logarithm in the light.
+//! Aydın, Mantiuk and Seidel, "Extending Quality Metrics to Full Luminance Range Images" (2008),
+//! designed a curve on which equal steps look equally large at any luminance. This is the closed
+//! form that Intel Open Image Denoise fitted to it for denoising: a line in the darks, a power in
+//! the middle, a logarithm in the lights.
 
 use crate::model::{Encoding, TransferFunction};
 
-/// The radiance, times the input scale, that the curves for light make 1: the largest finite 16-bit
-/// float.
+/// The radiance, times the input scale, that the curves for light map to 1: the largest finite
+/// 16-bit float.
 pub const LARGEST: f64 = 65504.0;
 
 const A: f64 = 1.412_837_65e3;
@@ -18,20 +18,20 @@ const D: f64 = -2.941_396_09e-3;
 const E: f64 = 0.192_653_254;
 const F: f64 = 6.260_260_94e-3;
 const G: f64 = 0.998_620_152;
-/// The line ends and the power begins, as radiance and as encoded value.
+/// Where the line ends and the power begins, as radiance and as encoded value.
 const Y0: f64 = 1.579_457_60e-6;
 const X0: f64 = 2.231_517_11e-3;
-/// The power ends and the logarithm begins, as radiance and as encoded value.
+/// Where the power ends and the logarithm begins, as radiance and as encoded value.
 const Y1: f64 = 3.220_876_31e-2;
 const X1: f64 = 0.370_974_749;
 
-/// Encodes a radiance of 0 or more; 0 becomes 0 and [`LARGEST`] becomes 1.
+/// Encodes a radiance of at least 0: 0 maps to 0 and [`LARGEST`] to 1.
 #[must_use]
 pub fn pu(y: f64) -> f64 {
     curve(y) / curve(LARGEST)
 }
 
-/// The radiance whose encoding is `x`, which must be 0 or more.
+/// The radiance that encodes to `x`, which must be at least 0.
 #[must_use]
 pub fn pu_inverse(x: f64) -> f64 {
     let x = x * curve(LARGEST);
@@ -44,8 +44,8 @@ pub fn pu_inverse(x: f64) -> f64 {
     }
 }
 
-/// A colour component times the exposure, in the network's numbers: from 0 to 1, light above
-/// [`LARGEST`] beyond. Negative ones are for [`TransferFunction::Signed`] alone.
+/// Encodes an exposed colour component: into `[0, 1]`, or beyond 1 for light above [`LARGEST`].
+/// Only [`TransferFunction::Signed`] accepts negative values.
 #[must_use]
 pub fn encode(encoding: Encoding, exposed: f64) -> f64 {
     let light = exposed.min(f64::from(encoding.brightest()));
@@ -57,7 +57,8 @@ pub fn encode(encoding: Encoding, exposed: f64) -> f64 {
     }
 }
 
-/// The exposed component of which [`encode`] makes `encoded`. What it can never make is clamped.
+/// The exposed component that [`encode`] maps to `encoded`. Values outside its range are clamped
+/// first.
 #[must_use]
 pub fn decode(encoding: Encoding, encoded: f64) -> f64 {
     let x = encoded.clamp(0.0, encode(encoding, f64::INFINITY));

@@ -6,15 +6,15 @@ use super::conv3x3::conv3x3;
 use super::tensor::Tensor;
 use crate::model::Params;
 
-/// A 3×3 convolution over the skip and, behind it, the upsampled low-resolution tensor: the
-/// three plain operators one after the other.
+/// A 3×3 convolution over the skip followed by the upsampled low-resolution tensor: the three plain
+/// operators in sequence.
 ///
-/// `skip` is `[s, 2h, 2w]`, `low` is `[l, h, w]`; `params` hold first the transposed
-/// convolution's weight `[l, ups, 2, 2]` and bias `[ups]`, then the convolution's weight
-/// `[out, s + ups, 3, 3]` and bias `[out]`; the result is `[out, 2h, 2w]`.
+/// `skip` is `[s, 2h, 2w]`, `low` is `[l, h, w]`; `params` hold the transposed convolution's weight
+/// `[l, ups, 2, 2]` and bias `[ups]`, followed by the convolution's weight `[out, s + ups, 3, 3]`
+/// and bias `[out]`; the result is `[out, 2h, 2w]`.
 ///
 /// # Panics
-/// If a shape does not fit.
+/// Panics if the shapes do not match.
 #[must_use]
 pub fn up_conv(skip: &Tensor, low: &Tensor, params: &Params, ups: usize, relu: bool) -> Tensor {
     let (up_weight, weight) = params.weight.split_at(low.channels * ups * 4);

@@ -1,9 +1,9 @@
-//! Nearest upsampling, as `torch.nn.Upsample(scale_factor=2)`.
+//! Nearest upsampling: `torch.nn.Upsample(scale_factor=2)`.
 
 use super::tensor::Tensor;
 use crate::model::Params;
 
-/// Every pixel four times: `[c, h, w]` becomes `[c, 2h, 2w]`.
+/// Repeats every pixel as 2×2: `[c, h, w]` becomes `[c, 2h, 2w]`.
 #[must_use]
 pub fn upsample(input: &Tensor) -> Tensor {
     Tensor::from_fn(input.channels, 2 * input.height, 2 * input.width, |c, y, x| {

@@ -1,15 +1,15 @@
-//! From a root module and all that it imports to one text.
+//! Composes a root module and everything it imports into one text.
 
 use super::conditions::{Features, select};
 use super::problem::{ComposeError, Problem};
 use super::syntax::{declared_name, first_word, split_node, without_comments};
 
-/// The text a kernel starts from: its root module.
+/// The root module that a kernel's text starts from.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ShaderRoot {
     /// A file of `shaders/`, without `.wgsl`.
     Module(&'static str),
-    /// Generated text, which imports files of `shaders/`.
+    /// Generated text that imports files of `shaders/`.
     Generated(String),
 }
 
@@ -22,20 +22,20 @@ impl ShaderRoot {
     }
 }
 
-/// Modules that can import each other, and the features that their conditions can name.
+/// Modules that can import one another, and the features their conditions can name.
 #[derive(Clone, Copy, Debug)]
 pub struct Library<'a> {
-    /// Path below `shaders/` without `.wgsl`, and text.
+    /// Path below `shaders/` without `.wgsl`, paired with the text.
     pub modules: &'a [(&'a str, &'a str)],
     /// Every feature.
     pub features: &'a [&'a str],
 }
 
 impl Library<'_> {
-    /// The WGSL of `root` and all that it imports, each module once, for these features.
+    /// The WGSL of `root` and everything it imports, each module once, with these features enabled.
     ///
     /// # Errors
-    /// The first problem found, with its module.
+    /// Fails with the first problem found and its module.
     pub fn compose(&self, root: &ShaderRoot, enabled: &[&str]) -> Result<String, ComposeError> {
         let features = Features { known: self.features, enabled };
         if let Some(unknown) = enabled.iter().find(|name| !self.features.contains(name)) {
@@ -100,7 +100,7 @@ struct Import {
     names: Vec<String>,
 }
 
-/// A module after its conditions are resolved.
+/// A module with its conditions resolved.
 struct Module {
     name: String,
     imports: Vec<Import>,

@@ -14,7 +14,7 @@ fn compose(root: &str, enabled: &[&str]) -> Result<String, ComposeError> {
 
 const B: &str = "import package::a::a;\nimport package::common::tile::tile;\nconst b = a;";
 
-/// The problem of a root module, and that it is its own.
+/// The problem of composing a root module; checks that the error names that module.
 fn problem(root: &str) -> Problem {
     let error = compose(root, &[]).expect_err(root);
     assert_eq!(error.module, "generated", "{root}");

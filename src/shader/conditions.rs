@@ -1,4 +1,4 @@
-//! Which parts of a module a kernel has: `@if`, `@elif` and `@else`.
+//! Conditional parts of a module: `@if`, `@elif` and `@else`.
 
 use super::problem::Problem;
 use super::syntax::{split_group, split_node, split_word};
@@ -6,16 +6,16 @@ use super::syntax::{split_group, split_node, split_word};
 /// The features of a kernel.
 #[derive(Clone, Copy)]
 pub(super) struct Features<'a> {
-    /// All that conditions may name.
+    /// All features that conditions may name.
     pub(super) known: &'a [&'a str],
-    /// Those that hold.
+    /// The enabled ones.
     pub(super) enabled: &'a [&'a str],
 }
 
-/// The text without what its conditions exclude, and without the conditions.
+/// The text with its conditions resolved: without them, and without what they exclude.
 pub(super) fn select(text: &str, features: Features<'_>) -> Result<String, Problem> {
     let (mut selected, mut rest) = (String::new(), text);
-    // Whether a branch of the current chain was taken, if one is open.
+    // `None` outside a chain; inside, whether a branch has been taken.
     let mut chain = None;
     while let Some((before, keyword, after)) = next_condition(rest) {
         selected += before;
@@ -37,7 +37,7 @@ pub(super) fn select(text: &str, features: Features<'_>) -> Result<String, Probl
     Ok(selected + rest)
 }
 
-/// What comes before the next condition, its keyword, and what comes after that.
+/// Splits the text into what precedes the next condition, its keyword, and what follows that.
 fn next_condition(text: &str) -> Option<(&str, &str, &str)> {
     text.match_indices('@').find_map(|(at, _)| {
         let (keyword, after) = split_word(&text[at + 1..]);

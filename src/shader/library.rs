@@ -25,9 +25,9 @@ const MODULES: &[(&str, &str)] = modules![
 ];
 
 const FEATURES: &[&str] = &[
-    // Tensors are of 16 bits, not 32.
+    // Tensors have 16 bits instead of 32.
     "tensor_f16",
-    // Images are textures, or buffers of 16-bit floats; without either, buffers of 32-bit ones.
+    // Images are textures or buffers of 16-bit floats. Without either, buffers of 32-bit floats.
     "color_f16",
     "color_texture",
     "albedo_f16",
@@ -37,15 +37,16 @@ const FEATURES: &[&str] = &[
     "output_f16",
     "output_rgba16float",
     "output_rgba32float",
-    // The kernel reads albedo and normal, not the colour alone.
+    // The kernel reads albedo and normal as well as colour.
     "auxiliary",
-    // The convolution also makes the max-pool of its output.
+    // The convolution also computes the max-pool of its output.
     "pools",
-    // The kernel is the fused one of this name, whose bindings differ.
+    // The kernel is the fused one of this name, with bindings of its own.
     "conv_head",
     "input_conv",
     "up_conv",
-    // Matrices: factors of 16 bits, not 32; of 16×16, not 8×8; 32 output channels, not 16.
+    // Matrices: 16-bit factors instead of 32-bit; 16×16 instead of 8×8; 32 output channels instead
+    // of 16.
     "factor_f16",
     "side_16",
     "channels_32",

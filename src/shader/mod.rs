@@ -1,8 +1,9 @@
 //! Composes the modules of `shaders/` into the WGSL of one kernel.
 //!
 //! Modules are written in a subset of [WESL](https://wesl-lang.dev): `import` of declarations by
-//! name, and `@if`, `@elif` and `@else` on imports, declarations and statements. `shaders/README.md`
-//! describes the subset. Names are never changed, so a name means one thing in a whole kernel.
+//! name, and `@if`, `@elif` and `@else` on imports, declarations and statements.
+//! `shaders/README.md` describes the subset. Names are never mangled, so a name means one thing
+//! throughout a kernel.
 
 mod composer;
 mod conditions;

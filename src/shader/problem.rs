@@ -1,37 +1,37 @@
-//! What can be wrong with shader modules.
+//! The ways in which shader modules can be wrong.
 
-/// Why a kernel could not be composed.
+/// A kernel that cannot be composed, and why.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 #[error("shader module {module}: {problem}")]
 pub struct ComposeError {
     /// The module at fault, as a path below `shaders/`.
     pub module: String,
-    /// What is wrong with it.
+    /// The problem with it.
     pub problem: Problem,
 }
 
-/// What can be wrong with a module.
+/// The ways in which a module can be wrong.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
-    /// A bracket, comment or statement has no end, or a bracket has no beginning.
+    /// A bracket, comment or statement without an end, or a closing bracket without a start.
     #[error("unbalanced brackets, or a comment or statement without an end")]
     Unbalanced,
-    /// A condition that is not made of features, `!`, `&&`, `||` and parentheses.
+    /// A condition made of anything but features, `!`, `&&`, `||` and parentheses.
     #[error("malformed condition `{0}`")]
     Condition(String),
-    /// A feature that is not declared.
+    /// An undeclared feature.
     #[error("unknown feature `{0}`")]
     UnknownFeature(String),
     /// An `@elif` or `@else` that does not follow an `@if` or `@elif`.
     #[error("`@elif` or `@else` without `@if`")]
     NoIf,
-    /// An import that is not `import package::path::name;` or `import package::path::{a, b};`.
+    /// An import not of the form `import package::path::name;` or `import package::path::{a, b};`.
     #[error("malformed import `{0}`")]
     Import(String),
-    /// It is imported and does not exist.
+    /// An imported module that does not exist.
     #[error("no such module")]
     UnknownModule,
-    /// An import of a name that its module does not declare under the enabled features.
+    /// An imported name that its module does not declare with the enabled features.
     #[error("imports `{name}`, which `{module}` does not declare")]
     UnknownName {
         /// The imported module.

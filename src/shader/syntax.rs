@@ -1,8 +1,8 @@
-//! Where comments, brackets, declarations and names begin and end.
+//! Finds where comments, brackets, declarations and names begin and end.
 
 use super::problem::Problem;
 
-/// Splits behind the first import, directive, declaration or statement.
+/// Splits after the first import, directive, declaration or statement.
 pub(super) fn split_node(text: &str) -> Result<(&str, &str), Problem> {
     let continues = |after: &str| {
         let after = after.trim_start();
@@ -11,12 +11,13 @@ pub(super) fn split_node(text: &str) -> Result<(&str, &str), Problem> {
     split_outside(text, |c, after| c == ';' || (c == '}' && !continues(after)))
 }
 
-/// Splits behind the first group in parentheses.
+/// Splits after the first parenthesised group.
 pub(super) fn split_group(text: &str) -> Result<(&str, &str), Problem> {
     split_outside(text, |c, _| c == ')')
 }
 
-/// Splits behind the first character outside of brackets that `ends`, given what follows it.
+/// Splits after the first character outside brackets for which `ends` holds, given the text that
+/// follows it.
 fn split_outside(text: &str, ends: impl Fn(char, &str) -> bool) -> Result<(&str, &str), Problem> {
     let mut depth = 0_usize;
     for (i, c) in text.char_indices() {
@@ -37,7 +38,7 @@ pub(super) fn split_word(text: &str) -> (&str, &str) {
     text.split_at(text.find(|c| !is_word(c)).unwrap_or(text.len()))
 }
 
-/// The word that a text begins with.
+/// The word at the beginning of a text.
 pub(super) fn first_word(text: &str) -> &str {
     split_word(text).0
 }

@@ -1,4 +1,4 @@
-//! The repair of outliers leaves the highlights of renders alone.
+//! The outlier repair leaves the highlights of renders intact.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use wgdenoise::Image;
 use wgdenoise::internals::reference;
 use wgdenoise_files::{LayerChoice, Picture};
 
-/// Rec. 709.
+/// Rec. 709 luminance.
 fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.212_671 * f64::from(r) + 0.715_160 * f64::from(g) + 0.072_169 * f64::from(b)
 }
@@ -17,7 +17,7 @@ fn sample(name: &str, finished: bool) -> Image {
     Picture::open(&path, &choice).expect("the sample is shipped").color().clone()
 }
 
-/// The light of the pixels whose reference is brightest: one in a hundred.
+/// The light in the pixels whose reference is brightest: one in a hundred.
 fn light_of_highlights(image: &Image, reference: &Image) -> f64 {
     let mut brightest: Vec<usize> = (0..reference.pixels().len()).collect();
     brightest.sort_by(|&a, &b| {

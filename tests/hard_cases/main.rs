@@ -1,5 +1,5 @@
-//! Inputs that break denoisers, and what must come out: the table is in `cases.rs`, its results beside
-//! Open Image Denoise's in `docs/hard-cases.md`.
+//! Inputs that break denoisers, and bounds on the results. The table is in `cases.rs`;
+//! `docs/hard-cases.md` shows the results next to Open Image Denoise's.
 
 mod highlights;
 
@@ -15,12 +15,12 @@ fn weights(quality: Quality) -> Weights {
     Weights::builtin(quality).expect("they are built in")
 }
 
-/// Every case within its bound.
+/// Every case stays within its bound.
 fn hold(by: By, denoise: impl Fn(&Image) -> Image) {
     let sound = denoise(&noisy());
     run_cases(cases(), |case| {
         let (found, bound) = (measure(case, &denoise(&case.color), &sound), case.bound(by));
-        // Not "too much" but "not enough", since every comparison with NaN is false.
+        // `<=` rather than `>`, because every comparison with NaN is false.
         if found <= bound { Ok(()) } else { Err(format!("{found:e}, at most {bound:e}")) }
     });
 }
@@ -35,7 +35,7 @@ fn every_case_holds_with_32_bit_tensors() {
     hold(By::F32, engine(gpu(), &weights(Quality::Balanced), Precision::F32, None));
 }
 
-/// With the smallest weights: the naive network takes its time.
+/// With the smallest weights, because the CPU reference is slow.
 #[test]
 fn every_case_holds_in_the_reference() {
     hold(By::FastReference, |color| on_cpu(&weights(Quality::Fast), color));
@@ -57,7 +57,7 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
     assert!(cut > 40, "only {cut} pictures are cut");
 }
 
-/// The picture beside and above itself, so that it needs several tiles.
+/// The picture repeated two by two, so that it needs several tiles.
 fn four_fold(image: &Image) -> Image {
     let (width, height) = image.size();
     let twice = |y: u32| [image.row(y), image.row(y)].concat();

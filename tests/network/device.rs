@@ -1,4 +1,4 @@
-//! Devices with little, and adapters that are not there.
+//! Minimal devices and missing adapters.
 
 use wgdenoise::{Denoiser, Gpu, Inputs, KernelSet, Options, wgpu};
 
@@ -28,7 +28,7 @@ fn an_unknown_adapter_is_an_error_that_says_what_there_is() {
     assert!(error.contains(&gpu().info.name) && error.contains("mesa-vulkan-drivers"), "{error}");
 }
 
-/// The same test binary again, where the Vulkan loader finds no driver.
+/// Runs this test binary again where the Vulkan loader finds no driver.
 #[cfg(target_os = "linux")]
 #[test]
 fn without_an_adapter_the_tests_fail_instead_of_being_skipped() {

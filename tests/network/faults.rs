@@ -1,4 +1,4 @@
-//! Devices that are lost or too slow, and results that are wrong.
+//! Lost devices, slow devices and wrong results.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::support::{denoiser, frame, images, run, same_bits, tiny};
 use wgdenoise_testing::gpu::{gpu, variants};
 use wgdenoise_testing::run_cases;
 
-/// A device of its own, which may be lost.
+/// A device of its own, which the test may lose.
 fn device() -> Gpu {
     Gpu::open(None).expect("the tests need an adapter")
 }
@@ -93,13 +93,13 @@ fn results_of_every_variant_are_verified() {
         let result = denoiser.denoise(&frame).map_err(|e| e.to_string())?;
         let verified = denoiser.verify(&frame, &result).map_err(|e| e.to_string())?;
         let verified = verified.ok_or("there is noise")?;
-        // Much below what would be refused.
+        // Far below what would be rejected.
         let most = if precision == Precision::F32 { 1e-5 } else { 8e-4 };
         (verified.rms < most).then_some(()).ok_or_else(|| verified.to_string())
     });
 }
 
-/// A picture, what the device made of it, and who did.
+/// A picture, its denoised result, and the denoiser.
 struct Case {
     denoiser: Denoiser,
     images: [Image; 3],
@@ -163,7 +163,7 @@ fn wrong_results_are_refused() {
     }
 }
 
-/// The tiny weights with the first number of a tensor moved.
+/// The tiny weights with the first value of a tensor shifted.
 fn spoiled(tensor: &str) -> Weights {
     let mut bytes = include_bytes!("../fixtures/unet_tiny.safetensors").to_vec();
     let header = 8 + u64::from_le_bytes(bytes[..8].try_into().unwrap()) as usize;
@@ -235,7 +235,7 @@ fn a_hosts_handlers_stay_and_hear_nothing_of_what_is_told_as_an_error() {
     assert_eq!(counts(), (1, 1));
 }
 
-/// All sources in a folder of `src` and the folders in it, by their paths.
+/// All sources in a folder of `src` and its subfolders, by path.
 fn sources(folder: &str) -> Vec<(String, String)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(folder);
     let of_entry = |entry: std::io::Result<std::fs::DirEntry>| {

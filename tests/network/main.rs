@@ -1,5 +1,5 @@
-//! The whole network on the adapter: against the reference, tiled against whole, with fewer
-//! inputs against zeros, in a caller's encoder against the blocking call.
+//! The whole network on the adapter: compared with the reference, tiled with whole, fewer inputs
+//! with zeros, and the caller's encoder with the blocking call.
 
 mod device;
 mod faults;

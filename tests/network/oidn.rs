@@ -1,4 +1,4 @@
-//! Networks of the shape of Open Image Denoise's: the input is a skip, too.
+//! Networks shaped like Open Image Denoise's, where the input is a skip too.
 
 use wgdenoise::internals::model::tza;
 use wgdenoise::internals::reference;
@@ -9,7 +9,7 @@ use crate::support::{encoded, expected, frame, images, same_bits, tolerance};
 use wgdenoise_testing::gpu::{gpu, variants};
 use wgdenoise_testing::{Tolerance, compare, image_tensor, run_cases};
 
-/// Small ones with random weights, by `training/make_oidn_fixtures.py`.
+/// Small networks with random weights, made by `training/make_oidn_fixtures.py`.
 fn networks() -> [Weights; 2] {
     let base = include_bytes!("../fixtures/oidn/rt_hdr_alb_nrm.tza");
     let large = include_bytes!("../fixtures/oidn/rt_hdr_alb_nrm_large.tza");
@@ -17,7 +17,7 @@ fn networks() -> [Weights; 2] {
         .map(|(bytes, name)| Weights::from_tza(bytes, name).expect("the fixture is whole"))
 }
 
-/// One for colour alone, under the name that says what the colour is.
+/// A network for colour alone; its name determines what the colour is.
 pub(crate) fn color_network(name: &str) -> Weights {
     let bytes = include_bytes!("../fixtures/oidn/rt_alb.tza");
     Weights::from_tza(bytes, name).expect("the fixture is whole")
@@ -64,7 +64,7 @@ fn results_in_every_encoding_are_verified_and_wrong_ones_refused() {
     for name in ["rt_hdr", "rtlightmap_hdr", "rt_ldr", "rt_nrm"] {
         let bytes = tza::to_safetensors(include_bytes!("../fixtures/oidn/rt_alb.tza"), name);
         let is_hdr = name.ends_with("hdr");
-        // Strong enough for light that is encoded beyond 1, as what goes in is.
+        // Large enough for light that encodes beyond 1, as the input does.
         let factor = if is_hdr { 1.3 } else { 1.0 };
         let weights = times(&bytes.expect("the fixture is whole"), factor);
         run_cases(variants(), |&(kernels, precision)| {
@@ -103,7 +103,7 @@ fn display_colour_is_neither_exposed_nor_encoded_as_light() {
     run_cases(variants(), |&(kernels, precision)| {
         let found =
             run(&weights, &Options::default().kernels(kernels).precision(precision), &images);
-        // The curve back to linear light is 2.3 times as steep as a line at most.
+        // The curve back to linear light is at most 2.3 times as steep as a line.
         let encoded = tolerance(kernels, precision);
         let allowed = Tolerance { absolute: 2.3 * encoded.absolute, ..encoded };
         compare(&image_tensor(&found), &expected, allowed)

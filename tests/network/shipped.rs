@@ -1,4 +1,4 @@
-//! The weights that the program carries, end to end against `PyTorch`, which trained them.
+//! The built-in weights, end to end, compared with `PyTorch`, which trained them.
 
 use wgdenoise::internals::reference;
 use wgdenoise::{Denoiser, Frame, Options, Precision, Quality, Result, Weights};

@@ -1,4 +1,4 @@
-//! Blocks without noise skip the network and change nothing else.
+//! Noise-free blocks skip the network and change nothing else.
 
 use wgdenoise::{Image, Inputs, Options, Precision};
 
@@ -8,7 +8,7 @@ use wgdenoise_testing::{Random, run_cases};
 
 const SIZE: [u32; 2] = [420, 260];
 
-/// Noise in a disc, and around it a background without any.
+/// Noise in a disc, on a noise-free background.
 fn disc() -> [Image; 3] {
     let [noise, albedo, normal] = images(SIZE[0], SIZE[1]);
     let mut color = noise;
@@ -21,7 +21,7 @@ fn disc() -> [Image; 3] {
     [color, albedo, normal]
 }
 
-/// By block of 16×16 pixels, whether it has any pixel of the disc.
+/// For each block of 16×16 pixels, whether it contains pixels of the disc.
 fn is_noisy(i: usize) -> bool {
     let [x, y] = [i as u32 % SIZE[0], i as u32 / SIZE[0]].map(|p| p / 16 * 16);
     let inside = |[x, y]: [u32; 2]| (f64::from(x) - 90.0).hypot(f64::from(y) - 100.0) <= 60.0;
@@ -46,7 +46,7 @@ fn clean_blocks_keep_their_bits_and_the_others_get_the_same_as_without_skipping(
                 kept += usize::from(!is_noisy(i));
                 changed += usize::from(full.pixels()[i] != images[0].pixels()[i]);
             }
-            // Both kinds must be there, and the network must not be the identity.
+            // Both kinds must occur, and the network must not be the identity.
             let all = images[0].pixels().len();
             (kept > all / 2 && kept < all && changed > all / 2)
                 .then_some(())

@@ -1,4 +1,4 @@
-//! A small network, frames for it, and what the reference makes of them.
+//! A small network, frames for it, and the reference's results.
 
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Denoiser, Frame, Image, Inputs, KernelSet, Options, Precision, Weights};
@@ -38,7 +38,7 @@ pub(crate) fn run(options: &Options, frame: &Frame<'_>) -> Image {
     denoiser(options).denoise(frame).expect("the frame is fine")
 }
 
-/// What the naive functions make of a frame, from its pixels to the result's.
+/// The reference result of a frame, from pixels to pixels.
 pub(crate) fn expected(weights: &Weights, frame: &Frame<'_>) -> Image {
     let encoding = weights.metadata().encoding();
     let is_hdr = encoding.transfer_function.is_hdr();
@@ -61,13 +61,13 @@ pub(crate) fn encoded(image: &Image, scale: f32) -> Tensor {
     tensor
 }
 
-/// In the transfer domain, where the network works. Measured: 5e-7; the exposure,
-/// whose error of up to 5e-5 moves the logarithmic curve by 3e-6.
+/// In the transfer domain, where the network works. Measured: 5e-7; plus the exposure, whose error
+/// of up to 5e-5 moves the logarithmic curve by 3e-6.
 pub(crate) const F32: Tolerance = Tolerance { absolute: 4e-6, relative: 0.0 };
-/// Each of twelve stores rounds by 2⁻¹¹ of a value of about 1. Measured: 2e-3.
+/// Each of twelve stores rounds a value of about 1 by 2⁻¹¹. Measured: 2e-3.
 pub(crate) const F16: Tolerance = Tolerance { absolute: 6e-3, relative: 0.0 };
 
-/// The tolerance for a set: 16-bit factors round what a layer reads as 16-bit tensors do.
+/// The tolerance for a set: 16-bit factors round a layer's input like 16-bit tensors.
 pub(crate) fn tolerance(kernels: KernelSet, precision: Precision) -> Tolerance {
     match (kernels, precision) {
         (KernelSet::Matrix(_), _) | (_, Precision::F16) => F16,

@@ -1,4 +1,4 @@
-//! Tiled against whole, and the memory that it takes.
+//! Tiled results compared with whole ones, and the memory of tiles.
 
 use wgdenoise::{
     Denoiser, Element, Gpu, Inputs, Layout, Options, PassDescriptor, PassImage, Precision, Quality,
@@ -56,7 +56,7 @@ fn the_memory_budget_does_not_change_the_result() {
     same_bits(&found, &run(&Options::default(), &frame)).unwrap();
 }
 
-/// On a device of its own, so that no other test allocates meanwhile.
+/// On its own device, so that no other test allocates meanwhile.
 #[test]
 fn what_a_pass_allocates_is_what_was_planned() {
     let gpu = Gpu::open(None).unwrap();
@@ -74,7 +74,7 @@ fn what_a_pass_allocates_is_what_was_planned() {
     let descriptor = PassDescriptor::new(300, 300, image(&noisy), image(&clean));
     let pass = denoiser.pass(&descriptor).unwrap();
     let used = allocated() - before;
-    // Uniforms, exposure bins and alignment are not in the plan: some kilobytes.
+    // The plan leaves out uniforms, exposure bins and alignment: a few kilobytes.
     assert!(used > budget / 2 && used < budget + (budget >> 4), "{used} of {budget} bytes");
     let frame = || {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -82,7 +82,7 @@ fn what_a_pass_allocates_is_what_was_planned() {
         gpu.queue.submit([encoder.finish()]);
         allocated() - before
     };
-    // The first submission also frees what uploading the uniforms took.
+    // The first submission also frees the memory for uploading the uniforms.
     let frames = [(); 3].map(|()| frame());
     assert!(frames[0] <= used && frames[1..] == [frames[0]; 2], "{frames:?} after {used}");
 }

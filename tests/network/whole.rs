@@ -1,4 +1,4 @@
-//! The blocking call against the reference.
+//! The blocking call compared with the reference.
 
 use wgdenoise::internals::model::INPUT;
 use wgdenoise::internals::reference;

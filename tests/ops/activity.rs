@@ -12,15 +12,15 @@ use wgdenoise::{Frame, Image, Precision, wgpu};
 use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
 use wgdenoise_testing::{Random, run_cases};
 
-/// What a clean block may bend by, as defined.
+/// The largest second difference of a clean block, by definition.
 const T: f64 = 1.0 / 1024.0;
 const SCALE: f32 = 0.37;
 const RADIUS: u32 = 7;
 
-/// Of images that are one tile: below, at and above one block; one with room for every distance.
+/// Sizes of single-tile images: below, at and above one block; one with room for every distance.
 const SIZES: [[u32; 2]; 6] = [[1, 1], [2, 40], [17, 33], [100, 70], [19, 50], [400, 290]];
 
-/// A name and what a pixel is. No block of any comes within a tenth of the threshold, or each
+/// A name and a function for pixels. No block comes within a tenth of the threshold; otherwise the
 /// rounding of the encoding would decide.
 type Paint = (&'static str, fn([u32; 2], &mut Random) -> [f32; 3]);
 const PAINTS: [Paint; 15] = [
@@ -56,8 +56,8 @@ fn activity_equals_the_reference_for_every_picture_and_size() {
     assert!(clean > blocks / 4 && clean < blocks * 3 / 4, "{clean} of {blocks} are clean");
 }
 
-/// Exposed, a mean of 0.003 with 30 % of noise bends a curve like that of `Log` by less than the
-/// threshold, and can be seen all the same.
+/// A mean of 0.003 after exposure with 30 % noise bends a curve like that of `Log` by less than the
+/// threshold, yet is visible.
 #[test]
 fn noise_in_the_dark_is_noise_whatever_the_networks_encoding() {
     let size = [100, 70];
@@ -130,7 +130,7 @@ fn distances_grow_by_one_from_what_is_active() {
     let found = three_spots();
     let seen: BTreeSet<u32> = found.map[0].iter().flatten().copied().collect();
     assert_eq!(Vec::from_iter(seen), [0, 1, 2, 3, 4, 5, 6, 7, FAR]);
-    // Beyond the radius there is one more step, as far as neighbours go.
+    // Beyond the radius there is one more step, as far as neighbours are concerned.
     let d = |[x, y]: [usize; 2]| found.map[0][y][x].min(RADIUS + 1);
     for ([x, y], clean) in blocks().zip(&found.clean) {
         assert_eq!(d([x, y]) == 0, !clean, "{x}, {y}");
@@ -154,7 +154,7 @@ fn every_further_layer_has_the_minima_of_the_first() {
     }
 }
 
-/// Of 25×19 blocks, three with a bright pixel.
+/// An image of 25×19 blocks, three of them with a bright pixel.
 fn three_spots() -> reference::Activity {
     let image = image([400, 290], |at, _| match at {
         [30, 40] | [31, 250] | [130, 5] => [9.0; 3],
@@ -170,7 +170,7 @@ fn blocks() -> impl Iterator<Item = [usize; 2]> {
 #[test]
 fn what_is_black_beside_noise_is_clean_only_where_albedo_and_normal_are() {
     let size = [100, 70];
-    // The fourth column of blocks is noisy; two of the other six are beside it.
+    // The fourth column of blocks is noisy; two of the other six are next to it.
     let black = image(size, |[x, _], random| match x / 16 {
         3 => [random.value().abs(); 3],
         _ => [0.0; 3],
@@ -191,7 +191,7 @@ fn what_is_black_beside_noise_is_clean_only_where_albedo_and_normal_are() {
     }
 }
 
-/// One tile of an image, and what is asked of it.
+/// One tile of an image, and the settings to run it with.
 #[derive(Clone, Copy)]
 struct Setup {
     placed: PlacedTile,
@@ -221,7 +221,7 @@ fn image([width, height]: [u32; 2], paint: fn([u32; 2], &mut Random) -> [f32; 3]
     Image::new(width, height, (0..width * height).map(pixel).collect()).expect("the count is right")
 }
 
-/// Values that the network sees up to `most` off `v`.
+/// Values whose encoding is at most `most` away from `v`.
 fn encoded(v: f64, random: &mut Random, most: f64) -> [f32; 3] {
     [0; 3].map(|_| decode(v + most * f64::from(random.value())))
 }
@@ -261,7 +261,7 @@ fn run(image: &Image, setup: &Setup) -> reference::Activity {
     run_frame(&alone(image), setup)
 }
 
-/// What the kernels leave of the second of two tiles in the uniform.
+/// The kernels' results for the second of two tiles in the uniform buffer.
 fn run_frame(frame: &Frame<'_>, setup: &Setup) -> reference::Activity {
     let context = context(Precision::F32);
     let (width, height) = frame.color.size();
@@ -318,7 +318,7 @@ fn clean(activity: &Activity) -> Vec<bool> {
     flags.into_iter().map(|flag| flag == 1).collect()
 }
 
-/// Of each layer what stands for blocks.
+/// The part of each layer that belongs to blocks.
 fn map(activity: &Activity) -> Vec<Vec<Vec<u32>>> {
     let texture = activity.map.texture();
     let (columns, rows) = (texture.width() as usize, texture.height() as usize);

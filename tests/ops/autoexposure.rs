@@ -34,9 +34,9 @@ fn autoexposure_equals_the_reference_at_any_exposure() {
 fn bad_and_lone_pixels_do_not_count_and_black_is_left_alone() {
     let mut image = image(40, 24, |v| v + 0.5);
     image.pixels_mut()[7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    // An outlier, in a bin of its own among noise.
+    // An outlier in a bin of its own, among noise.
     image.pixels_mut()[45] = [f32::MAX, -1e20, 1e-40];
-    // The last of the bins, with a lone pixel, and the one before, very dark.
+    // The last bin has a lone lit pixel; the one before it is very dark.
     for y in 12..24 {
         image.pixels_mut()[40 * y + 13..40 * y + 26].fill([1e-9; 3]);
         image.pixels_mut()[40 * y + 26..40 * y + 40].fill([0.0; 3]);
@@ -75,7 +75,7 @@ fn compare_scale(found: f32, expected: f32) -> Result<(), String> {
     compare(&scalar(found), &scalar(expected), TOLERANCE)
 }
 
-/// The scale, made from bands one after another.
+/// The scale, computed from bands one after another.
 fn run(image: &Image, bands: &[Band]) -> f32 {
     let context = context(Precision::F32);
     let scale = buffer(context, &[0; 4]);

@@ -10,11 +10,11 @@ use wgdenoise::internals::reference;
 use wgdenoise_testing::gpu::{context, download, submit, upload};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// A convolution by the identity multiplies by 1 and adds 0: nothing is rounded.
+/// Convolving with the identity multiplies by 1 and adds 0, so nothing is rounded.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
 
-/// Two kernels write to their ranges of layers of one texture; what stands there then, read by
-/// the channel map, is the concatenation.
+/// Two kernels write to their layer ranges of one texture. Read through the channel map, its
+/// contents are the concatenation.
 #[test]
 fn writing_side_by_side_is_concatenation() {
     run_cases([(4, 4), (5, 6), (1, 7), (8, 3)], |&(first, second)| check(first, second));

@@ -18,8 +18,8 @@ use wgdenoise_testing::{Random, compare, run_cases};
 /// Channels in and out, rows, columns, ReLU.
 type Case = (usize, usize, usize, usize, bool);
 
-/// Channels at, below and above multiples of 4, 8 and 16; sizes below, at and above the 8 of
-/// a workgroup, the 16 of a tile and the 32 of a row of eight lanes with four pixels each.
+/// Channels at, below and above multiples of 4, 8 and 16. Sizes below, at and above the 8 of a
+/// workgroup, the 16 of a tile and the 32 of a row of eight lanes with four pixels each.
 const CASES: [Case; 12] = [
     (1, 1, 1, 1, false),
     (1, 1, 3, 2, true),
@@ -67,8 +67,8 @@ fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(),
     compare(&found, &expected, sum_tolerance(inputs * 9, precision))
 }
 
-/// The reference on what the kernels multiply: the products of 16-bit factors are exact in 32 bits,
-/// so that one tolerance, that of a sum, serves all sets.
+/// The reference on the values that the kernels multiply. Products of 16-bit factors are exact in
+/// 32 bits, so the tolerance of a sum fits all sets.
 fn multiplied(kernels: KernelSet, input: &Tensor, params: &Params, relu: bool) -> Tensor {
     let input = Tensor { data: factors(kernels, &input.data), ..*input };
     reference::conv3x3(&input, &factors(kernels, &params.weight), &params.bias, relu)
@@ -156,10 +156,10 @@ fn with_a_max_pool_both_outputs_equal_the_references() {
     });
 }
 
-/// Where a store alone may round towards 0, as lavapipe's does.
+/// A plain store may round towards 0, as lavapipe's does.
 #[test]
 fn values_are_stored_in_16_bits_as_the_nearest() {
-    // From 1 on, 16-bit floats stand 2⁻¹⁰ apart.
+    // Above 1, 16-bit floats are 2⁻¹⁰ apart.
     let step = 2.0_f32.powi(-10);
     let cases = [(0.3, 0.0), (0.5, 0.0), (0.7, 1.0), (1.5, 2.0), (-0.2, 0.0), (-0.4, -0.5)];
     run_cases(kernel_sets(Precision::F16), |&kernels| {

@@ -15,11 +15,11 @@ use wgdenoise_testing::gpu::{context, kernel_sets, stored, sum_tolerance, varian
 use wgdenoise_testing::run::{activity_map, run, run_where};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// Channels in and out, size of the images, the tile's first pixel in them. The tile has whole
+/// Channels in and out, size of the images, and the tile's first pixel in them. The tile has whole
 /// blocks and covers the rest of the images; a border of one pixel is not stored.
 type Case = (usize, usize, [u32; 2], [u32; 2]);
 
-/// Channels at, below and above multiples of 4, up to 16 out; sizes around the 16 of a block and
+/// Channels at, below and above multiples of 4, up to 16 out. Sizes around the 16 of a block and
 /// the 32 of a row of eight lanes with four pixels each; tiles at even and odd pixels.
 const CASES: [Case; 7] = [
     (1, 1, [3, 3], [0, 0]),
@@ -31,7 +31,7 @@ const CASES: [Case; 7] = [
     (3, 5, [18, 35], [1, 0]),
 ];
 
-/// The sets that have the operator.
+/// The kernel sets that have this operator.
 fn sets(precision: Precision) -> Vec<KernelSet> {
     let has = |set: &KernelSet| matches!(set, KernelSet::Simd | KernelSet::Tiled);
     kernel_sets(precision).into_iter().filter(has).collect()
@@ -92,8 +92,8 @@ fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
     }
 }
 
-/// The first channel comes to 9·10⁵, which 16 bits would store as 65504; the second is beyond 32
-/// bits, and must still be nothing times 0.
+/// The first channel reaches 9·10⁵, which 16 bits would store as 65504; the second exceeds 32 bits,
+/// and times 0 must still be 0.
 #[test]
 fn what_stays_in_registers_has_the_range_of_32_bits() {
     for (kernels, precision) in variants_of(sets) {
@@ -108,8 +108,8 @@ fn what_stays_in_registers_has_the_range_of_32_bits() {
     }
 }
 
-/// Only the middle one of five blocks is needed. A layer that computes a block less around it
-/// than [`halo::reach`] says leaves pixels that the 3×3 convolution reads.
+/// Only the middle one of five blocks is needed. A layer that computes one block less around it
+/// than [`halo::reach`] requires leaves pixels unwritten that the 3×3 convolution reads.
 #[test]
 fn the_tensor_that_it_reads_is_needed_as_far_as_the_plan_says() {
     let network = Network::unet(3, &[4]);
@@ -167,7 +167,7 @@ impl Problem {
         Self { input: stored(&input, precision), conv, params, tile, clean, color }
     }
 
-    /// Elements of the output.
+    /// The number of elements of the output.
     fn count(&self) -> usize {
         let [width, height] = self.tile.image_size;
         self.tile.output.elements(width, height) as usize
@@ -207,10 +207,10 @@ impl Problem {
         store(context, &head, &self.input, &self.tile, &self.clean, &self.color, self.count())
     }
 
-    /// A channel between the convolutions may be off by the rounding of its sum and is as large
-    /// as a sum of that many products; the errors of `c` channels add up like `√c`, and the 1×1
+    /// A channel between the convolutions may be off by the rounding of its sum, and is as large as
+    /// a sum of that many products. The errors of `c` channels add up like `√c`, and the 1×1
     /// convolution rounds a sum of `c` such channels. The curve multiplies an error before the
-    /// sigmoid by at most a quarter of 16.3, on top of what `output_process` may be off by.
+    /// sigmoid by at most a quarter of 16.3, on top of the tolerance of `output_process`.
     fn tolerance(&self) -> Tolerance {
         let (terms, channels) = (9 * self.input.channels, self.conv.bias.len());
         let sum = |terms| sum_tolerance(terms, Precision::F32).absolute;
@@ -219,7 +219,7 @@ impl Problem {
     }
 }
 
-/// Compares everything that the kernel may write, and the clean blocks bit by bit.
+/// Compares everything the kernel may write, and the clean blocks bit by bit.
 fn check(problem: &Problem, (kernels, precision): (KernelSet, Precision)) -> Result<(), String> {
     let (found, expected) = (problem.run(kernels, precision), problem.expected());
     compare(&flat(&found), &flat(&expected), problem.tolerance())?;

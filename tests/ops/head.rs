@@ -14,7 +14,7 @@ use wgdenoise_testing::gpu::{
 };
 use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
-/// As for `output_process`, and the rounding of up to 40 products that the steep end of the
+/// As for `output_process`, plus the rounding of up to 40 products, which the steep end of the
 /// curve multiplies by 16.
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-8, relative: 1e-4 };
 
@@ -69,7 +69,7 @@ fn run(
     Image::new(width, height, bytemuck::pod_collect_to_vec(&output)).expect("the count is right")
 }
 
-/// What the kernel leaves in a buffer of `count` times −1 if colour was multiplied by 2.5.
+/// The output buffer of `count` elements, all −1 before, for an input scale of 2.5.
 pub(crate) fn store(
     context: &Context,
     head: &Head,

@@ -17,11 +17,11 @@ use wgdenoise_testing::gpu::{
 use wgdenoise_testing::run::{activity_map, run};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// What the images are multiplied by.
+/// The input scale.
 const SCALE: f32 = 0.7;
 
-/// Size of the images, channels out, and which images there are. Sizes around the 16 of a
-/// workgroup; channels at, below and above multiples of 4, up to 16.
+/// Size of the images, channels out, and the auxiliary images. Sizes around the 16 of a workgroup;
+/// channels at, below and above multiples of 4, up to 16.
 const CASES: [([u32; 2], usize, Inputs); 6] = [
     ([1, 1], 1, Inputs::ALL),
     ([16, 16], 16, Inputs { albedo: true, normal: false }),
@@ -31,7 +31,7 @@ const CASES: [([u32; 2], usize, Inputs); 6] = [
     ([70, 20], 13, Inputs::ALL),
 ];
 
-/// A convolution, and the images that it reads.
+/// A convolution and the images it reads.
 struct Problem {
     color: Image,
     auxiliary: [Option<Image>; 2],
@@ -57,7 +57,7 @@ impl Problem {
         self.params.bias.len()
     }
 
-    /// What the kernel leaves in a tensor of −77, where `need` says so.
+    /// The kernel's output in a tensor that was all −77, computed according to `need`.
     fn run(&self, precision: Precision, need: &Need<'_>) -> Tensor {
         self.record(precision, |context, sources, sides| {
             let map = channel_map(self.outputs());
@@ -70,7 +70,7 @@ impl Problem {
         })
     }
 
-    /// What the two kernels that it replaces make.
+    /// The output of the two kernels it replaces.
     fn run_apart(&self) -> Tensor {
         let input = self.record(Precision::F32, |context, sources, [width, height]| {
             let map = input_process::channel_map(sources.inputs().channels());
@@ -117,8 +117,8 @@ impl Problem {
         reference::input_conv(&self.color, auxiliary, &self.params, SCALE, 16)
     }
 
-    /// Each input may be off by 2e-6, as `input_process` says; the errors of a sum of `n` products
-    /// with weights up to 1 add up like `√n`. Then the sum is rounded.
+    /// Each input may be off by 2e-6, as in `input_process`. The errors of a sum of `n` products
+    /// with weights up to 1 add up like `√n`, and then the sum is rounded.
     fn tolerance(&self, precision: Precision) -> Tolerance {
         let terms = self.params.weight.len() / self.outputs();
         let sum = sum_tolerance(terms, precision);
@@ -158,7 +158,7 @@ fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
     }
 }
 
-/// Blocks further away than the reach are left as they were.
+/// Blocks further away than the reach are left unchanged.
 #[test]
 fn blocks_that_nobody_needs_are_not_computed() {
     let problem = Problem::new(([64, 16], 4, Inputs::ALL));

@@ -9,7 +9,7 @@ use wgdenoise::{Image, Precision};
 use wgdenoise_testing::gpu::{buffer, context, download, submit};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// `log` and `pow` of WGSL are good to about 1e-6 of what they return here, and the transfer
+/// WGSL's `log` and `pow` are accurate to about 1e-6 of their results here, and the transfer
 /// function adds a few terms of size 1.
 const F32: Tolerance = Tolerance { absolute: 4e-6, relative: 4e-6 };
 /// A store rounds by 2⁻¹¹ of the value.
@@ -45,7 +45,7 @@ fn input_process_equals_the_reference_for_every_input_set() {
     });
 }
 
-/// Values over the whole range, with everything in them that is no colour.
+/// Values over the whole range, along with everything that is not a valid colour.
 fn images(width: u32, height: u32) -> [Image; 3] {
     let mut random = Random::new(u64::from(width * 100 + height));
     let mut image = |scale: fn(f32) -> f32| {
@@ -61,7 +61,7 @@ fn images(width: u32, height: u32) -> [Image; 3] {
             let count = image.pixels().len();
             image.pixels_mut()[(k * 5 + i) % count][k % 3] = value;
         }
-        // The pixel in the middle of these has good ones two steps away only.
+        // The centre pixel of these has good neighbours only two steps away.
         for (x, y) in (0..9).map(|k| (3 + k % 3, 3 + k / 3)) {
             if x < width && y < height {
                 image.pixels_mut()[(y * width + x) as usize] = [f32::NAN; 3];

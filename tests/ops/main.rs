@@ -1,4 +1,4 @@
-//! Every operator on the adapter against its CPU reference.
+//! Compares every operator on the adapter with its CPU reference.
 
 mod activity;
 mod autoexposure;

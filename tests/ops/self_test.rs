@@ -14,7 +14,7 @@ fn every_set_that_runs_here_passes() {
     });
 }
 
-/// As a driver would be that mixes up two weights, or loses what is negative.
+/// Imitates a driver that swaps two weights or drops negative values.
 #[test]
 fn a_kernel_that_computes_something_else_fails() {
     let context = context(Precision::F16);

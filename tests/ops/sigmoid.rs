@@ -8,8 +8,8 @@ use wgdenoise_testing::gpu::{context, stored};
 use wgdenoise_testing::run::run;
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// WGSL allows `exp` an error of 3 + 2·|x| units in the last place; below 30 that is 4e-6 of
-/// a result of at most 1, and where the result is small its own relative error is the same.
+/// WGSL allows `exp` an error of 3 + 2·|x| units in the last place. Below 30 that is 4e-6 of a
+/// result of at most 1, and a small result inherits the same relative error.
 const F32: Tolerance = Tolerance { absolute: 1e-12, relative: 8e-6 };
 /// A store rounds by 2⁻¹¹, and below 6e-5 (the smallest normal number) by 3e-8.
 const F16: Tolerance = Tolerance { absolute: 6e-8, relative: 1.0 / 1024.0 };

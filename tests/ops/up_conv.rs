@@ -15,8 +15,8 @@ use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 /// columns, ReLU.
 type Case = (usize, usize, usize, usize, usize, usize, bool);
 
-/// Channels at, below and above multiples of 4, 8 and 16; low-resolution sizes around the 8 of
-/// a tile and the 32 of a row of eight lanes with eight pixels each.
+/// Channels at, below and above multiples of 4, 8 and 16. Low-resolution sizes around the 8 of a
+/// tile and the 32 of a row of eight lanes with eight pixels each.
 const CASES: [Case; 9] = [
     (1, 1, 1, 1, 1, 1, false),
     (2, 3, 1, 4, 1, 2, true),
@@ -66,8 +66,8 @@ fn problem(case: Case, precision: Precision) -> Problem {
     Problem { skip, low, params }
 }
 
-/// The composition rounds the upsampled tensor and the kernel the folded weights, sums of `ups`
-/// products each; together as many terms as both convolutions have.
+/// The plain operators round the upsampled tensor, and the kernel the folded weights, both sums of
+/// `ups` products; together as many terms as both convolutions have.
 fn tolerance(case: Case, precision: Precision) -> Tolerance {
     let (skips, lows, ups, ..) = case;
     sum_tolerance(9 * (skips + ups * (1 + lows)), precision)

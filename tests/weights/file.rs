@@ -1,10 +1,10 @@
-//! Weights files, valid and not.
+//! Valid and invalid weights files.
 
 use std::collections::HashMap;
 
 use safetensors::tensor::{Dtype, TensorView, serialize};
 
-/// A file before it is written: metadata, and per tensor type, shape and bytes.
+/// A file before it is written: metadata, plus type, shape and bytes of every tensor.
 #[derive(Clone)]
 pub(crate) struct File {
     pub(crate) metadata: HashMap<String, String>,
@@ -78,7 +78,7 @@ impl File {
     }
 }
 
-/// A file of this header, which may be anything, and these tensors' bytes.
+/// A file with this header, which may be anything, and these tensor bytes.
 pub(crate) fn raw(header: &[u8], data: &[u8]) -> Vec<u8> {
     [&(header.len() as u64).to_le_bytes(), header, data].concat()
 }
@@ -91,7 +91,7 @@ pub(crate) fn with_header(change: impl FnOnce(String) -> String) -> Vec<u8> {
     raw(change(String::from_utf8(header.to_vec()).expect("JSON")).as_bytes(), data)
 }
 
-/// The valid file with a text of its header replaced by another.
+/// The valid file with a text in its header replaced.
 #[track_caller]
 pub(crate) fn replaced(from: &str, to: &str) -> Vec<u8> {
     with_header(|header| {

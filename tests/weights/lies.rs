@@ -1,14 +1,14 @@
-//! One table of what a file can say that is not so, by where it says it.
+//! A table of false statements in weights files, grouped by where they appear.
 
 use safetensors::Dtype;
 use wgdenoise::Weights;
 
 use crate::file::{File, raw, replaced, with_header};
 
-/// What is wrong, the file, and what its refusal says.
+/// What is wrong, the file, and a fragment of the error.
 type Lie = (&'static str, Vec<u8>, &'static str);
 
-/// Longest text of a refusal, in bytes.
+/// Longest error text in bytes.
 const LONGEST: usize = 1000;
 
 const NO_FILE: &str = "not a whole safetensors file";
@@ -53,7 +53,7 @@ fn of_the_header() {
             length(u64::MAX),
             "its header claims 18446744073709551615 bytes",
         ),
-        ("a header of 1 MiB", raw(&vec![b' '; 1 << 20], b""), "claims 1048576 bytes, and fewer"),
+        ("a header of 1 MiB", raw(&vec![b' '; 1 << 20], b""), "claims 1048576 bytes, but fewer"),
         ("no header", raw(b"", b""), NO_FILE),
         ("text that is no JSON", raw(b"widths = 2, 3", b""), "invalid JSON in header"),
         ("text that is no UTF-8", raw(b"{\"\xff\xfe\":1}", b""), "invalid UTF-8"),
@@ -228,7 +228,7 @@ fn of_values() {
     check(vec![("a division by nearly nothing", tiny_eps, "folded in` has inf")]);
 }
 
-/// What looks strange and is no lie.
+/// Unusual but valid files.
 #[test]
 fn but_what_is_only_unusual_is_read() {
     let smallest = half::f16::from_bits(1);

@@ -1,4 +1,4 @@
-//! Every way in which a weights file can be wrong is refused with the reason.
+//! Every fault in a weights file is rejected with its reason.
 
 mod file;
 mod lies;

@@ -1,14 +1,14 @@
-//! How close an image is to its reference, in the figures that denoising papers report.
+//! How close an image is to its reference, in the metrics that denoising papers report.
 
 use wgdenoise::{Error, Image, Result};
 
 mod ssim;
 
-/// Figures of one image against its reference; smaller is better except for `psnr` and `ssim`.
+/// Metrics of one image against its reference. Smaller is better, except for `psnr` and `ssim`.
 ///
 /// Both images are first multiplied by the factor that brings the *reference's* log-average
-/// luminance to 0.18. L1, PSNR and SSIM then see what a display would show: clipped to
-/// `[0, 1]` and sRGB-encoded. `relMSE` and SMAPE see linear radiance.
+/// luminance to 0.18. L1, PSNR and SSIM then compare display values: clipped to `[0, 1]` and
+/// sRGB-encoded. `relMSE` and SMAPE compare linear radiance.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Metrics {
     /// Mean absolute difference of display values, in `[0, 1]`.
@@ -17,25 +17,25 @@ pub struct Metrics {
     pub psnr: f64,
     /// Structural similarity of display values, in `[−1, 1]` (Wang et al. 2004).
     pub ssim: f64,
-    /// Mean of `(x − r)² / (r̄² + 0.01)`, `r̄` being the reference pixel's mean channel, without
-    /// the worst 0.1 % of the pixels, in which fireflies would drown all others.
+    /// Mean of `(x − r)² / (r̄² + 0.01)`, where `r̄` is the reference pixel's mean channel, without
+    /// the worst 0.1 % of the pixels, where fireflies would drown out all others.
     pub relmse: f64,
     /// Mean of `|x − r| / (|x| + |r| + 0.01)`, in `[0, 1]`.
     pub smape: f64,
-    /// Pixels of the image in which a channel is NaN or infinite; such a channel counts as 0.
+    /// Number of pixels with a NaN or infinite channel; such channels count as 0.
     pub bad: usize,
 }
 
 /// Compares a linear, scene-referred image with its reference.
 ///
 /// # Errors
-/// If the two differ in size.
+/// Fails if the two differ in size.
 pub fn compare(image: &Image, reference: &Image) -> Result<Metrics> {
     if image.size() != reference.size() {
         let ((w, h), (rw, rh)) = (image.size(), reference.size());
         return Err(Error::Image(format!(
             "an image of {w}×{h} cannot be compared with a reference of {rw}×{rh}; \
-             give two images of one size"
+             give two images of the same size"
         )));
     }
     let scale = exposure(reference);
@@ -53,7 +53,7 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Metrics> {
 
 type Pixel = [f64; 3];
 
-/// What to multiply with so that the log-average luminance becomes 0.18; 1 for a black image.
+/// The factor that brings the log-average luminance to 0.18; 1 for a black image.
 fn exposure(reference: &Image) -> f64 {
     let luminance = |p: &Pixel| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
     let lit: Vec<f64> =
@@ -61,7 +61,7 @@ fn exposure(reference: &Image) -> f64 {
     if lit.is_empty() { 1.0 } else { 0.18 / mean(lit.iter().map(|l| l.ln())).exp() }
 }
 
-/// The pixels times `scale`, with 0 for what is not finite.
+/// The pixels times `scale`, with non-finite channels set to 0.
 fn scaled(image: &Image, scale: f64) -> Vec<Pixel> {
     let value = |v: f32| if v.is_finite() { f64::from(v) * scale } else { 0.0 };
     image.pixels().iter().map(|pixel| pixel.map(value)).collect()
@@ -71,7 +71,7 @@ fn displayed(pixels: &[Pixel]) -> Vec<Pixel> {
     pixels.iter().map(|pixel| pixel.map(srgb)).collect()
 }
 
-/// The sRGB curve (IEC 61966-2-1) of a value that is first clipped to `[0, 1]`.
+/// The sRGB curve (IEC 61966-2-1), after clipping to `[0, 1]`.
 fn srgb(linear: f64) -> f64 {
     let v = linear.clamp(0.0, 1.0);
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
@@ -127,7 +127,7 @@ mod tests {
 
     #[test]
     fn known_figures_of_even_images() {
-        // The reference is scaled by 0.09 to 0.18, and the image with it to 0.36.
+        // The reference is scaled by 0.09 to 0.18, and so the image to 0.36.
         let found = compare(&filled([4.0; 3]), &filled([2.0; 3])).expect("one size");
         let difference = srgb(0.36) - srgb(0.18);
         assert_near(found.l1, difference);
@@ -174,7 +174,7 @@ mod tests {
         assert_near(relmse(&image, &reference), 1.0 / 1.01 / 1998.0);
     }
 
-    /// A ramp with a pattern added, that Python makes in the same way.
+    /// A ramp plus a pattern, matched by the Python code that computed the expected values.
     fn ramp(pattern: u16) -> Image {
         let value = |x: u16, y: u16, c: u16| {
             x + 3 * y + 5 * c + pattern * ((x * 37 + y * 101 + c * 53) % 7)
@@ -185,7 +185,7 @@ mod tests {
 
     #[test]
     fn figures_agree_with_numpy_and_scikit_image() {
-        // Computed by numpy 2.4.6 and by structural_similarity of scikit-image 0.26.0.
+        // Computed with numpy 2.4.6 and structural_similarity of scikit-image 0.26.0.
         let found = compare(&ramp(3), &ramp(0)).expect("one size");
         assert_near(found.l1, 0.046_064_958_952);
         assert_near(found.psnr, 24.862_983_699_960);

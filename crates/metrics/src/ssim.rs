@@ -7,16 +7,16 @@ use std::ops::Range;
 
 /// Standard deviation of the Gaussian window, in pixels.
 const SIGMA: f64 = 1.5;
-/// The window reaches this far: 3.5 standard deviations, rounded.
+/// Radius of the window: 3.5 standard deviations, rounded.
 const RADIUS: usize = 5;
-/// Keeps the quotients finite where both images are black or even, for values in `[0, 1]`.
+/// Keeps the quotients finite where both images are black or constant, for values in `[0, 1]`.
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
 /// The mean over the channels and over the pixels around which the whole window fits.
 ///
-/// Where the window is larger than a side, all pixels along that side count, with the window
-/// cut off at the border.
+/// If the window is larger than a side, all pixels along that side count, with the window clipped
+/// at the border.
 pub(super) fn ssim(x: &[Pixel], r: &[Pixel], width: usize) -> f64 {
     let channel =
         |pixels: &[Pixel], c: usize| -> Vec<f64> { pixels.iter().map(|pixel| pixel[c]).collect() };
@@ -40,7 +40,7 @@ fn channel_ssim(x: &[f64], r: &[f64], width: usize) -> f64 {
     mean(interior(x.len() / width).map(row))
 }
 
-/// Along a side, the places around which the whole window fits; all if there are none.
+/// The positions along a side around which the whole window fits, or all if there are none.
 fn interior(side: usize) -> Range<usize> {
     if side > 2 * RADIUS { RADIUS..side - RADIUS } else { 0..side }
 }
@@ -66,14 +66,14 @@ fn blurred(plane: &[f64], width: usize) -> Vec<f64> {
     both
 }
 
-/// What the Gaussian sees along a side from one place.
+/// The Gaussian window around one position along a side.
 struct Window {
     start: usize,
-    /// From `start` on; they sum to 1 even where the border cuts the window off.
+    /// Weights starting at `start`. They sum to 1 even where the border clips the window.
     weights: Vec<f64>,
 }
 
-/// The window around each place along a side.
+/// The window around each position along a side.
 fn windows(side: usize) -> Vec<Window> {
     let window = |centre: usize| {
         let start = centre.saturating_sub(RADIUS);

@@ -1,4 +1,4 @@
-//! What `training/make_fixtures.py` stored: inputs and the results of `PyTorch`.
+//! Fixtures from `training/make_fixtures.py`: inputs and the results of `PyTorch`.
 
 use safetensors::SafeTensors;
 use wgdenoise::internals::reference::Tensor;
@@ -14,7 +14,7 @@ pub struct Fixture {
 
 impl Fixture {
     pub fn open(name: &'static str) -> Self {
-        // Asked for when it runs, so that a test that was built elsewhere finds it from here.
+        // Read at run time, so that a test built elsewhere finds the files here.
         let root = std::env::var("CARGO_MANIFEST_DIR").unwrap_or_else(|_| ".".into());
         let path = format!("{root}/tests/fixtures/{name}.safetensors");
         let bytes = std::fs::read(&path).unwrap_or_else(|e| panic!("{path}: {e}"));

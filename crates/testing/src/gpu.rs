@@ -12,8 +12,8 @@ use wgpu::util::DeviceExt as _;
 
 use super::Tolerance;
 
-/// The kernel sets that run on this adapter; on lavapipe these are all there are, but without
-/// `Matrix` where it reports no matrices, as before Mesa 25.
+/// The kernel sets that run on this adapter. On lavapipe that is all of them, except `Matrix` if it
+/// reports no matrices, as before Mesa 25.
 pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let gpu = gpu();
     let mut all = vec![KernelSet::Plain, KernelSet::Tiled, KernelSet::Simd];
@@ -22,24 +22,25 @@ pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let lavapipe = gpu.info.name.contains("256 bits");
     let matrices = gpu.adapter.cooperative_matrix_properties();
     let matrices = matrices.iter().any(|p| p.cr_type == wgpu::CooperativeScalarType::F32);
-    // The matrix kernels are for subgroups of one size.
+    // The matrix kernels need subgroups of a single size.
     let usable = matrices && gpu.info.subgroup_min_size == gpu.info.subgroup_max_size;
     let expected = 2 + usize::from(lavapipe) + usize::from(usable);
     assert_eq!(found.len(), expected, "{found:?} on {}", gpu.info.name);
     found
 }
 
-/// Those of them that run the network with fused operators.
+/// The kernel sets that run the network with fused operators.
 pub fn fused_sets(precision: Precision) -> Vec<KernelSet> {
     kernel_sets(precision).into_iter().filter(|&set| set != KernelSet::Plain).collect()
 }
 
-/// Every way in which an operator can run here.
+/// Every combination of kernel set and precision that runs here.
 pub fn variants() -> Vec<(KernelSet, Precision)> {
     variants_of(kernel_sets)
 }
 
-/// What the kernels of a set multiply: 16-bit floats if these are the factors of its matrices.
+/// The factors as the kernels of a set multiply them: rounded to 16-bit floats if its matrices hold
+/// those.
 pub fn factors(kernels: KernelSet, values: &[f32]) -> Vec<f32> {
     let half = |v: &f32| half::f16::from_f32(*v).to_f32();
     match kernels {
@@ -56,12 +57,12 @@ pub fn variants_of(sets: fn(Precision) -> Vec<KernelSet>) -> Vec<(KernelSet, Pre
     PRECISIONS.into_iter().flat_map(of).collect()
 }
 
-/// How tensors can be stored.
+/// All precisions of tensors.
 pub const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
 
 /// Rounding of a sum of `terms` products of values in `[−1, 1]`. Partial sums grow like `√terms/3`,
 /// and so does the random walk of their roundings by half a unit `u`: `terms/3 · u` on average.
-/// Twelve times that covers the unluckiest of some million values.
+/// Twelve times that covers the unluckiest of a few million values.
 pub fn sum_tolerance(terms: usize, precision: Precision) -> Tolerance {
     let absolute = 4.0 * terms.max(4) as f32 * f32::EPSILON / 2.0;
     match precision {
@@ -77,14 +78,14 @@ pub fn gpu() -> &'static Gpu {
     GPU.get_or_init(|| Gpu::open(None).expect("the tests need an adapter"))
 }
 
-/// The context of all tests for a precision, so that each kernel is compiled once.
+/// The context shared by all tests of one precision, so that each kernel is compiled once.
 pub fn context(precision: Precision) -> &'static Context {
     static CONTEXTS: [OnceLock<Context>; 2] = [OnceLock::new(), OnceLock::new()];
     let index = usize::from(precision == Precision::F16);
     CONTEXTS[index].get_or_init(|| Context::new(&gpu().device, &gpu().queue, precision))
 }
 
-/// What is left of a tensor that was stored in this precision.
+/// The tensor after rounding to this precision.
 pub fn stored(tensor: &Tensor, precision: Precision) -> Tensor {
     let round = |&v: &f32| match precision {
         Precision::F32 => v,
@@ -100,7 +101,7 @@ pub fn submit(context: &Context, record: impl FnOnce(&mut wgpu::ComputePass<'_>)
     context.queue.submit([encoder.finish()]);
 }
 
-/// Puts a tensor on the GPU; padding channels are 0.
+/// Uploads a tensor; padding channels are 0.
 pub fn upload(context: &Context, tensor: &Tensor, map: &ChannelMap) -> GpuTensor {
     let (width, height, quads) = (tensor.width, tensor.height, map.len() / 4);
     let mut texels = vec![0.0_f32; map.len() * width * height];
@@ -117,7 +118,7 @@ pub fn upload(context: &Context, tensor: &Tensor, map: &ChannelMap) -> GpuTensor
     GpuTensor::of(&texture, 0, quads as u32)
 }
 
-/// Reads a tensor that fills its texture.
+/// Reads back a tensor that fills its texture.
 pub fn download(context: &Context, tensor: &GpuTensor, map: &ChannelMap) -> Tensor {
     let texture = tensor.view.texture();
     let row = (u64::from(tensor.width) * context.precision.texel_bytes()).next_multiple_of(256);
@@ -141,7 +142,7 @@ pub fn download(context: &Context, tensor: &GpuTensor, map: &ChannelMap) -> Tens
     })
 }
 
-/// A buffer for every use that a kernel or a copy can make of it.
+/// A buffer with every usage that a kernel or a copy may need.
 pub fn buffer(context: &Context, contents: &[u8]) -> wgpu::Buffer {
     context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: None,
@@ -153,7 +154,7 @@ pub fn buffer(context: &Context, contents: &[u8]) -> wgpu::Buffer {
     })
 }
 
-/// What a copy into a fresh buffer leaves there.
+/// The contents of a fresh buffer after a copy.
 pub fn read_back(
     context: &Context,
     size: u64,

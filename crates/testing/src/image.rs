@@ -1,4 +1,4 @@
-//! Images on the GPU in every format that a pass takes.
+//! Images on the GPU in every format that a pass accepts.
 
 use wgdenoise::{Image, ImageFormat, Layout, PassImage, wgpu};
 
@@ -8,7 +8,7 @@ use super::pixels::{decode, encode};
 /// A pixel: red, green, blue, alpha.
 pub type Pixel = [f32; 4];
 
-/// An image on the GPU; what lies between the pixels of a buffer is filled with `0xff`.
+/// An image on the GPU. Gaps between the pixels of a buffer are filled with `0xff`.
 pub struct GpuImage {
     place: Place,
     format: ImageFormat,
@@ -22,7 +22,7 @@ enum Place {
 }
 
 impl GpuImage {
-    /// `pixels` of an image `size`, width first. The layout counts for buffers.
+    /// An image of `pixels`; `size` has the width first. The layout applies to buffers only.
     pub fn new(pixels: &[Pixel], size: [u32; 2], format: ImageFormat, layout: Layout) -> Self {
         let place = match format {
             ImageFormat::Texture(texture) => Place::Texture(upload(pixels, size, texture)),
@@ -45,11 +45,11 @@ impl GpuImage {
                 PassImage::Buffer { buffer, element, layout: self.layout }
             }
             (Place::Texture(texture), _) => PassImage::Texture(texture),
-            _ => unreachable!("a buffer has the format of one"),
+            _ => unreachable!("a buffer has a buffer format"),
         }
     }
 
-    /// The pixels after `record`ed work; alpha is NaN where the layout has none.
+    /// The pixels after the `record`ed work; alpha is NaN if the layout has none.
     pub fn read(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Vec<Pixel> {
         match &self.place {
             Place::Texture(texture) => self.read_texture(texture, record),
@@ -66,7 +66,7 @@ impl GpuImage {
         }
     }
 
-    /// Whether every byte between the pixels of a buffer is as it was.
+    /// Whether no byte between the pixels of a buffer has changed.
     pub fn gaps_are_untouched(&self) -> bool {
         let (Place::Buffer(buffer), ImageFormat::Buffer(element)) = (&self.place, self.format)
         else {
@@ -105,7 +105,7 @@ fn read_buffer(buffer: &wgpu::Buffer, record: impl FnOnce(&mut wgpu::CommandEnco
     })
 }
 
-/// What is left of pixels in a format.
+/// Pixels after rounding to a format.
 pub fn quantised(pixels: &[Pixel], format: ImageFormat) -> Vec<Pixel> {
     pixels.iter().map(|&pixel| decode(format, &encode(format, pixel))).collect()
 }
@@ -116,7 +116,7 @@ pub fn cpu_image(pixels: &[Pixel], [width, height]: [u32; 2]) -> Image {
     Image::new(width, height, rgb.collect()).expect("the count is right")
 }
 
-/// The bytes of each pixel in a buffer.
+/// The byte range of each pixel in a buffer.
 fn ranges(
     [width, height]: [u32; 2],
     element_bytes: u32,
@@ -149,7 +149,7 @@ fn upload(
     texture
 }
 
-/// A texture of two dimensions.
+/// A two-dimensional texture.
 pub fn descriptor(
     [width, height]: [u32; 2],
     format: wgpu::TextureFormat,

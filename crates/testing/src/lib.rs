@@ -1,5 +1,5 @@
-//! What the tests of this repository share: comparisons, operators run alone on the adapter, images
-//! in every format, and the hard cases. `tests/harness.rs` shows that each comparison can fail.
+//! Shared by this repository's tests: comparisons, single operators on the adapter, images in every
+//! format, and the hard cases. `tests/harness.rs` shows that each comparison can fail.
 
 #![allow(
     missing_docs,
@@ -23,14 +23,14 @@ use std::fmt::Debug;
 use wgdenoise::Image;
 use wgdenoise::internals::reference::Tensor;
 
-/// How far a value may be from the expected one: `absolute + relative · |expected|`.
+/// The allowed distance from the expected value: `absolute + relative · |expected|`.
 #[derive(Clone, Copy, Debug)]
 pub struct Tolerance {
     pub absolute: f32,
     pub relative: f32,
 }
 
-/// Fails with the worst element unless every one is within the tolerance.
+/// Fails with the worst element unless all are within the tolerance.
 #[track_caller]
 pub fn assert_close(name: &str, found: &Tensor, expected: &Tensor, tolerance: Tolerance) {
     if let Err(message) = compare(found, expected, tolerance) {
@@ -38,10 +38,10 @@ pub fn assert_close(name: &str, found: &Tensor, expected: &Tensor, tolerance: To
     }
 }
 
-/// Like [`assert_close`], but hands back what it has to say.
+/// Like [`assert_close`], but returns the message.
 ///
-/// NaN and infinity never agree with anything, themselves included; tensors without any
-/// element never agree, since nothing was compared.
+/// NaN and infinity never match anything, themselves included. Empty tensors never match either,
+/// since nothing was compared.
 pub fn compare(found: &Tensor, expected: &Tensor, tolerance: Tolerance) -> Result<(), String> {
     if found.shape() != expected.shape() {
         return Err(format!("shape {:?}, expected {:?}", found.shape(), expected.shape()));
@@ -51,7 +51,7 @@ pub fn compare(found: &Tensor, expected: &Tensor, tolerance: Tolerance) -> Resul
         return Err(format!("{} values against {}: nothing to compare", counts.0, counts.1));
     }
     let excess = |i: usize| excess(found.data[i], expected.data[i], tolerance);
-    // "Not close" instead of "too far", since every comparison with NaN is false.
+    // Tests for "not close" rather than "too far": every comparison with NaN is false.
     let close = |i: usize| excess(i) <= 0.0;
     let wrong = (0..found.data.len()).filter(|&i| !close(i));
     let (count, worst) = wrong.fold((0, None), |(count, worst), i| {
@@ -63,11 +63,11 @@ pub fn compare(found: &Tensor, expected: &Tensor, tolerance: Tolerance) -> Resul
     }
 }
 
-/// By how much the error is larger than allowed; NaN or ∞ if either value is not finite.
+/// How far the error exceeds the tolerance; NaN or ∞ if either value is not finite.
 fn excess(found: f32, expected: f32, tolerance: Tolerance) -> f64 {
     let (found, expected) = (f64::from(found), f64::from(expected));
     let allowed = f64::from(tolerance.absolute) + f64::from(tolerance.relative) * expected.abs();
-    // Subtracting before comparing turns ∞ against ∞ into NaN.
+    // Subtracting before comparing turns ∞ − ∞ into NaN.
     (found - expected).abs() - allowed
 }
 
@@ -88,7 +88,7 @@ fn describe(
     )
 }
 
-/// Runs every case of a table, then fails with the list of those that did not hold.
+/// Runs every case of a table, then fails with a list of the failed ones.
 #[track_caller]
 pub fn run_cases<C: Debug>(
     cases: impl IntoIterator<Item = C>,
@@ -99,7 +99,7 @@ pub fn run_cases<C: Debug>(
     }
 }
 
-/// Like [`run_cases`], but hands back what it has to say. A table without cases fails too.
+/// Like [`run_cases`], but returns the message. A table without cases fails too.
 pub fn check_cases<C: Debug>(
     cases: impl IntoIterator<Item = C>,
     mut check: impl FnMut(&C) -> Result<(), String>,
@@ -119,7 +119,7 @@ pub fn check_cases<C: Debug>(
     }
 }
 
-/// The image as a tensor `[3, height, width]`, to be compared like one.
+/// The image as a tensor `[3, height, width]`, for comparisons.
 pub fn image_tensor(image: &Image) -> Tensor {
     let (width, height) = image.size();
     Tensor::from_fn(3, height as usize, width as usize, |c, y, x| image.row(y as u32)[x][c])

@@ -1,14 +1,14 @@
-//! Pixels as the formats of a renderer's images hold them: see [`encode`], [`decode`], [`blend`].
+//! Pixels as stored in a renderer's image formats: see [`encode`], [`decode`], [`blend`].
 
 use half::f16;
 
 use wgdenoise::{Element, ImageFormat, wgpu};
 
-/// A pixel's bytes. RGBA for every texture format; a buffer holds as many of the four as its
-/// layout says.
+/// The bytes of a pixel: RGBA for every texture format; for a buffer, as many of the four channels
+/// as its layout has.
 ///
 /// # Panics
-/// If the format is none that a pass takes.
+/// Panics if no pass accepts the format.
 #[must_use]
 pub fn encode(format: ImageFormat, pixel: [f32; 4]) -> Vec<u8> {
     use wgpu::TextureFormat as Texture;
@@ -39,10 +39,10 @@ pub fn encode(format: ImageFormat, pixel: [f32; 4]) -> Vec<u8> {
     }
 }
 
-/// What [`encode`] made of a pixel.
+/// Reverses [`encode`].
 ///
 /// # Panics
-/// If the format is none that a pass takes, or `bytes` are not one pixel's.
+/// Panics if no pass accepts the format, or if `bytes` are not those of one pixel.
 #[must_use]
 pub fn decode(format: ImageFormat, bytes: &[u8]) -> [f32; 4] {
     use wgpu::TextureFormat as Texture;
@@ -71,8 +71,8 @@ pub fn decode(format: ImageFormat, bytes: &[u8]) -> [f32; 4] {
     }
 }
 
-/// The mixture of a denoised value and the noisy one, which has the share `share` of it; none if
-/// it is no number.
+/// Blends a denoised value with the share `share` of the noisy one, or with nothing if that is not
+/// a number.
 #[must_use]
 pub fn blend(denoised: f32, noisy: f32, share: f32) -> f32 {
     if noisy.is_finite() { denoised * (1.0 - share) + noisy * share } else { denoised }
@@ -97,7 +97,7 @@ mod tests {
         let texture = |format, pixel| encode(ImageFormat::Texture(format), pixel);
         assert_eq!(texture(Texture::Rgba8Unorm, [0.0, 0.5, 1.0, 2.0]), [0, 128, 255, 255]);
         assert_eq!(texture(Texture::Rgba8Snorm, [-1.0, 0.0, 1.0, 0.5]), [129, 0, 127, 64]);
-        // The grey of 18 % is 118 of 255 in sRGB.
+        // An 18 % grey is 118 of 255 in sRGB.
         assert_eq!(texture(Texture::Rgba8UnormSrgb, [0.18, 0.0, 1.0, 0.5]), [118, 0, 255, 128]);
         assert_eq!(texture(Texture::Rgb10a2Unorm, [1.0, 0.0, 0.0, 1.0]), [255, 3, 0, 192]);
         assert_eq!(texture(Texture::Rgba16Float, [1.0; 4]), [0, 0x3c].repeat(4));

@@ -1,8 +1,8 @@
-//! Numbers that look random and never change.
+//! Reproducible pseudorandom numbers.
 
 use wgdenoise::internals::reference::Tensor;
 
-/// The same numbers on every machine and in every run, for the same seed: `SplitMix64`
+/// For a given seed, yields the same numbers on every machine and in every run: `SplitMix64`
 /// (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
 pub struct Random(u64);
 
@@ -20,7 +20,7 @@ impl Random {
 
     /// A value in `[−1, 1)`.
     pub fn value(&mut self) -> f32 {
-        // 24 bits are what a 32-bit float holds exactly.
+        // A 32-bit float holds 24 bits exactly.
         (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
 

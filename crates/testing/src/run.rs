@@ -23,7 +23,7 @@ pub fn run(
     run_where(context, operator, &[(input, map)], shape, everything)
 }
 
-/// A map of activity whose layers all hold the same values.
+/// An activity map whose layers all hold the same values.
 pub fn activity_map(
     context: &Context,
     [width, height]: [u32; 2],
@@ -51,7 +51,7 @@ pub fn activity_map(
     })
 }
 
-/// The result of an operator where it is needed, and −77 where it wrote nothing.
+/// The result of an operator where it is needed, and −77 where nothing was written.
 pub fn run_where(
     context: &Context,
     operator: &dyn Operator,
@@ -62,7 +62,7 @@ pub fn run_where(
     let inputs: Vec<_> = inputs.iter().map(|(input, map)| upload(context, input, map)).collect();
     let inputs: Vec<_> = inputs.iter().collect();
     let [channels, height, width] = shape;
-    // What the kernel does not write stays visible.
+    // Makes unwritten values visible.
     let unwritten = Tensor::from_fn(channels, height, width, |_, _, _| -77.0);
     let output = upload(context, &unwritten, &channel_map(channels));
     let io = Io { inputs: &inputs, output: &output, pooled: None, need: Some(need) };

@@ -1,4 +1,4 @@
-//! From a TZA file to a weights file.
+//! Converts a TZA file to a weights file.
 
 use std::collections::{BTreeMap, HashMap};
 
@@ -10,13 +10,13 @@ use crate::error::{Error, Result};
 use crate::model::metadata::{MAX_WIDTH, Topology};
 use crate::model::{Network, OidnSize, Op};
 
-/// The weights file, as bytes, of a TZA file called `name` (without its extension). Whether the
-/// tensors are all there and finite is for [`Weights::from_bytes`](crate::Weights::from_bytes) to
-/// say.
+/// Converts a TZA file called `name` (without its extension) to a weights file, as bytes.
+/// [`Weights::from_bytes`](crate::Weights::from_bytes) then checks that the tensors are complete
+/// and finite.
 ///
 /// # Errors
-/// If the file cannot be [`read`], its name is none of Open Image Denoise's, or its
-/// convolutions are not those of a network that the name and this version know.
+/// Fails if the file cannot be [`read`], if `name` is not one of Open Image Denoise's, or if the
+/// convolutions do not match the name or any network this version knows.
 pub fn to_safetensors(bytes: &[u8], name: &str) -> Result<Vec<u8>> {
     let tensors = read(bytes)?;
     let kind = TzaKind::of(name)?;
@@ -38,7 +38,7 @@ fn not_written(error: &dyn std::fmt::Display) -> Error {
     Error::weights(format!("the weights file cannot be made: {error}"))
 }
 
-/// Which network it is, by the number of its convolutions, and what each of them makes.
+/// Identifies the network by its number of convolutions; also returns the output channels of each.
 fn shape_of(tensors: &[TzaTensor<'_>]) -> Result<(OidnSize, Vec<usize>)> {
     let weights = || tensors.iter().filter(|tensor| tensor.shape.len() == 4);
     let size = [OidnSize::Base, OidnSize::Large]
@@ -62,7 +62,7 @@ fn shape_of(tensors: &[TzaTensor<'_>]) -> Result<(OidnSize, Vec<usize>)> {
     Ok((size, widths))
 }
 
-/// Refuses a file that does not read what its name says.
+/// Rejects a file whose inputs contradict its name.
 fn check_inputs(kind: &TzaKind, tensors: &[TzaTensor<'_>], size: OidnSize) -> Result<()> {
     let first = size.names().next().expect("a network has convolutions");
     let first = tensors.iter().find(|tensor| tensor.name == format!("{first}.weight"));
@@ -72,12 +72,12 @@ fn check_inputs(kind: &TzaKind, tensors: &[TzaTensor<'_>], size: OidnSize) -> Re
     }
     Err(Error::weights(format!(
         "the file's network reads {found} channels, but by its name, {}, it should read {expected} \
-         ({}); give the file the name that it came with",
+         ({}); restore the file's original name",
         kind.stem, kind.inputs
     )))
 }
 
-/// A tensor's data; behind a concat with the skip's input channels moved before the upsampled.
+/// A tensor's data. Behind a concat, moves the skip's input channels before the upsampled ones.
 fn skip_first(network: &Network, tensor: &TzaTensor<'_>) -> Result<Vec<u8>> {
     let concat = network.layers.iter().enumerate().find_map(|(i, layer)| {
         let weight = tensor.name.strip_suffix(".weight") == Some(&layer.name);

@@ -1,20 +1,20 @@
-//! What a network of Open Image Denoise is for: a file says it by its name alone.
+//! The purpose of an Open Image Denoise network, which only the file's name tells.
 
 use crate::error::{Error, Result};
 use crate::model::MainImage::{self, Albedo, Color, Normal};
 use crate::model::TransferFunction::{self, Log, Pu, Signed, Srgb};
 use crate::model::{Inputs, Metadata};
 
-/// What the files of one name are for, whatever their size.
+/// The purpose of the files with one name, of any size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TzaKind {
     /// The file's name without size and extension, such as `rt_hdr_alb_nrm`.
     pub stem: &'static str,
-    /// What the network reads.
+    /// The images the network reads.
     pub inputs: Inputs,
-    /// What the first image is.
+    /// What the first image contains.
     pub main: MainImage,
-    /// How it is encoded.
+    /// How the first image is encoded.
     pub transfer: TransferFunction,
 }
 
@@ -30,7 +30,7 @@ const fn kind(
     TzaKind { stem, inputs, main, transfer }
 }
 
-/// All there are.
+/// All kinds of weights files.
 pub const KINDS: [TzaKind; 12] = [
     kind("rt_hdr", NONE, Color, Pu),
     kind("rt_hdr_alb", ALBEDO, Color, Pu),
@@ -47,32 +47,32 @@ pub const KINDS: [TzaKind; 12] = [
 ];
 
 impl TzaKind {
-    /// The kind of a file with this name, less its extension.
+    /// The kind of a file by its name without extension.
     ///
     /// # Errors
-    /// If Open Image Denoise has no file of this name.
+    /// Fails if Open Image Denoise has no file of this name.
     pub fn of(name: &str) -> Result<Self> {
         let stem = name.strip_suffix("_small").or_else(|| name.strip_suffix("_large"));
         let stem = stem.unwrap_or(name);
         KINDS.into_iter().find(|kind| kind.stem == stem).ok_or_else(|| {
             Error::weights(format!(
-                "`{name}` is no name of Open Image Denoise's weights, and a TZA file says only by \
-                 its name what it is for; give the file the name that it came with, such as \
+                "`{name}` is not the name of any Open Image Denoise weights, and only its name tells \
+                 what a TZA file is for; restore the file's original name, such as \
                  rt_hdr_alb_nrm.tza"
             ))
         })
     }
 }
 
-/// The name, less the size, of weights that do what those of `metadata` do and read the most of
-/// `inputs`, and nothing else.
+/// The name, without size, of the weights that serve the purpose of `metadata` and read as many of
+/// `inputs` as possible and no other image.
 #[must_use]
 pub fn for_inputs(metadata: &Metadata, inputs: Inputs) -> Option<&'static str> {
     let fits = |kind: &TzaKind| {
         let same = (kind.main, kind.transfer) == (metadata.main, metadata.transfer_function);
         same && kind.inputs.intersection(inputs) == kind.inputs
     };
-    // Of equals, the last counts, and those for noisy albedo and normal stand first.
+    // Of equals, the last wins, and the kinds for noisy albedo and normal come first.
     let kinds = KINDS.into_iter().rev().filter(fits);
     kinds.max_by_key(|kind| kind.inputs.channels()).map(|kind| kind.stem)
 }

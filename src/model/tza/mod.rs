@@ -1,7 +1,7 @@
-//! Weights of Open Image Denoise, read from its own files (TZA) into this project's format.
+//! Reads the weights files of Open Image Denoise (TZA) into this project's format.
 //!
-//! The two differ in one thing: these networks were trained with the upsampled channels before
-//! the skip's, where a weights file has the skip's first; see `weights-format.md`.
+//! One thing differs: those networks were trained with the upsampled channels before the skip's,
+//! while this project's weights files have the skip's first; see `weights-format.md`.
 
 mod convert;
 mod kind;

@@ -1,10 +1,10 @@
-//! The container: named tensors in a table, and their values elsewhere in the file.
+//! The container: a table of named tensors, with their values elsewhere in the file.
 //!
-//! Little-endian. The file begins with a 16-bit magic number, the major and the minor version in
-//! a byte each, and the 64-bit offset of the table. The table is a 32-bit count and, for each
-//! tensor, its name after a 16-bit length, the number of dimensions in a byte, a 32-bit size for
-//! each, a letter for each (the layout), a letter for the type of the values, and their 64-bit
-//! offset.
+//! All numbers are little-endian. The file begins with a 16-bit magic number, the major and the
+//! minor version in one byte each, and the 64-bit offset of the table. The table is a 32-bit count
+//! followed by one entry per tensor: a 16-bit length and the name, the number of dimensions in one
+//! byte, a 32-bit size for each dimension, a letter for each (the layout), a letter for the value
+//! type, and the 64-bit offset of the values.
 
 use std::collections::HashSet;
 use std::path::Path;
@@ -13,7 +13,7 @@ use safetensors::Dtype;
 
 use crate::error::{Error, Result};
 
-/// How every file begins.
+/// The first bytes of every file.
 const MAGIC: [u8; 2] = [0xd7, 0x41];
 
 const MAJOR_VERSION: u8 = 2;
@@ -22,10 +22,10 @@ const MAX_TENSORS: u32 = 64;
 const MAX_DIMENSIONS: usize = 4;
 const MAX_NAME: usize = 64;
 
-/// A tensor, its values still bytes.
+/// A tensor whose values are still bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TzaTensor<'a> {
-    /// Such as `enc_conv0.weight`.
+    /// Its name, such as `enc_conv0.weight`.
     pub name: &'a str,
     /// Sizes, slowest axis first.
     pub shape: Vec<usize>,
@@ -35,31 +35,34 @@ pub struct TzaTensor<'a> {
     pub data: &'a [u8],
 }
 
-/// Whether a weights file is read as TZA: by its name or else by how it begins. A safetensors file
-/// begins with the length of its header, which may be any, and has the header's brace at byte 8.
+/// Whether to read a weights file as TZA, judged by its extension or its first bytes. A safetensors
+/// file begins with the length of its header, which may have any value, and has the header's brace
+/// at byte 8.
 #[must_use]
 pub fn is_tza(name: &Path, bytes: &[u8]) -> bool {
     let named = name.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("tza"));
     named || (bytes.starts_with(&MAGIC) && bytes.get(8) != Some(&b'{'))
 }
 
-/// All tensors, in the file's order. Their data are views of `bytes` that do not exceed the file
-/// in total.
+/// All tensors, in the file's order. Their data borrow from `bytes` and together are no larger than
+/// the file.
 ///
 /// # Errors
-/// If the file is cut off, of another format or version, or has too many tensors, or one's name,
-/// type, layout, size or place is not what it can be.
+/// Fails if the file is truncated, of another format or version, or has too many tensors, or if a
+/// tensor's name, type, layout, size or offset is invalid.
 pub fn read(bytes: &[u8]) -> Result<Vec<TzaTensor<'_>>> {
     let mut header = Cursor { bytes, at: 0 };
     if header.array()? != MAGIC {
         return Err(wrong(
-            "the file does not begin as such files do; get the file itself, not a web page or a \
-             Git LFS pointer in its place",
+            "the signature is missing; get the file itself, not a web page or a Git LFS \
+             pointer",
         ));
     }
     let [major, minor] = header.array()?;
     if major != MAJOR_VERSION {
-        return Err(wrong(&format!("version {major}.{minor}, but this reads {MAJOR_VERSION}.x")));
+        return Err(wrong(&format!(
+            "version {major}.{minor}, but this reads {MAJOR_VERSION}.x only"
+        )));
     }
     let at = usize::try_from(u64::from_le_bytes(header.array()?)).unwrap_or(usize::MAX);
     let mut table = Cursor { bytes, at };
@@ -71,7 +74,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<TzaTensor<'_>>> {
     for _ in 0..count {
         let tensor = table.tensor()?;
         if !names.insert(tensor.name) {
-            return Err(wrong(&format!("tensor `{}` is there twice", tensor.name)));
+            return Err(wrong(&format!("tensor `{}` appears twice", tensor.name)));
         }
         total += tensor.data.len();
         if total > bytes.len() {
@@ -82,7 +85,7 @@ pub fn read(bytes: &[u8]) -> Result<Vec<TzaTensor<'_>>> {
     Ok(tensors)
 }
 
-/// A place in the file.
+/// A read position in the file.
 struct Cursor<'a> {
     bytes: &'a [u8],
     at: usize,
@@ -108,7 +111,7 @@ impl<'a> Cursor<'a> {
         let fits = (1..=MAX_NAME).contains(&name.len()) && name.iter().all(is_name);
         let name = std::str::from_utf8(name).ok().filter(|_| fits).ok_or_else(|| {
             wrong(&format!(
-                "a tensor's name is not of 1 to {MAX_NAME} letters, digits, `_` and `.`"
+                "a tensor's name does not consist of 1 to {MAX_NAME} letters, digits, `_` and `.`"
             ))
         })?;
         let shape = self.shape(name)?;
@@ -116,7 +119,11 @@ impl<'a> Cursor<'a> {
         let (dtype, size) = match kind {
             b'f' => (Dtype::F32, 4),
             b'h' => (Dtype::F16, 2),
-            _ => return Err(wrong(&format!("tensor `{name}` is of no known type, F16 or F32"))),
+            _ => {
+                return Err(wrong(&format!(
+                    "tensor `{name}` has an unknown type, expected F16 or F32"
+                )));
+            }
         };
         let offset = usize::try_from(u64::from_le_bytes(self.array()?)).unwrap_or(usize::MAX);
         let count = shape.iter().try_fold(size, |product: usize, &n| product.checked_mul(n));
@@ -126,7 +133,7 @@ impl<'a> Cursor<'a> {
         Ok(TzaTensor { name, shape, dtype, data })
     }
 
-    /// The sizes; the layout must be that of convolutions or of biases.
+    /// The sizes. Only the layouts of convolutions and biases are allowed.
     fn shape(&mut self, name: &str) -> Result<Vec<usize>> {
         let [dimensions] = self.array()?;
         let dimensions = usize::from(dimensions);

@@ -1,19 +1,20 @@
-//! 3×3 convolution on matrix units (cooperative matrices of `wgpu`) as generated code.
+//! 3×3 convolution on matrix units (wgpu's cooperative matrices), as generated code.
 //!
-//! A convolution is a sum over taps and input channels of products of matrices: pixels × input
-//! channels by input channels × output channels. A subgroup multiplies square tiles of them with
-//! one instruction. WGSL fixes their size and type in the text, so this module writes it, for
-//! tiles of 16×16 (NVIDIA) and 8×8 (lavapipe). Adapters whose subgroups come in several sizes,
-//! as wgpu says of AMD's and Apple's, run the tiled kernels.
+//! A convolution is a sum, over taps and input channels, of matrix products: pixels × input
+//! channels by input channels × output channels. A subgroup multiplies square tiles of these with
+//! one instruction. WGSL fixes their size and type in the text, so this module writes the text, for
+//! tiles of 16×16 (NVIDIA) and 8×8 (lavapipe). Adapters whose subgroups come in several sizes, as
+//! wgpu reports for AMD and Apple, run the tiled kernels.
 //!
-//! A workgroup of four subgroups makes eight rows of pixels, two tiles wide, of 16 or 32 output
-//! channels: sums of more would not stay in registers. For each slice of input channels, as many
-//! as a tile is wide, it stages the pixels with their border in workgroup memory; the tiles of
-//! pixels are rows of it, shifted by the tap. Weights come from their buffer. Sums are in 32-bit
-//! float. A tile's elements have no address, so sums go through workgroup memory too, for bias,
-//! clamp and store. Workgroup memory: 14976 bytes at most, of the 16384 that every device has.
+//! A workgroup of four subgroups computes eight rows of pixels, two tiles wide, with 16 or 32
+//! output channels; the sums of more would not fit in registers. For each slice of as many input
+//! channels as a tile is wide, it stages the pixels and their border in workgroup memory; the tiles
+//! of pixels are rows of it, shifted by the tap. Weights come straight from their buffer. Sums are
+//! 32-bit floats. A tile's elements have no addresses, so sums pass through workgroup memory too,
+//! for bias, clamp and store. Workgroup memory: at most 14976 bytes of the 16384 that every device
+//! has.
 //!
-//! No GPU has timed these kernels yet: tile and workgroup are reasoned, not measured.
+//! No GPU has timed these kernels yet: tile and workgroup sizes are reasoned, not measured.
 
 mod wgsl;
 
@@ -23,14 +24,14 @@ use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::matrix_shape::{Factor, MatrixShape, SUBGROUPS};
 use crate::shader::ShaderRoot;
 
-/// Tiles side by side along the pixels of a row that one workgroup makes.
+/// Tiles side by side in a row of pixels, per workgroup.
 pub const COLUMNS: u32 = 2;
-/// Rows of pixels that one subgroup makes.
+/// Rows of pixels per subgroup.
 pub const ROWS: u32 = 2;
-/// Sums of a subgroup that are on their way to the output at a time.
+/// Sums of a subgroup in flight to the output at a time.
 pub const SUMS: u32 = 256;
 
-/// Output channels of a workgroup: 32 reuse pixels best, fewer waste none.
+/// Output channels per workgroup: 32 reuse pixels best, fewer waste none.
 #[must_use]
 pub fn channels_per_workgroup(outputs: usize) -> u32 {
     if outputs <= 16 { 16 } else { 32 }
@@ -73,8 +74,8 @@ pub fn variant(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> Varian
     }
 }
 
-/// Weights as `[block][slice of input channels][tap][output channel][input channel]`, so that
-/// the tile of some output channels is a matrix by columns.
+/// Weights as `[block][slice of input channels][tap][output channel][input channel]`, so that the
+/// tile of some output channels is a column-major matrix.
 fn pack(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> wgpu::Buffer {
     let side = shape.side as usize;
     let channels = channels_per_workgroup(taps.outputs) as usize;

@@ -1,11 +1,11 @@
-//! The text of the kernel.
+//! Writes the text of the kernel.
 
 use std::fmt::Write as _;
 
 use super::{COLUMNS, MatrixShape, ROWS, SUBGROUPS, SUMS};
 
-/// The entry point for a shape and a number of output channels per workgroup. What needs no
-/// unrolling is in `shaders/conv3x3_matrix.wgsl`.
+/// The entry point for a shape and a number of output channels per workgroup. Everything that needs
+/// no unrolling is in `shaders/conv3x3_matrix.wgsl`.
 pub(super) fn source(shape: MatrixShape, channels: u32) -> String {
     let body = [zeros(shape, channels), products(shape, channels), stores(shape, channels)];
     let [zeros, products, stores] = body;
@@ -51,12 +51,12 @@ fn main(
     )
 }
 
-/// Tiles of output channels that go to the output together.
+/// Tiles of output channels stored together.
 fn tiles_per_store(side: u32, channels: u32) -> u32 {
     (SUMS / (side * side)).min(channels / side)
 }
 
-/// Row, tile of columns and tile of output channels of every accumulator of a subgroup.
+/// Row, column tile and output-channel tile of every accumulator of a subgroup.
 fn accumulators(side: u32, channels: u32) -> impl Iterator<Item = (u32, u32, u32)> {
     let columns = move |row| (0..COLUMNS).map(move |column| (row, column));
     let place = (0..ROWS).flat_map(columns);
@@ -72,7 +72,7 @@ fn zeros(shape: MatrixShape, channels: u32) -> String {
 }
 
 /// The products of a slice and a kernel column `kx`: every staged row is loaded once and used by
-/// each kernel row that it belongs to.
+/// every kernel row it belongs to.
 fn products(shape: MatrixShape, channels: u32) -> String {
     let (side, tiles) = (shape.side, channels / shape.side);
     let mut text = String::new();

@@ -1,16 +1,15 @@
 //! Convolutions as straight-line code for CPU drivers such as lavapipe.
 //!
-//! llvmpipe runs eight invocations in the lanes of one vector. A weight that every lane needs
-//! is cheapest when each lane loads a different one and `subgroupBroadcast` with a constant
-//! lane hands them round; accumulators are cheapest as separate variables. WGSL has neither
-//! unrolling nor templates, so the module `text` writes the entry points, which call functions of
-//! `shaders/`. The plain kernels remain the definition, and the tests compare every generated variant
-//! with the same references.
+//! llvmpipe runs eight invocations in the lanes of one vector. A weight that every lane needs is
+//! cheapest if each lane loads a different one and `subgroupBroadcast` with a constant lane shares
+//! them; accumulators are cheapest as separate variables. WGSL has neither unrolling nor templates,
+//! so the module `text` writes the entry points, which call functions of `shaders/`. The plain
+//! kernels remain the definition, and the tests compare every generated variant with the same
+//! references.
 //!
-//! Each invocation makes a few pixels of a row and `4 · out_quads` output channels. Reads
-//! outside of a tensor rely on the driver to give 0, which lavapipe does and the border cases
-//! of the tests confirm; on GPUs the tiled kernels run instead. Writes outside do nothing, as
-//! WGSL demands.
+//! Each invocation computes a few pixels of a row and `4 · out_quads` output channels. Reads
+//! outside a tensor rely on the driver returning 0, which lavapipe does and the border cases of the
+//! tests confirm; GPUs run the tiled kernels instead. Writes outside do nothing, as WGSL demands.
 
 mod text;
 mod walk;
@@ -23,7 +22,7 @@ use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::SIMD_LANES;
 use crate::shader::ShaderRoot;
 
-/// What the generated kernel computes.
+/// The operator a generated kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SimdKernel {
     /// [`super::conv3x3`].
@@ -49,14 +48,14 @@ impl SimdKernel {
         }
     }
 
-    /// Pixels of a row that one invocation makes. The more there are, the fewer broadcasts each
-    /// costs; half as many channels keep the accumulators as few.
+    /// Pixels of a row per invocation. More pixels mean fewer broadcasts for each; halving the
+    /// channels keeps the number of accumulators.
     #[must_use]
     pub fn pixels(self) -> u32 {
         if self == Self::UpConv { 8 } else { 4 }
     }
 
-    /// Pixels along x and y that a workgroup makes.
+    /// Pixels along x and y per workgroup.
     #[must_use]
     pub fn tile(self) -> [u32; 2] {
         [self.pixels() * LANES, 1]
@@ -69,7 +68,7 @@ impl SimdKernel {
         outputs.div_ceil(4).min(most)
     }
 
-    /// Every number of output quads that [`quads`](Self::quads) can give.
+    /// All values that [`quads`](Self::quads) can return.
     #[must_use]
     pub fn all_quads(self) -> std::ops::RangeInclusive<usize> {
         match self {
@@ -79,7 +78,7 @@ impl SimdKernel {
         }
     }
 
-    /// What it reads, source by source.
+    /// Its reads, source by source.
     fn walks(self) -> &'static [Walk] {
         match self {
             Self::Conv3x3 => &[walk::ROWS],
@@ -90,7 +89,7 @@ impl SimdKernel {
     }
 }
 
-/// The generated kernel for so many output quads per invocation, without features.
+/// The generated kernel for this many output quads per invocation, without features.
 #[must_use]
 pub fn spec(
     shape: SimdKernel,
@@ -115,9 +114,9 @@ pub fn blocks(shape: SimdKernel, outputs: usize) -> usize {
     outputs.div_ceil(4 * shape.quads(outputs))
 }
 
-/// The weights as the generated kernel reads them: layer = block, row = step (kernel row ×
-/// input quad, walk after walk), texel = (tap × input channel × output quad), padded to whole
-/// lanes. `weight` has the value for a step, a tap, a channel of the step's quad and an output.
+/// The weights in the layout of the generated kernel: layer = block, row = step (kernel row × input
+/// quad, walk after walk), texel = (tap × input channel × output quad), padded to whole lanes.
+/// `weight` returns the value for a step, a tap, a channel of the step's quad and an output.
 #[must_use]
 pub fn pack(
     context: &Context,

@@ -1,4 +1,4 @@
-//! The text of the generated kernels.
+//! Writes the text of the generated kernels.
 
 use std::fmt::Write as _;
 
@@ -8,7 +8,7 @@ use super::{LANES, SimdKernel};
 /// The components of a texel.
 const CHANNELS: [&str; 4] = ["x", "y", "z", "w"];
 
-/// What the entry point needs of `shaders/`.
+/// The entry point's imports from `shaders/`.
 fn imports(shape: SimdKernel) -> &'static str {
     match shape {
         SimdKernel::Conv3x3 => {
@@ -118,7 +118,7 @@ fn step(shape: SimdKernel, walk: &Walk, quads: usize) -> String {
     text
 }
 
-/// All terms of one accumulator in a row, so that it stays in a register meanwhile.
+/// All terms of one accumulator in a row, so that it stays in a register.
 fn multiply_add(walk: &Walk, k: usize, p: usize) -> String {
     let mut text = String::new();
     for (tap, texel) in (walk.terms)(p) {
@@ -130,7 +130,7 @@ fn multiply_add(walk: &Walk, k: usize, p: usize) -> String {
     text
 }
 
-/// Biases and stores. What lies outside of the output is not stored.
+/// Biases and stores. Pixels outside the output are not stored.
 fn store(shape: SimdKernel, quads: usize) -> String {
     let mut text = format!(
         "    if needed {{
@@ -160,7 +160,8 @@ fn conv3x3_bias(k: usize) -> String {
     text
 }
 
-/// The transposed convolution's share of the bias is smaller where the zero padding is seen.
+/// The transposed convolution's share of the bias is smaller where the kernel sees the zero
+/// padding.
 fn up_conv_bias(k: usize) -> String {
     let mut text = String::new();
     for (i, column) in ["left", "inside", "right"].into_iter().enumerate() {
@@ -174,8 +175,7 @@ fn up_conv_bias(k: usize) -> String {
     text
 }
 
-/// The 1×1 convolution of what the sums come to: the lanes load a quad's weights and hand them
-/// round.
+/// The 1×1 convolution of the activated sums: the lanes load a quad's weights and share them.
 fn project(quads: usize) -> String {
     let pixels = SimdKernel::ConvHead.pixels();
     let mut text = String::new();
@@ -198,7 +198,7 @@ fn project(quads: usize) -> String {
     text
 }
 
-/// The results, one per pixel, go on to the image by the function of the shader.
+/// Passes the results, one per pixel, to the shader's function that stores them in the image.
 fn finish(result: &str) -> String {
     let pixel = |p| format!("    finish(vec2(x + {p}, y), {result}{p});\n");
     (0..SimdKernel::Head.pixels()).map(pixel).collect()

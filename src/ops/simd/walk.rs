@@ -1,7 +1,7 @@
-//! How a kernel walks over a tensor: step by step, each one kernel row of four input channels.
+//! How a kernel walks over a tensor: in steps of one kernel row of four input channels.
 
 /// A loop over kernel rows and input quads. Positions are WGSL expressions in `x`, `y` (the
-/// first output pixel of the invocation), `row` and the names that [`super::text`] declares.
+/// invocation's first output pixel), `row` and the names that [`super::text`] declares.
 pub(super) struct Walk {
     /// The tensor's name.
     pub(super) tensor: &'static str,
@@ -9,9 +9,9 @@ pub(super) struct Walk {
     pub(super) weights: &'static str,
     /// Kernel rows.
     pub(super) rows: usize,
-    /// Taps that have weights of their own in a step.
+    /// Taps with weights of their own in a step.
     pub(super) taps: usize,
-    /// Texels of a row that a step reads, from column `x`.
+    /// Texels of a row that a step reads, starting at column `x`.
     pub(super) texels: fn(pixels: usize) -> usize,
     /// Column of the first texel.
     pub(super) x: &'static str,
@@ -36,14 +36,14 @@ pub(super) const ROWS: Walk = Walk {
     terms: |pixel| (0..3).map(|column| (column, pixel + column)).collect(),
 };
 
-/// The same before the head, whose weights are others.
+/// The same before the head, with different weights.
 pub(super) const BEFORE_HEAD: Walk = Walk { weights: "conv_weights", ..ROWS };
 
 /// The same over the skip of a decoder level.
 pub(super) const SKIP: Walk = Walk { tensor: "skip", ..ROWS };
 
-/// The 2×2 low-resolution pixels under the 3×3 neighbourhood of each pixel; which they are, and
-/// with which weights, depends on whether its coordinates are even or odd. `x` is even.
+/// The 2×2 low-resolution pixels under the 3×3 neighbourhood of each pixel. Whether its coordinates
+/// are even or odd decides which pixels and weights these are. `x` is even.
 pub(super) const LOW: Walk = Walk {
     tensor: "low",
     weights: "weights",

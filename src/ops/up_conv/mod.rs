@@ -1,12 +1,12 @@
-//! The start of a decoder level in one kernel: transposed convolution of the low-resolution
-//! tensor, concatenation behind the skip, 3×3 convolution, bias and ReLU.
+//! The start of a decoder level in one kernel: transposed convolution of the low-resolution tensor,
+//! concatenation behind the skip, 3×3 convolution, bias and ReLU.
 //!
-//! Nothing non-linear stands between the two convolutions, so they are one: of the 3×3
-//! upsampled pixels around an output pixel, some lie in the same low-resolution pixel, and what
-//! is left is a 2×2 convolution whose weights depend on whether the output's row and column are
-//! even or odd: 4 products per low-resolution channel and output, and no tensor in between. The
-//! transposed convolution's bias passes the 3×3 taps too, except where they see the zero
-//! padding, hence a bias for each of the 3×3 places at the border.
+//! Nothing non-linear lies between the two convolutions, so they can be one. Some of the 3×3
+//! upsampled pixels around an output pixel share a low-resolution pixel, which leaves a 2×2
+//! convolution whose weights depend on whether the output's row and column are even or odd: 4
+//! products per low-resolution channel and output, and no tensor in between. The transposed
+//! convolution's bias passes through the 3×3 taps too, except where they see the zero padding, so
+//! each of the 3×3 positions relative to the border has its own bias.
 
 mod fold;
 
@@ -23,7 +23,7 @@ use crate::gpu::kernel_set::KernelSet;
 use crate::model::Params;
 use crate::shader::ShaderRoot;
 
-/// What the generated variant binds.
+/// The bindings of the generated variant.
 const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
 
 /// The variant for GPUs.
@@ -42,7 +42,7 @@ const fn bindings(weights: Binding) -> [Binding; 7] {
     [skip, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM, low]
 }
 
-/// The generated variant for CPU drivers, for so many output quads per invocation.
+/// The generated variant for CPU drivers, with this many output quads per invocation.
 #[must_use]
 pub fn simd_spec(out_quads: usize) -> KernelSpec {
     let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
@@ -50,9 +50,9 @@ pub fn simd_spec(out_quads: usize) -> KernelSpec {
     KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
 }
 
-/// The operator for the skip and the low-resolution tensor, which are stored as `maps` say.
-/// `params` are those of the transposed convolution to `ups` channels, `[low][up][2][2]`,
-/// followed by those of the 3×3 convolution, `[output][skip, then up][3][3]`; biases likewise.
+/// The operator for the skip and the low-resolution tensor, stored as in `maps`. `params` hold the
+/// transposed convolution's weights to `ups` channels, `[low][up][2][2]`, followed by the 3×3
+/// convolution's, `[output][skip, then up][3][3]`; biases likewise.
 #[must_use]
 pub fn up_conv(
     context: &Context,
@@ -102,8 +102,8 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     Variant::simd(simd_spec(shape.quads(outputs)), shape, weights, outputs)
 }
 
-/// `[block][skip quad][9 taps][4 output quads]` matrices, then the same of the low-resolution
-/// tensor with its 16 taps.
+/// `[block][skip quad][9 taps][4 output quads]` matrices, followed by the low-resolution tensor's,
+/// with 16 taps.
 fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let blocks = skip.out_quads().div_ceil(TILED_QUADS);
     let data: Vec<f32> =

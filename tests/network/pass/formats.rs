@@ -1,4 +1,4 @@
-//! Every format of every image, in a mix.
+//! Every format of every image, mixed.
 
 use wgdenoise::internals::reference;
 use wgdenoise::wgpu::TextureFormat as Texture;
@@ -16,7 +16,7 @@ use wgdenoise_testing::{Tolerance, compare, run_cases};
 const SIZE: [u32; 2] = [45, 31];
 const F16: ImageFormat = ImageFormat::Buffer(Element::F16);
 
-/// A format, where pixels stand if it is a buffer's, and how a normal is stored.
+/// A format, the pixel layout if it is a buffer's, and how a normal is stored.
 type Stored = (ImageFormat, Layout, NormalEncoding);
 
 fn texture(format: Texture) -> Stored {
@@ -31,7 +31,7 @@ fn buffer(format: ImageFormat, layout: Layout) -> Stored {
     (format, layout, NormalEncoding::Signed)
 }
 
-/// Images that have an alpha: textures, and buffers of odd strides in which neighbours share words.
+/// Images with alpha: textures, and buffers with odd strides in which neighbours share words.
 fn floats() -> [Stored; 6] {
     [
         texture(Texture::Rgba16Float),
@@ -61,17 +61,17 @@ fn every_format_gives_what_its_values_give_as_floats() {
         buffer(F16, Layout::packed(SIZE[0])),
         unorm(F32),
     ];
-    // Every format of each image once, beside others of the other images.
+    // Every format of each image once, combined with others of the other images.
     let images = |i| [floats()[i], albedos[i], normals[i], floats()[(i + 2) % 6]];
     let sets = kernel_sets(Precision::F32);
     let cases = sets.iter().flat_map(|&set| (0..6).map(move |i| (images(i), set)));
     run_cases(cases, |&(images, kernels)| check(images, kernels));
 }
 
-/// In the transfer domain, whose bright part is `log(v) / 16.3`: a 16-bit output rounds by 2⁻¹¹,
-/// or a driver truncates it by 2⁻¹⁰, which is 6e-5 there.
+/// In the transfer domain, whose bright part is `log(v) / 16.3`: a 16-bit output rounds by 2⁻¹¹, or
+/// a driver truncates it by 2⁻¹⁰, which is 6e-5 there.
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-4, relative: 0.0 };
-/// Vulkan lets drivers decode sRGB with an error of half a step of its 8 bits.
+/// Vulkan lets drivers decode sRGB with an error of half an 8-bit step.
 const SRGB: Tolerance = Tolerance { absolute: 2e-3, relative: 0.0 };
 
 fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Result<(), String> {
@@ -108,7 +108,7 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
     if scene.output.gaps_are_untouched() { Ok(()) } else { Err("a gap was written to".into()) }
 }
 
-/// An image whose values the format does not have to clamp.
+/// An image whose values the format stores without clamping.
 fn held_by(image: &Image, format: ImageFormat) -> Image {
     let half = [F16, ImageFormat::Texture(Texture::Rgba16Float)].contains(&format);
     let largest = if half { 65504.0 } else { f32::MAX };
@@ -117,7 +117,7 @@ fn held_by(image: &Image, format: ImageFormat) -> Image {
     image
 }
 
-/// With an alpha that every float format holds.
+/// Adds an alpha that every float format stores exactly.
 fn with_alpha(image: &Image) -> Vec<Pixel> {
     let alpha = |i: usize| (i % 9) as f32 / 8.0;
     image.pixels().iter().enumerate().map(|(i, &[r, g, b])| [r, g, b, alpha(i)]).collect()
@@ -131,12 +131,12 @@ fn decode_normal(value: f32, encoding: NormalEncoding) -> f32 {
     if encoding == NormalEncoding::Unorm { 2.0 * value - 1.0 } else { value }
 }
 
-/// Pixels that are not finite are filled, in every format that has them.
+/// Non-finite pixels are filled, in every format that can hold them.
 #[test]
 fn bad_pixels_are_filled_in_every_format() {
     let mut pixels = with_alpha(&images(SIZE[0], SIZE[1])[0]);
     let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    // Eight neighbours each, whose mean every format holds exactly and no division rounds.
+    // Eight neighbours each, whose mean every format stores exactly and no division rounds.
     pixels[..45 * 5].fill([0.5, 2.0, 1.0, 1.0]);
     pixels[51][0] = 1.5;
     for (i, value) in values.into_iter().enumerate() {
@@ -158,7 +158,7 @@ fn bad_pixels_are_filled_in_every_format() {
             let normal_encoding = NormalEncoding::Signed;
             let scene =
                 Scene { size: SIZE, color, albedo: None, normal: None, normal_encoding, output };
-            // A measured exposure leaves bad pixels out, and counts those that fill them.
+            // The measured exposure would skip bad pixels but count the ones that replace them.
             let input_scale = InputScale::Value(0.3);
             let descriptor = scene.descriptor().input_scale(input_scale);
             let pass = denoiser.pass(&descriptor).expect("the images fit");
@@ -169,7 +169,7 @@ fn bad_pixels_are_filled_in_every_format() {
     });
 }
 
-/// A 16-bit output holds what it can: brighter values are its largest, not infinity.
+/// A 16-bit output saturates: brighter values become its largest one, not infinity.
 #[test]
 fn what_is_too_bright_for_the_output_is_clamped() {
     let pixels = vec![[3e5, 1.0, 1e-3, 1.0]; 48];
@@ -182,16 +182,16 @@ fn what_is_too_bright_for_the_output_is_clamped() {
             normal_encoding: NormalEncoding::Signed,
             output: GpuImage::new(&pixels, [8, 6], format, Layout::packed(8)),
         };
-        // A constant block is clean: its colour goes through as it is.
+        // A constant block is clean, so its colour passes through unchanged.
         let [red, green, blue, alpha] = scene.run(&denoiser(&Options::default()))[20];
         assert_eq!([red, green], [65504.0, 1.0], "{format:?}");
-        // The colour has no alpha here, and a buffer of RGB has no place for one.
+        // The colour has no alpha here, and an RGB buffer has no room for one.
         assert!(alpha == 1.0 || format == F16, "{format:?}: {alpha}");
         assert!((blue / 1e-3 - 1.0).abs() < 1.0 / 1024.0, "{format:?}: {blue}");
     }
 }
 
-/// Where there is no surface, all of these mean the same.
+/// Without a surface, all of these mean the same.
 #[test]
 fn no_normal_is_no_normal_in_both_encodings() {
     let mut images = images(SIZE[0], SIZE[1]);

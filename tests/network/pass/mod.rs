@@ -1,4 +1,4 @@
-//! Recorded into a caller's encoder, on a caller's textures and buffers.
+//! A pass recorded into the caller's encoder, over the caller's textures and buffers.
 
 mod blend;
 mod formats;
@@ -29,7 +29,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// A frame whose images are all in one format, and an output of zeros like them.
+    /// A frame with all images in one format, and an output of zeros in the same.
     fn new(frame: &Frame<'_>, format: ImageFormat, layout: Layout) -> Self {
         let (width, height) = frame.color.size();
         let size = [width, height];
@@ -52,7 +52,7 @@ impl Scene {
             .normal_encoding(self.normal_encoding)
     }
 
-    /// What the output holds after the pass.
+    /// The contents of the output after the pass.
     fn run(&self, denoiser: &Denoiser) -> Vec<Pixel> {
         let pass = denoiser.pass(&self.descriptor()).expect("the images fit");
         self.output.read(|encoder| pass.encode(encoder))

@@ -1,5 +1,5 @@
-//! What a pass cannot use is an error of `pass()` that says what to change, and never a panic in
-//! the caller's frame. The tests' device panics at any validation error.
+//! Whatever a pass cannot use is an error of `pass()` that explains what to change, never a panic
+//! in the caller's frame. The tests' device panics on any validation error.
 
 use wgdenoise::wgpu::{self, BufferUsages, TextureFormat as Texture, TextureUsages};
 use wgdenoise::{
@@ -21,7 +21,7 @@ fn storage(size: u64, usage: BufferUsages) -> wgpu::Buffer {
     gpu().device.create_buffer(&descriptor)
 }
 
-/// Images that fit, of 4×4 pixels.
+/// Valid images of 4×4 pixels.
 struct Fitting {
     denoiser: Denoiser,
     color: wgpu::Texture,

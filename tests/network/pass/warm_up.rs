@@ -1,4 +1,4 @@
-//! Compiling ahead.
+//! Compiling ahead of time.
 
 use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{ImageFormat, NormalEncoding, Options, PassFormats};

@@ -37,8 +37,8 @@ fn a_file_is_judged_by_its_name_before_its_content() {
     // A safetensors file whose header has 16855 bytes begins as TZA files do.
     let begin = [&16855_u64.to_le_bytes()[..], b"{\"__metadata__\":{}}"].concat();
     fs::write(folder.path("w.safetensors"), begin).unwrap();
-    let words = "rt_hdr.tza: weights: TZA file: the file does not begin as such files do; get";
-    // A file that all images need is reported once.
+    let words = "rt_hdr.tza: weights: TZA file: the signature is missing; get";
+    // Of a file that all pictures need, one line for all.
     fs::create_dir(folder.path("clean")).unwrap();
     let run =
         |weights| folder.run(&["plain_rgb.exr", WITH_ALL, "clean", "-q", "--weights", weights]);

@@ -1,4 +1,4 @@
-//! The table of hard cases: what goes in, what is measured, and what that should be at most.
+//! The table of hard cases: inputs, measures and their goals.
 
 use wgdenoise::Image;
 
@@ -9,41 +9,41 @@ pub struct Case {
     pub name: String,
     pub color: Image,
     pub measure: Measure,
-    /// What the measure should be at most.
+    /// Upper bound that the measure should meet.
     pub goal: f64,
-    /// What it is at most where the goal is missed, by [`By`].
+    /// The bound it does meet where it misses the goal, by [`By`].
     missed: [Option<f64>; 3],
 }
 
-/// What denoises.
+/// The denoisers under test.
 #[derive(Clone, Copy)]
 pub enum By {
-    /// The engine with the balanced weights and tensors of 32 bits.
+    /// The engine with the balanced weights and 32-bit tensors.
     F32,
-    /// The same with tensors of 16 bits.
+    /// The engine with the balanced weights and 16-bit tensors.
     F16,
-    /// The reference with the fast weights.
+    /// The CPU reference with the fast weights.
     FastReference,
 }
 
-/// What is looked at in a result.
+/// What is measured in a result.
 #[derive(Clone, Copy)]
 pub enum Measure {
-    /// Pixels that differ by over 10 % from the result without the fault.
+    /// Number of pixels that differ by over 10 % from the result without the fault.
     Changed,
-    /// The mean error, as a multiple of that of the result without the fault.
+    /// The mean error relative to that of the result without the fault.
     Error,
     /// The largest relative difference from the input.
     Unchanged,
-    /// The largest relative difference from the result in another exposure, times this.
+    /// The largest relative difference from this factor times the result at another exposure.
     Exposure(f32),
     /// The largest value.
     Light,
     /// The relative difference of the mean from the input's.
     Mean,
-    /// The largest value further than one pixel from this one, as a share of its input.
+    /// The largest value more than one pixel away from this one, as a share of its input.
     Halo([u32; 2]),
-    /// Nothing but that all values are finite and not negative, as in every case.
+    /// Only that all values are finite and non-negative, as in every case.
     Finite,
 }
 
@@ -54,13 +54,13 @@ impl Case {
         Self { name: name.into(), color, measure, goal, missed: [None; 3] }
     }
 
-    /// What a test holds the measure to.
+    /// The bound that a test enforces.
     pub fn bound(&self, by: By) -> f64 {
         self.missed[by as usize].unwrap_or(self.goal)
     }
 }
 
-/// The picture that most cases spoil: gradients, a wave and a disc.
+/// The picture that most cases damage: gradients, a wave and a disc.
 pub fn clean() -> Image {
     image(SIZE, |[x, y]| {
         let [u, v] = [x as f32, y as f32];
@@ -141,7 +141,7 @@ fn patterns() -> Vec<Case> {
         image(SIZE, move |[x, y]| [f32::from((x / side + y / side).is_multiple_of(2)); 3])
     };
     let fine = Case {
-        // The fast weights take the squares for noise, whose mean they miss by 0.16.
+        // The fast weights take the squares for noise and miss their mean by 0.16.
         missed: [None, None, Some(0.17)],
         ..Case::new("checkerboard of 1 pixel", board(1), Measure::Mean, 0.02)
     };
@@ -160,8 +160,8 @@ fn exposures() -> Vec<Case> {
         color.pixels_mut().iter_mut().flatten().for_each(|v| *v *= factor);
         let name = format!("exposure × {factor:e}");
         Case {
-            // Pixels times a factor round otherwise, and where a 16-bit tensor then rounds to the
-            // next value, that is 2⁻¹¹ of it; the end of the network may take two such steps.
+            // Scaled pixels round differently. If a 16-bit tensor then rounds to the next value,
+            // the difference is 2⁻¹¹ of it; the end of the network may take two such steps.
             missed: [None, Some(1e-3), None],
             ..Case::new(name, color, Measure::Exposure(factor), 1e-4)
         }
@@ -182,7 +182,7 @@ fn sizes() -> Vec<Case> {
     sizes.map(grey).into_iter().chain([[17, 15], [97, 89], [2, 300]].map(noise)).collect()
 }
 
-/// What 16-bit floats just hold, and what 32-bit floats do.
+/// The limits of 16-bit and 32-bit floats.
 fn extremes() -> Vec<Case> {
     let mut random = Random::new(7);
     // From the smallest 16-bit float to the largest.
@@ -202,7 +202,7 @@ fn extremes() -> Vec<Case> {
     [range, dark, board, tiny].into_iter().chain([6e-8, 65504.0, 1e30].map(even)).collect()
 }
 
-/// The noisy picture with this value in so many pixels of 10 000, the first of them in the middle.
+/// The noisy picture with `of_10_000` of 10 000 pixels set to this value, the first in the middle.
 fn spoilt(value: f32, of_10_000: u64) -> Image {
     let mut image = noisy();
     let pixels = image.pixels_mut();

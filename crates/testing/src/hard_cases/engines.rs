@@ -1,4 +1,4 @@
-//! What denoises the hard cases: the GPU engine, and the naive functions alone.
+//! The denoisers of the hard cases: the GPU engine and the CPU reference.
 
 use wgdenoise::Rect;
 use wgdenoise::internals::model::Encoding;

@@ -1,4 +1,4 @@
-//! How rounding grows through the layers: each layer's result on the GPU against the reference's,
+//! How rounding grows through the layers: compares each layer's GPU result with the reference,
 //! whose sums have 64 bits.
 
 use wgdenoise::internals::model::{INPUT, Layer, Op};
@@ -12,11 +12,11 @@ use wgdenoise::{Image, KernelSet, Precision, Weights};
 use crate::gpu::{context, stored};
 use crate::run::run_where;
 
-/// A layer's name, and the root of the mean squared error of what it makes, relative to that of its
-/// values.
+/// A layer's name and the root mean square error of its output, relative to the RMS of the output
+/// itself.
 pub type Growth = Vec<(String, f64)>;
 
-/// The growth when a colour alone goes through the layers with tensors of this precision.
+/// The growth when only colour goes through the layers, with tensors of this precision.
 pub fn growth(weights: &Weights, color: &Image, precision: Precision) -> Growth {
     let weights = weights.for_inputs(Default::default()).expect("colour alone is known");
     let network = weights.network();
@@ -54,7 +54,7 @@ fn on_cpu(weights: &Weights, layer: &Layer, inputs: &[&Tensor]) -> Tensor {
     }
 }
 
-/// The layer's kernel on what the kernels before it made.
+/// Runs the layer's kernel on the output of the previous kernels.
 fn on_gpu(weights: &Weights, layer: &Layer, inputs: &[&Tensor], precision: Precision) -> Tensor {
     if layer.op == Op::Concat {
         return reference::concat(inputs[0], inputs[1]);
@@ -77,7 +77,7 @@ fn on_gpu(weights: &Weights, layer: &Layer, inputs: &[&Tensor], precision: Preci
     )
 }
 
-/// Channels, height and width of what a layer with this bias makes.
+/// Channels, height and width of the output of a layer with this bias.
 fn shape(op: Op, input: &Tensor, bias: &[f32]) -> [usize; 3] {
     let [height, width] = [input.height, input.width];
     match op {
@@ -96,7 +96,7 @@ fn difference(found: &Tensor, exact: &Tensor) -> f64 {
     (error / pairs.map(|(_, b)| square(b)).sum::<f64>()).sqrt()
 }
 
-/// By how much a value is rounded at most when it is stored: half a unit in the last place.
+/// The largest rounding of a stored value: half a unit in the last place.
 pub fn rounding(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => f64::from(f32::EPSILON) / 2.0,
@@ -104,8 +104,8 @@ pub fn rounding(precision: Precision) -> f64 {
     }
 }
 
-/// Every layer adds its own rounding to what came in, as a random walk does, and passes that on at
-/// about its size: four times the walk's length is allowed, at every layer.
+/// Each layer adds its own rounding to its input's error, as in a random walk, and passes the sum
+/// on at about the same size. Every layer may reach four times the length of that walk.
 #[test]
 fn rounding_grows_no_faster_than_a_random_walk() {
     let weights = Weights::builtin(wgdenoise::Quality::Fast).expect("they are built in");
@@ -120,8 +120,8 @@ fn rounding_grows_no_faster_than_a_random_walk() {
     }
 }
 
-/// A picture with noise, one that changes from black to the brightest with every pixel, and one whose
-/// values have every size that 16-bit floats have.
+/// A noisy picture, one that alternates between black and the brightest value at every pixel, and
+/// one with values of every magnitude of 16-bit floats.
 pub fn inputs_to_grow() -> [(&'static str, Image); 3] {
     let case = |name: &str| {
         let case = super::cases::cases().into_iter().find(|case| case.name == name);

@@ -1,11 +1,11 @@
-//! What [`Measure`]s are.
+//! Computes each [`Measure`].
 
 use wgdenoise::Image;
 
 use super::cases::{Case, Measure, clean};
 
-/// The result of a case as its measure has it, or infinity if a value is not finite or negative.
-/// `sound` is the result for the noisy picture without any fault.
+/// The measure of a case's result, or infinity if a value is negative or not finite. `sound` is the
+/// result for the undamaged noisy picture.
 pub fn measure(case: &Case, found: &Image, sound: &Image) -> f64 {
     assert_eq!(found.size(), case.color.size(), "{}", case.name);
     if values(found).any(|v| !v.is_finite() || v < 0.0) {
@@ -49,7 +49,7 @@ fn most_off(found: &Image, expected: &Image, factor: f64) -> f64 {
     values(found).zip(values(expected)).map(off).fold(0.0, f64::max)
 }
 
-/// The largest value that is not within a pixel of `at`.
+/// The largest value more than one pixel away from `at`.
 fn furthest(found: &Image, [x, y]: [u32; 2]) -> f64 {
     let far = |&(i, _): &(u32, &[f32; 3])| {
         let [u, v] = [i % found.width(), i / found.width()];

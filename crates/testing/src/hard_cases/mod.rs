@@ -1,4 +1,4 @@
-//! Inputs that break denoisers: what they are, what denoises them, and what is measured.
+//! Inputs that break denoisers, the denoisers to try them on, and what to measure.
 
 pub mod cases;
 pub mod engines;

@@ -1,7 +1,7 @@
-//! Writes `docs/hard-cases.md`: the hard cases with the results of the engine, of the reference,
-//! and of another denoiser, which are read from a file.
+//! Writes `docs/hard-cases.md`: the hard cases with the results of the engine, the reference, and
+//! another denoiser, whose results are read from a file.
 //!
-//! `benches/peers/hard_cases.py` runs all steps: inputs, Open Image Denoise, page.
+//! `benches/peers/hard_cases.py` runs all the steps: inputs, Open Image Denoise, page.
 
 mod page;
 mod plot;

@@ -68,7 +68,7 @@ fn draw(text: &mut String, lines: &[Line]) -> Drawn {
         chart.draw_series([name])?;
     }
     for line in lines {
-        // A logarithmic axis cannot show an exact tensor.
+        // A logarithmic axis cannot show a tensor without errors.
         let errors = line.growth.iter().enumerate().filter(|(_, (_, error))| *error > 0.0);
         let places: Vec<_> = errors.map(|(i, (_, error))| (i as f64, *error)).collect();
         chart.draw_series([PathElement::new(places, line.color.stroke_width(2))])?;
