@@ -116,14 +116,13 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// One line on the layers that are used; all of it with `--verbose`.
+    /// One line on the layers that are used; with `--verbose`, each with the reason.
     fn tell_selection(&self, job: &Job, selection: &Selection) {
-        let text = match self.console.verbosity {
-            Verbosity::Verbose => selection.explanation.clone(),
-            _ => selection.summary(LINE_WIDTH),
-        };
+        match self.console.verbosity {
+            Verbosity::Verbose => self.tell(job, &selection.explanation),
+            _ => self.tell(job, &[selection.summary(LINE_WIDTH)]),
+        }
         let others: Vec<_> = other_colors(selection).into_iter().collect();
-        self.tell(job, &[text]);
         self.tell(job, &others);
     }
 
