@@ -1,18 +1,18 @@
 #!/usr/bin/env bash
-# All that is to be known of a GPU, in one run: tests, benchmarks, profile, peers, as files.
+# Measures a GPU in one run and writes files: tests, benchmarks, profiles, other denoisers.
 #
-#   benches/gpu.sh prepare FOLDER      builds the programs, on any machine with the toolchain
-#   benches/gpu.sh run FOLDER OUT      runs them, in a checkout on the machine with the GPU
+#   benches/gpu.sh prepare FOLDER      builds the programs on any machine with the toolchain
+#   benches/gpu.sh run FOLDER OUT      runs them in a checkout on the machine with the GPU
 #
-# The second step needs no toolchain and no network. Peers that are not in FOLDER, or whose
-# Python packages are not installed, are rows that say so (benches/peers/README.md).
+# The second step needs no toolchain and no network. Denoisers missing from FOLDER, or without
+# their Python packages, become rows that name the reason (benches/peers/README.md).
 set -euo pipefail
 here=$PWD
 cd "$(dirname "$0")/.."
 
 usage() { sed -n '2,8s/^# \{0,1\}//p' "$0"; exit 2; }
 
-# Cargo names the programs that it built in its messages.
+# Prints name and path of each program that Cargo builds.
 programs() {
     cargo "$@" --no-run --message-format=json | python3 -c '
 import json, sys
@@ -35,7 +35,7 @@ run() {
     local bin out
     bin=$1 out=$2
     mkdir -p "$out"
-    # A step that fails is told at the end; the others still run.
+    # A failed step is reported at the end; the others still run.
     local failed=()
     step() {
         local file=$1

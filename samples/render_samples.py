@@ -1,10 +1,10 @@
 #!/usr/bin/env python3
-"""Renders the still life of this folder with Blender's Cycles, as the denoiser's sample and test input.
+"""Renders this folder's still life with Blender's Cycles, as sample and test input for the denoiser.
 
-  pip install bpy==5.0.1                       Blender as a Python module; it needs Python 3.11
-  python render_samples.py                     still_life_8spp.exr and still_life_reference.exr, beside this file
+  pip install bpy==5.0.1                       Blender as a Python module; needs Python 3.11
+  python render_samples.py                     still_life_8spp.exr and still_life_reference.exr, next to this file
   python render_samples.py --only noisy        one of the two ("noisy" or "reference")
-  python render_samples.py --small FOLDER      the small renders that tests/data/make_test_files.py starts from
+  python render_samples.py --small FOLDER      the small renders for crates/cli/tests/data/make_test_files.py
 """
 import argparse
 import os
@@ -16,11 +16,11 @@ import still_life
 
 SIZE = (576, 432)
 NOISY_SAMPLES, REFERENCE_SAMPLES = 8, 350
-NOISY_SEED, REFERENCE_SEED = 1, 2  # different seeds: the reference must not share the noise it is compared with
+NOISY_SEED, REFERENCE_SEED = 1, 2  # different seeds: the reference must not share the noise
 
 
 def set_up(size, samples, seed):
-    """Unclamped Cycles on the CPU, without denoiser and adaptive sampling: the plain Monte Carlo estimate."""
+    """Sets up plain Monte Carlo: Cycles on the CPU without clamping, denoising or adaptive sampling."""
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
     scene.render.resolution_x, scene.render.resolution_y = size
@@ -28,12 +28,12 @@ def set_up(size, samples, seed):
     cycles.samples, cycles.seed, cycles.use_adaptive_sampling, cycles.use_denoising = samples, seed, False, False
     cycles.sample_clamp_direct = cycles.sample_clamp_indirect = 0
     cycles.blur_glossy, cycles.max_bounces = 1.0, 8
-    cycles.caustics_reflective = False  # their fireflies would outlive any reference of a few minutes
-    cycles.use_light_tree = False  # three lights: plain light sampling is as good here, and faster
+    cycles.caustics_reflective = False  # their fireflies would survive in a reference of a few minutes
+    cycles.use_light_tree = False  # with three lights, plain light sampling is as good and faster
 
 
 def store_passes(depth):
-    """Asks for the passes that a denoiser reads, and for some that it has to hand on untouched."""
+    """Enables the passes that a denoiser reads, and some that it must leave untouched."""
     layer = bpy.context.view_layer
     layer.cycles.denoising_store_passes = True
     layer.use_pass_z = depth
@@ -66,7 +66,7 @@ def render_reference(folder):
 
 
 def render_small(folder):
-    """Small renders stored in the two ways Blender knows: one part per pass, and all passes in one part."""
+    """Small renders in both of Blender's layouts: one part per pass, and all passes in one part."""
     bpy.data.objects["sky"].visible_camera = False
     bpy.context.scene.render.film_transparent = True  # so that alpha is 0 in the window
     set_up((48, 36), NOISY_SAMPLES, NOISY_SEED)

@@ -1,9 +1,9 @@
-"""Put EXR images side by side into one PNG, as the README shows them.
+"""Put EXR images side by side in one PNG, as in the README.
 
     pip install numpy OpenEXR pillow
     python samples/side_by_side.py OUT.png NOISY.exr DENOISED.exr REFERENCE.exr
 
-All are shown at the exposure that brings the last one's log-average luminance to middle grey, clipped, in sRGB.
+All are exposed so that the last one's log-average luminance is middle grey, then clipped and sRGB encoded.
 """
 
 import sys
@@ -16,7 +16,7 @@ LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
 def colour(path):
-    """The combined layer of a Blender file, or the plain R, G and B, as float32 [height, width, 3]."""
+    """The combined layer of a Blender file, or plain R, G and B, as float32 [height, width, 3]."""
     with OpenEXR.File(path, separate_channels=True) as file:
         channels = {name: channel for part in file.parts for name, channel in part.channels.items()}
         layer = "ViewLayer.Combined." if "ViewLayer.Combined.R" in channels else ""

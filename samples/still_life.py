@@ -1,4 +1,4 @@
-"""The still life that render_samples.py renders: a procedural Blender scene that needs no texture and no model file.
+"""The still life for render_samples.py: a procedural Blender scene without texture or model files.
 
 Lengths are in metres, z points up, colours are linear RGB.
 """
@@ -11,7 +11,7 @@ from mathutils import Vector
 # ---- materials ----
 
 def material(name, color=(0.8, 0.8, 0.8), roughness=0.5, **inputs):
-    """A Principled material. `color` is linear RGB; `inputs` are further sockets, with _ for a space."""
+    """A Principled material. `color` is linear RGB; `inputs` sets other sockets, with _ for a space."""
     mat = bpy.data.materials.new(name)
     bsdf = mat.node_tree.nodes["Principled BSDF"]
     values = {"Base Color": (*color, 1), "Roughness": roughness}
@@ -22,7 +22,7 @@ def material(name, color=(0.8, 0.8, 0.8), roughness=0.5, **inputs):
 
 
 def textured(mat, kind, stops, scale, factor="Fac", stretch=(1, 1, 1), **settings):
-    """Colours `mat` by a procedural texture node of type `kind` through a ramp of (position, linear RGB) stops."""
+    """Colours `mat` with a procedural texture node of type `kind` and a ramp of (position, linear RGB) stops."""
     nodes, links = mat.node_tree.nodes, mat.node_tree.links
     place, mapping = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeMapping")
     texture, ramp = nodes.new(kind), nodes.new("ShaderNodeValToRGB")
@@ -44,7 +44,7 @@ def textured(mat, kind, stops, scale, factor="Fac", stretch=(1, 1, 1), **setting
 # ---- geometry ----
 
 def dress(mat, smooth=False, bevel=0.0):
-    """Gives the object made last its material, smooth shading and rounded edges."""
+    """Gives the newest object its material, smooth shading and rounded edges."""
     obj = bpy.context.object
     obj.data.materials.append(mat)
     obj.name, obj.pass_index = mat.name, len(bpy.data.objects)
@@ -81,7 +81,7 @@ def mesh(mat, points, faces, center, smooth=False):
 
 
 def lathe(mat, profile, center, steps=96):
-    """Turns an open profile of (radius, height) points round the z axis."""
+    """Revolves an open profile of (radius, height) points around the z axis."""
     angles = [2 * math.pi * i / steps for i in range(steps)]
     points = [(r * math.cos(a), r * math.sin(a), z) for r, z in profile for a in angles]
     faces = [(j * steps + i, j * steps + (i + 1) % steps, (j + 1) * steps + (i + 1) % steps, (j + 1) * steps + i)
@@ -90,7 +90,7 @@ def lathe(mat, profile, center, steps=96):
 
 
 def tuft(mat, center, leaves=46):
-    """Thin bent leaves, each a strip of four quads that ends in a point."""
+    """Thin bent leaves, each a strip of four quads ending in a point."""
     points, faces = [], []
     for i in range(leaves):
         angle, lean, height = 2.399 * i, 0.08 + 0.5 * (i * 0.618 % 1), 0.55 + 0.45 * (i * 0.382 % 1)
@@ -105,7 +105,7 @@ def tuft(mat, center, leaves=46):
 # ---- scene ----
 
 def build_room():
-    """Floor, walls, a window in the back wall with the sky behind it, a framed picture."""
+    """Floor, walls, a framed picture, and a window in the back wall with sky behind it."""
     wood = textured(material("floor wood", roughness=0.3), "ShaderNodeTexNoise", [
         (0.3, (0.06, 0.024, 0.010)), (0.5, (0.22, 0.10, 0.04)), (0.7, (0.38, 0.20, 0.09))],
         1.4, stretch=(6, 0.6, 1), Detail=5, Distortion=0.5)
@@ -113,7 +113,7 @@ def build_room():
         (0.16, (0.62, 0.50, 0.30)), (0.20, (0.07, 0.17, 0.20)), (0.5, (0.12, 0.27, 0.30))],
         4.0, factor="Distance", stretch=(1, 0.01, 1), Randomness=0.0)
     plaster, white = material("plaster", (0.72, 0.68, 0.62), 0.9), material("white paint", (0.78, 0.77, 0.74), 0.3)
-    for i in range(-11, 12):  # boards with rounded edges, so that a groove shows between them
+    for i in range(-11, 12):  # rounded edges leave visible grooves between the boards
         box(wood, (0.33 * i, -1, -0.05), (0.325, 9, 0.1), bevel=0.008)
     for x, z, width, height in ((-3.0, 1.8, 1.4, 3.8), (1.25, 1.8, 4.9, 3.8), (-1.75, 0.4, 1.1, 1.0), (-1.75, 3.2, 1.1, 1)):
         box(paper, (x, 3.3, z), (width, 0.12, height))
@@ -168,7 +168,7 @@ def build_objects(top=0.686):
 
 
 def build_lamp(center, color):
-    """A glowing globe: the point light does the lighting, with less noise than the mesh that is seen."""
+    """A glowing globe. A point light does the lighting, with less noise than the visible mesh would make."""
     bpy.ops.object.light_add(type="POINT", location=center, radius=0.16)
     light = bpy.context.object
     light.data.energy, light.data.color = 12, color
@@ -190,7 +190,7 @@ def build_lights_and_camera():
 
 
 def build():
-    """Replaces whatever Blender has open by the still life."""
+    """Replaces the scene open in Blender with the still life."""
     bpy.ops.wm.read_factory_settings(use_empty=True)
     for step in (build_room, build_table, build_objects, build_lights_and_camera):
         step()

@@ -1,11 +1,10 @@
 // Which blocks of a tile the network must work on, so that its layers can skip the others.
-// A block is 16×16 pixels of the image, counted from the tile's origin.
 //
 // `classify` finds the blocks that are even: either all pixels, as they are repaired for the
-// network, are the same, or the block bends nowhere by more than T: along rows and columns
-// |v(i − 1) − 2 v(i) + v(i + 1)| <= T in each channel, where v is the colour as the network sees
+// network, are the same, or the block bends nowhere by more than BEND: along rows and columns
+// |v(i − 1) − 2 v(i) + v(i + 1)| <= BEND in each channel, where v is the colour as the network sees
 // it, light always by PU. Empty background and gradients without noise are even; noise of a standard deviation of
-// T/4 is not. Where the image ends inside a block, three pixels a side are looked at nevertheless,
+// BEND/4 is not. Where the image ends inside a block, three pixels a side are looked at nevertheless,
 // if the image has them; a side of less than three cannot bend, so such a block must be constant;
 // and an image of fewer than three pixels in all has nothing to be compared with.
 // One block per invocation, left at the first pixel that is not even.
@@ -20,36 +19,25 @@
 // if there is none within `radius`. Layer m, texel (x, y): the least of layer 0 over the
 // 2^m × 2^m blocks from (x, y) · 2^m that exist; texels of no block are not written.
 
-alias MapOut = texture_storage_2d_array<r32uint, write>;
+import package::common::albedo::load_albedo;
+import package::common::block::BLOCK;
+import package::common::encoding::encode;
+import package::common::inputs::{has_albedo, has_normal, unorm_normal};
+import package::common::normal::load_normal;
+import package::common::repair::repaired;
+import package::common::scale::input_scale;
+import package::common::tile::tile;
 
-struct Tile {
-    image_size: vec2<u32>,   // of the bound images, pixels
-    origin: vec2<u32>,       // the tile's first pixel in the bound images
-    begin: vec2<u32>,        // the pixels that output_process stores: from `begin`
-    end: vec2<u32>,          // up to and without `end`, in the bound images
-    color: vec4<u32>,        // offset, row stride, pixel stride, in elements
-    albedo: vec4<u32>,
-    normal: vec4<u32>,
-    output: vec4<u32>,
-}
-
-@group(0) @binding(0) var<uniform> tile: Tile;
-// Bindings 1 to 3: the images `color`, `albedo` and `normal`, read by texts of shaders/image.
-@group(0) @binding(4) var<storage, read> input_scale: f32;
 // Row by row, whether each block is clean: 1 or 0. Behind that, what `classify` found.
 @group(0) @binding(5) var<storage, read_write> clean: array<u32>;
-@group(0) @binding(6) var map: MapOut;
+@group(0) @binding(6) var map: texture_storage_2d_array<r32uint, write>;
 
 override radius: i32;        // how far `spread` looks, in blocks, below FAR
 override skip: bool;         // if not, no block counts as clean
-override has_albedo: bool;
-override has_normal: bool;
-override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, and 0 where there is none
 
-const BLOCK = 16u;           // pixels per side
 const FAR = 255u;
-const T = 1.0 / 1024.0;
-const DARK = 2e-6;           // by PU, about T
+const BEND: f32 = 1.0 / 1024.0;
+const DARK: f32 = 2e-6;      // by PU, about BEND
 
 // What `classify` finds.
 const NOISY = 0u;
@@ -57,10 +45,10 @@ const DARK_BLOCK = 1u;
 const CLEAN = 2u;
 
 fn constant(first: vec2<u32>, size: vec2<u32>) -> bool {
-    let rgb = repaired_color(first);
+    let rgb = repaired(first);
     for (var y = 0u; y < size.y; y++) {
         for (var x = 0u; x < size.x; x++) {
-            if any(repaired_color(first + vec2(x, y)) != rgb) {
+            if any(repaired(first + vec2(x, y)) != rgb) {
                 return false;
             }
         }
@@ -83,10 +71,10 @@ fn empty(first: vec2<u32>, size: vec2<u32>) -> bool {
     for (var y = 0u; y < size.y; y++) {
         for (var x = 0u; x < size.x; x++) {
             let at = first + vec2(x, y);
-            if has_albedo && !is_zero(load_albedo(at)) {
+            if has_albedo && !is_zero(load_albedo(tile.albedo, at)) {
                 return false;
             }
-            if has_normal && !is_no_normal(load_normal(at)) {
+            if has_normal && !is_no_normal(load_normal(tile.normal, at)) {
                 return false;
             }
         }
@@ -99,8 +87,8 @@ fn straight(first: vec2<u32>, step: vec2<u32>, count: u32) -> bool {
     var before = vec3(0.0);
     var here = vec3(0.0);
     for (var i = 0u; i < count; i++) {
-        let after = encode(repaired_color(first + i * step) * input_scale);
-        if i >= 2u && any(abs(before - 2.0 * here + after) > vec3(T)) {
+        let after = encode(repaired(first + i * step) * input_scale);
+        if i >= 2u && any(abs(before - 2.0 * here + after) > vec3(BEND)) {
             return false;
         }
         before = here;
@@ -136,7 +124,7 @@ fn find(block: vec2<u32>) -> u32 {
     if !is_even(first, size) {
         return NOISY;
     }
-    let is_dark = all(repaired_color(first) * input_scale <= vec3(DARK));
+    let is_dark = all(repaired(first) * input_scale <= vec3(DARK));
     return select(CLEAN, DARK_BLOCK, is_dark && !empty(first, size));
 }
 

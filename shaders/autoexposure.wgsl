@@ -5,36 +5,36 @@
 // `bins` makes one bin per invocation, from a band of the image's rows; `reduce` then turns all
 // bins into the scale, in a fixed order, so that the result does not depend on the bands.
 
+import package::common::color::load_color;
+import package::common::layout::Layout;
+import package::common::light::{GREY, OUTLIER, is_finite, lit, luminance};
+
 struct Band {
     image_size: vec2<u32>,   // of the whole image, pixels
     bins: vec2<u32>,         // of the whole image
     first_bin_row: u32,      // of this band
     bin_rows: u32,           // in this band
     first_row: u32,          // the image row at which the bound buffer begins
-    color: vec4<u32>,        // offset, row stride, pixel stride, in elements
+    padding: u32,
+    color: Layout,
 }
 
 @group(0) @binding(0) var<uniform> band: Band;
-// Binding 1: the image `color`, read by a text of shaders/image.
 @group(0) @binding(2) var<storage, read_write> log_luminance: array<f32>;
 @group(0) @binding(3) var<storage, read_write> input_scale: f32;
 
-const KEY = 0.18;
-const OUTLIER = 16.0;        // how far a pixel may outshine the next brightest of its bin
-const BRIGHTEST = 1e30;      // sums of a bin and 65504 ÷ scale stay within f32
 const SMALLEST = 1.1754944e-38;   // smaller values are 0 on many GPUs
 const RANGE = 33.0;          // bins 2^33 times darker than the brightest are unlit
 const LONE = 1024.0;         // how far bins with a lone lit pixel stand below: more than any log2
 const UNLIT = -4096.0;       // a bin without light
 
 // −1 if the pixel is bad.
-fn luminance(x: u32, y: u32) -> f32 {
-    let bits = load_color(vec2(x, y - band.first_row));
-    if any((bits & vec3(0x7f800000u)) == vec3(0x7f800000u)) {
+fn luminance_at(x: u32, y: u32) -> f32 {
+    let bits = load_color(band.color, vec2(x, y - band.first_row));
+    if !is_finite(bits) {
         return -1.0;
     }
-    let rgb = clamp(bitcast<vec3<f32>>(bits), vec3(0.0), vec3(BRIGHTEST));
-    return dot(rgb, vec3(0.212671, 0.715160, 0.072169));
+    return luminance(lit(bitcast<vec3<f32>>(bits)));
 }
 
 @compute @workgroup_size(8, 8)
@@ -57,7 +57,7 @@ fn log_of_bin(begin: vec2<u32>, end: vec2<u32>) -> f32 {
     var second = 0.0;
     for (var y = begin.y; y < end.y; y++) {
         for (var x = begin.x; x < end.x; x++) {
-            let value = luminance(x, y);
+            let value = luminance_at(x, y);
             if value < 0.0 {
                 continue;
             }
@@ -119,6 +119,6 @@ fn reduce(@builtin(local_invocation_index) lane: u32) {
     if lane == 0u {
         let offset = select(0.0, LONE, brightest < -0.5 * LONE);
         let mean = brightest + offset + sums[0] / f32(counts[0]);
-        input_scale = select(KEY / exp2(mean), 1.0, brightest == UNLIT);
+        input_scale = select(GREY / exp2(mean), 1.0, brightest == UNLIT);
     }
 }

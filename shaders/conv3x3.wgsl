@@ -1,8 +1,7 @@
 // 3×3 convolution with zero padding of 1, plus bias, plus an optional ReLU.
 // The readable definition: one pixel and four output channels per invocation.
 
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
+import package::common::tensor::{TensorIn, TensorOut, stored};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;

@@ -1,9 +1,9 @@
-// The variant for GPUs: a workgroup makes 16×16 pixels, a whole block, each invocation 2×2 of all
-// channels, which are 16 at most. Stands after head.wgsl's declarations, conv_head.wgsl and what
-// makes the sums in conv3x3_tiled.wgsl.
+// The last 3×3 convolution and the head for GPUs: a workgroup makes 16×16 pixels, a whole block, each
+// invocation 2×2 of all channels, which are 16 at most.
 
-// [input quad][tap][output quad]: one mat4x4 as in conv3x3.wgsl.
-@group(0) @binding(9) var<storage, read> conv_weights: array<mat4x4<f32>>;
+import package::common::conv_head::{conv_bias, is_needed, relu};
+import package::common::conv_sums::{TILE, convolve};
+import package::common::head::{finish, weights};
 
 // What a quad of the 3×3 convolution adds to the sums of the 1×1 one at the four pixels.
 fn project(quad: u32, a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>) -> mat4x4<f32> {

@@ -2,8 +2,7 @@
 // 2×2 output pixels, each by its own matrix. One input pixel and four output channels per
 // invocation.
 
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
+import package::common::tensor::{TensorIn, TensorOut, stored};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;

@@ -1,14 +1,13 @@
 // The first 3×3 convolution for GPUs, which encodes the images itself: no tensor is stored between.
 // A workgroup makes 16 channels, all there are, so that it encodes each pixel once, and a border of
-// one pixel that its neighbours encode too. Stands after input_process.wgsl's declarations, whose
-// `output` is the convolution's here, and before what follows the inputs in conv3x3_tiled.wgsl.
+// one pixel that its neighbours encode too.
 
-// [input quad][tap][output quad]: one mat4x4 as in conv3x3.wgsl.
-@group(0) @binding(6) var<storage, read> conv_weights: array<mat4x4<f32>>;
-@group(0) @binding(7) var<storage, read> bias: array<vec4<f32>>;
-@group(0) @binding(8) var activity: texture_2d_array<u32>;
-@group(0) @binding(9) var<uniform> need: Need;
+import package::common::conv_tile::make_tile;
+import package::common::conv_output::output;
+import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal, place};
+import package::common::inputs::{has_albedo, has_normal};
 
+// The convolution's input is as large as its output.
 fn input_size() -> vec2<i32> {
     return vec2<i32>(textureDimensions(output));
 }
@@ -29,3 +28,11 @@ fn load_input(pixel: vec2<i32>, quad: u32) -> vec4<f32> {
     return encoded_normal(at);
 }
 
+@compute @workgroup_size(8, 8)
+fn main(
+    @builtin(workgroup_id) group: vec3<u32>,
+    @builtin(local_invocation_id) local: vec3<u32>,
+    @builtin(local_invocation_index) lane: u32,
+) {
+    make_tile(group, local.xy, lane);
+}

@@ -1,7 +1,6 @@
 // Maximum over 2×2 pixels. One output pixel and four channels per invocation.
 
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
+import package::common::tensor::{TensorIn, TensorOut};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;

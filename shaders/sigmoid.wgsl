@@ -1,7 +1,6 @@
 // Logistic function, 1 / (1 + exp(−x)). One pixel and four channels per invocation.
 
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
+import package::common::tensor::{TensorIn, TensorOut, stored};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;

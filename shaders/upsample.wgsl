@@ -1,8 +1,7 @@
 // Nearest upsampling: every pixel four times, as 2×2. One output pixel and four channels per
 // invocation.
 
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
+import package::common::tensor::{TensorIn, TensorOut};
 
 @group(0) @binding(0) var input: TensorIn;
 @group(0) @binding(1) var output: TensorOut;

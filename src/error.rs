@@ -1,81 +1,83 @@
-//! Errors: one sentence each, with what was expected, what was found and what to do.
+//! Errors. Each is one sentence: what was expected, what was found, and what to do.
 
 use std::time::Duration;
 
 /// An error from a dependency, kept as [`source`](std::error::Error::source).
-type Source = Box<dyn std::error::Error + Send + Sync>;
+type Cause = Box<dyn std::error::Error + Send + Sync>;
 
-/// What can go wrong. The text is one sentence for a person to act on; the variant tells a program
-/// what to do.
+/// Everything that can go wrong. The text is one sentence for a person to act on; the variant tells
+/// a program how to react.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A weights file is damaged, of an unknown format, or not built in.
+    /// A weights file is damaged, in an unknown format, or not built in.
     #[error("weights: {message}")]
     Weights {
-        /// The sentence.
+        /// The error text.
         message: String,
-        /// What the parser reported.
-        source: Option<Source>,
+        /// The parser's error.
+        source: Option<Cause>,
     },
-    /// An image has a wrong size, layout, format or usage, or two images do not fit together.
+    /// An image has the wrong size, layout, format or usage, or two images do not match.
     #[error("image: {0}")]
     Image(String),
-    /// No adapter was found, none has the requested name, or the adapter gives no device.
+    /// No adapter was found, none matches the requested name, or the adapter failed to open a
+    /// device.
     #[error("adapter: {0}")]
     NoAdapter(String),
     /// The device lacks a feature that the requested kernels or measurement need.
     #[error("adapter: {0}")]
     Unsupported(String),
-    /// Even the smallest tile exceeds the memory budget or the device's limits: raise them.
+    /// Even the smallest tile exceeds the memory budget or the device's limits. Raise them.
     #[error("memory: {0}")]
     Budget(String),
-    /// The adapter or the machine ran out of memory: lower the budget, or free some and try again.
+    /// The adapter or the machine ran out of memory. Lower the budget, or free memory and try
+    /// again.
     #[error("memory: {0}")]
     OutOfMemory(String),
-    /// The device is gone and so is everything made on it: open another and start over.
+    /// The device is lost, and with it everything created on it. Open another one and start over.
     #[error(
-        "device: the device was lost{}, as after a driver reset or update, too long a dispatch, or \
-         when its memory runs out; open it again, and if it is lost again, use smaller tiles or \
-         another adapter",
+        "device: the device was lost{}; a driver reset or update, an overlong dispatch and running \
+         out of memory can all cause this; open it again, and if it is lost again, use smaller \
+         tiles or another adapter",
         .source.as_ref().map(|report| format!(" ({report})")).unwrap_or_default()
     )]
     DeviceLost {
-        /// The device's last report.
+        /// The last error the device reported.
         source: Option<wgpu::Error>,
     },
     /// A submission took longer than [`Options::timeout`](crate::Options::timeout). It may still be
-    /// running; the device can be used again once it has ended.
+    /// running; the device is usable again once it ends.
     #[error(
-        "device: no answer from {adapter} within {after:?}: it hangs, or is so slow that it needs \
-         smaller tiles or a longer time-out"
+        "device: no answer from {adapter} within {after:?}; it hangs, or it is so slow that it needs \
+         smaller tiles or a longer timeout"
     )]
     Timeout {
         /// The adapter's name.
         adapter: String,
-        /// The time-out.
+        /// The timeout that was exceeded.
         after: Duration,
     },
-    /// The device computes wrong results: try 32-bit tensors, other kernels or another adapter.
+    /// The device computes wrong results. Try 32-bit tensors, other kernels or another adapter.
     #[error("device: {0}")]
     WrongResult(String),
-    /// The device reported another error, or returned no result.
+    /// The device reported some other error, or returned no result.
     #[error("device: {message}")]
     Device {
-        /// The sentence.
+        /// The error text.
         message: String,
-        /// What the device reported.
-        source: Option<Source>,
+        /// The device's own report.
+        source: Option<Cause>,
     },
 }
 
 impl Error {
-    /// An error of a weights file without a source.
+    /// A weights-file error without a source.
     pub(crate) fn weights(message: impl Into<String>) -> Self {
         Self::Weights { message: message.into(), source: None }
     }
 
-    /// An error of the device that some call of wgpu returned.
+    /// A device error returned by a wgpu call.
     pub(crate) fn device(
         what: &str,
         source: impl std::error::Error + Send + Sync + 'static,
@@ -84,7 +86,7 @@ impl Error {
     }
 }
 
-/// The result of everything in this crate that can fail.
+/// The result of every fallible function in this crate.
 pub type Result<T> = std::result::Result<T, Error>;
 
 #[cfg(test)]

@@ -1,11 +1,11 @@
-//! The image that goes into and comes out of the blocking call.
+//! Images on the CPU, and rectangles in them.
 
 use crate::error::{Error, Result};
 
-/// Three channels of 32-bit float, row by row from the top left.
+/// Three channels of 32-bit float, row by row from the top left, without padding.
 ///
-/// Colour is linear and scene-referred, in any exposure; albedo is linear in `[0, 1]`;
-/// a normal has components in `[−1, 1]`, in camera or world space.
+/// Colour is linear and scene-referred, at any exposure; albedo is linear in `[0, 1]`; normals have
+/// components in `[−1, 1]`, in camera or world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {
     width: u32,
@@ -17,7 +17,7 @@ impl Image {
     /// Wraps `width · height` pixels.
     ///
     /// # Errors
-    /// If a side is 0 or the number of pixels is not `width · height`.
+    /// Fails if a side is 0 or the number of pixels is not `width · height`.
     pub fn new(width: u32, height: u32, pixels: Vec<[f32; 3]>) -> Result<Self> {
         if width == 0 || height == 0 || pixels.len() != width as usize * height as usize {
             return Err(Error::Image(format!(
@@ -29,10 +29,10 @@ impl Image {
         Ok(Self { width, height, pixels })
     }
 
-    /// An image whose every pixel is `pixel`; both sides must be at least 1.
+    /// An image with every pixel set to `pixel`.
     ///
     /// # Errors
-    /// If a side is 0, or there is not enough memory.
+    /// Fails if a side is 0 or the pixels do not fit in main memory.
     pub fn filled(width: u32, height: u32, pixel: [f32; 3]) -> Result<Self> {
         let count = width as usize * height as usize;
         let mut pixels = Vec::new();
@@ -70,15 +70,32 @@ impl Image {
         &self.pixels
     }
 
-    /// All pixels, to change in place.
+    /// All pixels, mutable.
     pub fn pixels_mut(&mut self) -> &mut [[f32; 3]] {
         &mut self.pixels
     }
 
-    /// One row of pixels; `y` counts from the top and must be below the height.
+    /// One row of pixels, counted from the top. Panics if `y` is not below the height.
     #[must_use]
     pub fn row(&self, y: u32) -> &[[f32; 3]] {
         let width = self.width as usize;
         &self.pixels[y as usize * width..][..width]
+    }
+}
+
+/// A rectangle of pixels: `begin` is inclusive, `end` exclusive; x comes first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Rect {
+    /// First column and row.
+    pub begin: [u32; 2],
+    /// One past the last column and row.
+    pub end: [u32; 2],
+}
+
+impl Rect {
+    /// Width and height.
+    #[must_use]
+    pub fn size(&self) -> [u32; 2] {
+        [self.end[0] - self.begin[0], self.end[1] - self.begin[1]]
     }
 }

@@ -1,15 +1,15 @@
-//! What the tests and benches of this repository use beyond the public interface. Not part of it:
-//! anything here may change in any release.
+//! What this repository's tests and benches use beyond the public API. Not part of it: anything
+//! here may change in any release.
 
 /// Kernels, contexts and tensors on a device.
 pub mod gpu {
     pub use crate::gpu::*;
 }
-/// Networks, weights files and what they cost.
+/// Networks, weights files and their cost.
 pub mod model {
     pub use crate::model::*;
 }
-/// Host sides of the operators.
+/// The host side of the operators.
 pub mod ops {
     pub use crate::ops::*;
 }
@@ -22,3 +22,7 @@ pub mod reference {
     pub use crate::reference::*;
 }
 pub use crate::denoiser::self_test;
+/// The shader modules and their composer.
+pub mod shader {
+    pub use crate::shader::*;
+}

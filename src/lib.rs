@@ -1,18 +1,16 @@
 //! Removes Monte Carlo noise from path-traced images on any GPU: a U-Net in hand-written WGSL,
-//! dispatched through wgpu, with trained weights built in.
+//! dispatched through [`wgpu`], with trained weights built in.
 //!
-//! Two objects do the work. A [`Denoiser`] holds compiled kernels and weights on a device of
-//! the caller's, and serves images of any size; its [`denoise`](Denoiser::denoise) takes images
-//! on the CPU and waits for the result. A [`Pass`] is a denoiser bound to a size and to images
-//! on the GPU: its [`encode`](Pass::encode) records into the caller's command encoder, creates
-//! nothing and cannot fail.
+//! - A [`Denoiser`] holds compiled kernels and weights on your device and serves images of any
+//!   size. [`Denoiser::denoise`] takes images on the CPU and blocks until the result is ready.
+//! - A [`Pass`] binds a denoiser to one size and to images on the GPU. [`Pass::encode`] records
+//!   into your command encoder; it creates no resources and cannot fail.
 //!
-//! Colour is linear and scene-referred, in any exposure, unless weights say otherwise
-//! ([`model::TransferFunction`]). Albedo (in `[0, 1]`) and normal (in
-//! `[−1, 1]`) make the result better and may be absent. Pixels that are not finite are filled from
-//! their neighbours, and lone fireflies darkened, before the network sees them
-//! ([`reference::repair`]); what comes out is finite and, but for directions, not negative, unless
-//! noisy colour that is negative is blended in ([`Pass::set_blend`]).
+//! Colour is linear and scene-referred, at any exposure. Albedo (linear, `[0, 1]`) and normal
+//! (`[−1, 1]`) are optional and improve the result. Before the network runs, NaN and infinite
+//! pixels are filled from their neighbours and isolated fireflies are darkened. The output is
+//! finite and, except with weights for directions, non-negative unless [`Pass::set_blend`] mixes in
+//! negative noisy colour.
 //!
 //! # An image on the CPU
 //!
@@ -22,9 +20,10 @@
 //! let gpu = Gpu::open(None)?;
 //! let weights = Weights::builtin(Quality::Fast)?;
 //! let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())?;
+//!
 //! let color = Image::filled(64, 48, [0.5, 0.4, 0.3])?;
-//! let frame = Frame::new(&color);
-//! let clean = denoiser.denoise(&frame, &mut |done, of| println!("{done} of {of} tiles"))?;
+//! let albedo = Image::filled(64, 48, [0.8, 0.7, 0.6])?;
+//! let clean = denoiser.denoise(&Frame::new(&color).albedo(&albedo))?;
 //! assert_eq!(clean.size(), (64, 48));
 //! # Ok::<(), wgdenoise::Error>(())
 //! ```
@@ -43,37 +42,44 @@
 //! # let albedo = texture(Format::Rgba8Unorm, Usage::TEXTURE_BINDING);
 //! # let normal = texture(Format::Rgba16Float, Usage::TEXTURE_BINDING);
 //! # let clean = texture(Format::Rgba16Float, Usage::STORAGE_BINDING | Usage::TEXTURE_BINDING);
-//! // Once: `device` and `queue` are the renderer's own.
+//! // Once, on the renderer's own device and queue:
 //! let weights = Weights::builtin(Quality::Fast)?;
 //! let denoiser = Denoiser::new(&device, &queue, &weights, &Options::default())?;
-//! // Per size: the renderer's textures, or its buffers, or a mix.
-//! let pass = denoiser.pass(&PassDescriptor {
-//!     albedo: Some(PassImage::Texture(&albedo)),
-//!     normal: Some(PassImage::Texture(&normal)),
-//!     ..PassDescriptor::new(320, 200, PassImage::Texture(&noisy), PassImage::Texture(&clean))
-//! })?;
-//! // Per frame, between the renderer's own passes:
+//! // Once per size; the images may be textures, buffers or a mix:
+//! let [noisy, albedo, normal, clean] = [&noisy, &albedo, &normal, &clean].map(PassImage::Texture);
+//! let images = PassDescriptor::new(320, 200, noisy, clean).albedo(albedo).normal(normal);
+//! let pass = denoiser.pass(&images)?;
+//! // Every frame, between the renderer's own passes:
 //! let mut encoder = device.create_command_encoder(&Default::default());
 //! pass.encode(&mut encoder);
 //! queue.submit([encoder.finish()]);
 //! # Ok::<(), wgdenoise::Error>(())
 //! ```
 //!
-//! wgdenoise is built on wgpu 30 and re-exports it as [`wgpu`]: a renderer on the same major version
-//! passes its own objects. The device needs no feature and no limit beyond WebGPU's defaults, but
-//! is faster with what [`required_features`] and [`required_limits`] name; each says what happens
-//! without it. [`Denoiser::warm_up`] compiles ahead, and a [`Schedule`] says when to denoise
-//! pictures that accumulate, and how much of the noisy colour to blend in.
+//! # Features
 //!
-//! # A time budget
+//! - [`Denoiser::warm_up`] compiles the kernels ahead of the first frame, and [`PipelineFile`] keeps
+//!   them on disk between runs.
+//! - A [`Schedule`] decides how often a progressive renderer denoises and how much noisy colour to
+//!   blend in as samples accumulate.
+//! - A [`Calibration`] measures the built-in weights on a device and picks the best ones for a time
+//!   budget.
+//! - [`Denoiser::verify`] compares part of a result with the CPU reference.
+//! - [`Weights::from_tza`] reads the weights of Intel Open Image Denoise.
+//! - Large images are cut into tiles to stay within [`Options::memory_bytes`].
 //!
-//! A [`Calibration`] measures what the built-in weights take on a device and chooses among them.
+//! # Requirements
 //!
-//! # How it is built
+//! wgdenoise uses wgpu 30 and re-exports it as [`wgpu`]; a renderer on the same major version passes
+//! its own objects. WebGPU's default limits suffice and no feature is required.
+//! [`required_features`] and [`required_limits`] list what makes it faster, and what each one costs
+//! to leave out.
 //!
-//! [`model`] describes the network as data and reads weights files; [`plan`] decides in numbers
-//! alone where tensors live and how images are cut into tiles; [`ops`] has one unit per
-//! operator, each with a shader and, in [`mod@reference`], a naive function of the same name.
+//! # Inside
+//!
+//! `model` describes the network as data and reads weights files. `plan` decides, on numbers alone,
+//! where tensors live and how images are tiled. `ops` has one unit per operator, each paired with a
+//! shader and with a naive function of the same name in `reference`.
 
 mod denoiser;
 mod error;
@@ -88,8 +94,8 @@ mod ops;
 pub mod panics;
 mod plan;
 mod reference;
+mod shader;
 pub mod tza;
-mod unsafe_calls;
 
 pub use denoiser::Denoiser;
 pub use denoiser::frame::Frame;
@@ -105,12 +111,12 @@ pub use gpu::matrix_shape::{Factor, MatrixShape};
 pub use gpu::pipeline_file::PipelineFile;
 pub use gpu::precision::Precision;
 pub use gpu::requirements::{matrix_features, required_features, required_limits};
-pub use image::Image;
+pub use image::{Image, Rect};
 pub use measure::{Calibration, CallProfile, Cost};
 pub use model::{
     Inputs, MainImage, Metadata, OidnSize, Quality, Topology, TransferFunction, Weights,
 };
 pub use ops::image::{Element, ImageFormat};
 pub use ops::tile::Layout;
-pub use plan::tiles::Rect;
+pub use plan::tiles::{PlacedTile, TilePlan};
 pub use wgpu;

@@ -1,4 +1,4 @@
-//! Panics of dependencies that this crate turns into errors.
+//! Turns panics of dependencies into errors.
 
 use std::cell::Cell;
 use std::panic::{self, AssertUnwindSafe};
@@ -7,7 +7,7 @@ thread_local! {
     static CAUGHT: Cell<bool> = const { Cell::new(false) };
 }
 
-/// Runs `work`; `None` if it panicked. The program's panic hook sees the panic first.
+/// Runs `work` and returns `None` if it panicked. The program's panic hook runs first.
 pub fn caught<R>(work: impl FnOnce() -> R) -> Option<R> {
     CAUGHT.set(true);
     let result = panic::catch_unwind(AssertUnwindSafe(work));
@@ -15,8 +15,8 @@ pub fn caught<R>(work: impl FnOnce() -> R) -> Option<R> {
     result.ok()
 }
 
-/// Wraps the program's panic hook so that it does not see panics that are [`caught`]. For programs,
-/// which own the hook: a library should leave it alone.
+/// Wraps the program's panic hook so that it ignores [`caught`] panics. Only for programs, which
+/// own the hook; a library should leave it alone.
 pub fn silence_caught() {
     let loud = panic::take_hook();
     panic::set_hook(Box::new(move |info| {

@@ -1,4 +1,4 @@
-//! Proves that the comparisons in `tests/common` fail when they should.
+//! Proves that the comparisons in `crates/testing` fail when they should.
 
 use wgdenoise::Image;
 use wgdenoise::internals::reference::Tensor;

@@ -1,10 +1,21 @@
 //! Every shader variant is valid, and the host's declarations of it are true.
 
 use naga::valid::Capabilities;
-use naga::{AddressSpace, ImageClass, StorageAccess, StorageFormat, TypeInner};
+use naga::{
+    AddressSpace, Expression, ImageClass, Literal, StorageAccess, StorageFormat, TypeInner,
+};
 use wgdenoise::internals::gpu::kernel::{Binding, KernelSpec};
-use wgdenoise::internals::ops::{all_specs, autoexposure::Band, tile::Tile};
-use wgdenoise::{Precision, wgpu};
+use wgdenoise::internals::gpu::matrix_shape::SUBGROUPS;
+use wgdenoise::internals::model::{Encoding, TransferFunction};
+use wgdenoise::internals::ops::autoexposure::Band;
+use wgdenoise::internals::ops::matrix;
+use wgdenoise::internals::ops::need::NeedUniform;
+use wgdenoise::internals::ops::simd::SimdKernel;
+use wgdenoise::internals::ops::tile::Tile;
+use wgdenoise::internals::ops::{activity, all_specs, convolution};
+use wgdenoise::internals::plan::halo;
+use wgdenoise::internals::reference;
+use wgdenoise::{Factor, Layout, MatrixShape, Precision, wgpu};
 
 type Checked = (naga::Module, naga::valid::ModuleInfo);
 
@@ -31,6 +42,10 @@ fn is_matrix(source: &str) -> bool {
     source.contains("enable wgpu_cooperative_matrix;")
 }
 
+fn wgsl(spec: &KernelSpec, precision: Precision) -> String {
+    spec.wgsl(precision).unwrap_or_else(|e| panic!("{}: {e}", spec.name))
+}
+
 fn parse(source: &str) -> Result<naga::Module, String> {
     check(source).map(|(module, _)| module)
 }
@@ -41,7 +56,7 @@ fn for_every_module(check: impl Fn(&KernelSpec, Precision, &naga::Module)) {
     assert!(specs.len() >= 27, "only {} variants are listed", specs.len());
     for spec in specs {
         for precision in [Precision::F32, Precision::F16] {
-            let module = parse(&spec.source_for(precision));
+            let module = parse(&wgsl(&spec, precision));
             check(&spec, precision, &module.unwrap_or_else(|e| panic!("{}: {e}", spec.name)));
         }
     }
@@ -103,14 +118,15 @@ fn workgroup_memory_is_within_what_every_device_has() {
 fn every_variant_can_be_written_for_the_backends_that_run_it() {
     for spec in all_specs() {
         for precision in [Precision::F32, Precision::F16] {
-            let (module, info) = check(&spec.source_for(precision)).expect("it is valid");
+            let text = wgsl(&spec, precision);
+            let (module, info) = check(&text).expect("it is valid");
             let constants = spec.overrides.iter().map(|name| (name.to_string(), 1.0)).collect();
             let (module, info) =
                 naga::back::pipeline_constants::process_overrides(&module, &info, None, &constants)
                     .unwrap_or_else(|e| panic!("{}: {e}", spec.name));
             to_vulkan(&module, &info).unwrap_or_else(|e| panic!("{}: {e}", spec.name));
             to_metal(&module, &info).unwrap_or_else(|e| panic!("{}: {e}", spec.name));
-            if !is_matrix(&spec.source) {
+            if !is_matrix(&text) {
                 to_dx12(&module, &info).unwrap_or_else(|e| panic!("{}: {e}", spec.name));
             }
         }
@@ -151,31 +167,127 @@ fn overrides_and_workgroup_sizes_are_what_the_host_declares() {
 }
 
 #[test]
-fn uniform_structs_have_the_offsets_of_the_host() {
-    let tile = ["image_size", "origin", "begin", "end", "color", "albedo", "normal", "output"];
-    let tile_offsets = [
-        std::mem::offset_of!(Tile, image_size),
-        std::mem::offset_of!(Tile, origin),
-        std::mem::offset_of!(Tile, begin),
-        std::mem::offset_of!(Tile, end),
-        std::mem::offset_of!(Tile, color),
-        std::mem::offset_of!(Tile, albedo),
-        std::mem::offset_of!(Tile, normal),
-        std::mem::offset_of!(Tile, output),
+fn structs_have_the_offsets_of_the_host() {
+    use std::mem::offset_of;
+    let tile = [
+        ("image_size", offset_of!(Tile, image_size)),
+        ("origin", offset_of!(Tile, origin)),
+        ("begin", offset_of!(Tile, begin)),
+        ("end", offset_of!(Tile, end)),
+        ("color", offset_of!(Tile, color)),
+        ("albedo", offset_of!(Tile, albedo)),
+        ("normal", offset_of!(Tile, normal)),
+        ("output", offset_of!(Tile, output)),
     ];
-    let band = ["image_size", "bins", "first_bin_row", "bin_rows", "first_row", "color"];
-    let band_offsets = [
-        std::mem::offset_of!(Band, image_size),
-        std::mem::offset_of!(Band, bins),
-        std::mem::offset_of!(Band, first_bin_row),
-        std::mem::offset_of!(Band, bin_rows),
-        std::mem::offset_of!(Band, first_row),
-        std::mem::offset_of!(Band, color),
+    let layout = [
+        ("offset", offset_of!(Layout, offset)),
+        ("row_stride", offset_of!(Layout, row_stride)),
+        ("pixel_stride", offset_of!(Layout, pixel_stride)),
+        ("alpha", size_of::<Layout>() - size_of::<u32>()),
     ];
-    for shader in ["input_process", "output_process", "activity_classify", "head"] {
-        assert_eq!(members(shader, "Tile"), zip(&tile, &tile_offsets), "{shader}");
+    let band = [
+        ("image_size", offset_of!(Band, image_size)),
+        ("bins", offset_of!(Band, bins)),
+        ("first_bin_row", offset_of!(Band, first_bin_row)),
+        ("bin_rows", offset_of!(Band, bin_rows)),
+        ("first_row", offset_of!(Band, first_row)),
+        ("padding", offset_of!(Band, color) - size_of::<u32>()),
+        ("color", offset_of!(Band, color)),
+    ];
+    let need = [
+        ("layer", offset_of!(NeedUniform, layer)),
+        ("shift", offset_of!(NeedUniform, shift)),
+        ("reach", offset_of!(NeedUniform, reach)),
+        ("padding", size_of::<NeedUniform>() - size_of::<u32>()),
+    ];
+    for shader in ["input_process", "input_conv", "output_process", "activity_classify", "head"] {
+        assert_eq!(members(shader, "Tile"), host(&tile), "{shader}");
+        assert_eq!(members(shader, "Layout"), host(&layout), "{shader}");
     }
-    assert_eq!(members("autoexposure_bins", "Band"), zip(&band, &band_offsets));
+    assert_eq!(members("autoexposure_bins", "Band"), host(&band));
+    assert_eq!(members("autoexposure_bins", "Layout"), host(&layout));
+    for shader in ["conv3x3_tiled", "conv3x3_simd4", "up_conv_tiled", "up_conv_simd4", "input_conv"]
+    {
+        assert_eq!(members(shader, "Need"), host(&need), "{shader}");
+    }
+}
+
+#[test]
+fn constants_have_the_values_of_the_host() {
+    let bounded = Encoding { unbounded: false, ..Encoding::default() };
+    let most = Encoding { unbounded: true, ..bounded }.brightest();
+    let (block, tile) = (f64::from(activity::BLOCK), f64::from(convolution::TILE));
+    let half = Precision::F16.largest();
+    same("activity_spread", "BLOCK", block);
+    same("activity_spread", "FAR", f64::from(activity::FAR));
+    same("activity_spread", "LAYERS", f64::from(activity::LAYERS));
+    same("activity_spread", "BEND", reference::BEND);
+    same("activity_spread", "DARK", reference::DARK);
+    same("head", "BLOCK", block);
+    same("input_process", "REPAIR", halo::REPAIR as f64);
+    same("input_process", "GREY", reference::GREY);
+    same("input_process", "OUTLIER", reference::OUTLIER);
+    same("input_process", "MOST", f64::from(reference::MOST));
+    same("input_process", "MOST", f64::from(most));
+    for curve in TransferFunction::ALL {
+        same("input_process", &curve.name().to_uppercase(), f64::from(curve as u8));
+    }
+    same("head", "LARGEST_F32", Precision::F32.largest());
+    same("output_process f32 rgba16float", "LARGEST_F16", half);
+    same("output_process f32 rgba32float", "LARGEST_F32", Precision::F32.largest());
+    assert_eq!(f64::from(bounded.brightest()), half);
+    assert_eq!(reference::LARGEST, half);
+    for shader in ["conv3x3_tiled", "conv_head_tiled", "input_conv", "up_conv_tiled"] {
+        same(shader, "TILE", tile);
+        same(shader, "QUADS", convolution::TILED_QUADS as f64);
+        same(shader, "INVOCATIONS", f64::from(spec(shader).workgroup.iter().product::<u32>()));
+    }
+    same("autoexposure_reduce", "LANES", f64::from(spec("autoexposure_reduce").workgroup[0]));
+    same("conv_head_simd4", "PIXELS", f64::from(SimdKernel::ConvHead.pixels()));
+}
+
+#[test]
+fn matrices_have_the_sizes_of_the_host() {
+    let shapes = [(8, Factor::F16), (8, Factor::F32), (16, Factor::F16)];
+    for (shape, channels) in shapes.into_iter().flat_map(|s| [(s, 16), (s, 32)]) {
+        let (side, factor) = shape;
+        let spec = matrix::spec(MatrixShape { side, factor, lanes: 32 }, channels);
+        let module = parse(&wgsl(&spec, Precision::F32)).expect("it is valid");
+        let largest = if factor == Factor::F16 { Precision::F16 } else { Precision::F32 };
+        for (name, expected) in [
+            ("SIDE", f64::from(side)),
+            ("CHANNELS", f64::from(channels)),
+            ("COLUMNS", f64::from(matrix::COLUMNS)),
+            ("ROWS", f64::from(matrix::ROWS)),
+            ("SUBGROUPS", f64::from(SUBGROUPS)),
+            ("SUMS", f64::from(matrix::SUMS)),
+            ("LARGEST_FACTOR", largest.largest()),
+        ] {
+            assert_eq!(constant(&module, name), Some(expected), "{name} of {}", spec.name);
+        }
+    }
+}
+
+/// The value of a constant that a shader declares must be the host's, in 32-bit floats.
+fn same(shader: &str, name: &str, host: f64) {
+    let module = parse(&wgsl(&spec(shader), Precision::F32)).expect("the shader is valid");
+    let found = constant(&module, name).map(|value| value as f32);
+    assert_eq!(found, Some(host as f32), "{name} of {shader}");
+}
+
+fn constant(module: &naga::Module, name: &str) -> Option<f64> {
+    let (_, constant) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name))?;
+    match module.global_expressions[constant.init] {
+        Expression::Literal(Literal::U32(value)) => Some(value.into()),
+        Expression::Literal(Literal::F32(value)) => Some(value.into()),
+        ref other => panic!("{name} is {other:?}"),
+    }
+}
+
+/// The first variant whose name begins with `shader`, word for word.
+fn spec(shader: &str) -> KernelSpec {
+    let begins = |s: &KernelSpec| format!("{} ", s.name).starts_with(&format!("{shader} "));
+    all_specs().into_iter().find(begins).unwrap_or_else(|| panic!("{shader} is not listed"))
 }
 
 #[test]
@@ -186,11 +298,14 @@ fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
         let paths = entries.map(|entry| entry.expect("it can be listed").path());
         paths.map(|p| p.file_stem().expect("a name").to_string_lossy().into_owned()).collect()
     };
-    let shaders = stems("shaders");
-    assert!(shaders.len() >= 8, "{shaders:?}");
+    let mut shaders = stems("shaders");
+    shaders.retain(|name| !["common", "README"].contains(&name.as_str()));
+    assert!(shaders.len() >= 16, "{shaders:?}");
     for shader in shaders {
         // A variant has its operator's name and its own: `conv3x3_tiled`.
-        let operator = shader.strip_suffix("_tiled").unwrap_or(&shader).to_string();
+        let mut variants = ["_tiled", "_simd", "_matrix"].into_iter();
+        let operator = variants.find_map(|variant| shader.strip_suffix(variant));
+        let operator = operator.unwrap_or(&shader).to_string();
         for folder in ["src/ops", "src/reference", "tests/ops"] {
             assert!(stems(folder).contains(&operator), "{folder} lacks {operator}");
         }
@@ -199,27 +314,23 @@ fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
 
 #[test]
 fn a_broken_shader_does_not_pass() {
-    let broken = wgdenoise::internals::ops::max_pool::SPEC
-        .source_for(Precision::F32)
-        .replace("max(upper, lower)", "upper.xyz");
+    let broken = wgsl(&wgdenoise::internals::ops::max_pool::SPEC, Precision::F32);
+    let broken = broken.replace("max(upper, lower)", "upper.xyz");
     parse(&broken).unwrap_err();
-    let matrix = all_specs().into_iter().find(|s| is_matrix(&s.source)).expect("it is listed");
-    let broken =
-        matrix.source_for(Precision::F32).replace("coop_mat8x8<f32, C>", "coop_mat8x8<f32, B>");
+    let texts = all_specs().into_iter().map(|spec| wgsl(&spec, Precision::F32));
+    let matrix = texts.into_iter().find(|text| is_matrix(text)).expect("it is listed");
+    parse(&matrix).unwrap();
+    let broken = matrix.replace("coop_mat8x8<f32, C>", "coop_mat8x8<f32, B>");
     parse(&broken).unwrap_err();
 }
 
-fn zip(names: &[&str], offsets: &[usize]) -> Vec<(String, u32)> {
-    names.iter().map(ToString::to_string).zip(offsets.iter().map(|&o| o as u32)).collect()
+fn host(members: &[(&str, usize)]) -> Vec<(String, u32)> {
+    members.iter().map(|&(name, offset)| (name.into(), offset as u32)).collect()
 }
 
 /// Names and offsets of a struct in a shader.
 fn members(shader: &str, name: &str) -> Vec<(String, u32)> {
-    let spec = all_specs()
-        .into_iter()
-        .find(|s| s.name.split(' ').next() == Some(shader))
-        .expect("the shader is listed");
-    let module = parse(&spec.source_for(Precision::F32)).expect("the shader is valid");
+    let module = parse(&wgsl(&spec(shader), Precision::F32)).expect("the shader is valid");
     let found = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name));
     match &found.expect("the struct exists").1.inner {
         TypeInner::Struct { members, .. } => {

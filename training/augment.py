@@ -1,15 +1,15 @@
-"""Random training crops: which samples, which features, how exposed, turned and coloured."""
+"""Random training crops: choice of samples and features, exposure, orientation and colour."""
 
 import torch
 from torch.nn import functional as F
 
 from transfer import autoexposure, network_input, transfer
 
-FEATURES = (("all", 0.60), ("albedo", 0.75), ("color", 1.0))  # cumulative odds of the inputs a crop keeps
+FEATURES = (("all", 0.60), ("albedo", 0.75), ("color", 1.0))  # inputs that a crop keeps, cumulative odds
 
 
 def splat(image, sigma):
-    """[C,H,W] filtered with a Gaussian of `sigma` pixels, cut at 2 pixels; edges repeat."""
+    """[C,H,W] filtered with a Gaussian of `sigma` pixels, cut off at 2 pixels; edges repeat."""
     k = torch.exp(-(torch.arange(-2.0, 3.0) ** 2) / (2 * sigma**2))
     k = (k / k.sum()).view(1, 1, 5)
     along_x = F.conv1d(F.pad(image, (2, 2), mode="replicate").flatten(0, 1)[:, None], k).view_as(image)
@@ -18,7 +18,7 @@ def splat(image, sigma):
 
 
 def texture(size, cell, kind, low):
-    """[1,S,S] of mean 1: checks (kind 0), columns (1) or rows (2) of `cell` pixels, the darker ones `low` times the others."""
+    """[1,S,S] with mean 1: checks (kind 0), columns (1) or rows (2) of `cell` pixels, in two tones of ratio `low`."""
     cells = torch.arange(size) // cell
     x, y = cells.expand(size, size), cells[:, None].expand(size, size)
     odd = (x + y, x, y)[kind] % 2
@@ -33,7 +33,7 @@ class Crops:
         self.views, self.size = views, size
         self.scales = [[autoexposure(image[:3].float()) for _, image in v["noisy"]] for v in views]
         self.random = torch.Generator().manual_seed(seed)
-        # References of dark and indoor scenes carry much noise of their own; draw them less often.
+        # References of dark and indoor scenes are often noisy themselves; draw them less often.
         self.odds = torch.tensor([1 / (1 + (v["relerr"] / 0.3) ** 2) for v in views])
 
     def batch(self, count):
@@ -57,7 +57,7 @@ class Crops:
         if self._uniform() < 0.3:
             noisy = self._converged(noisy, target)
         scale *= float(2 ** (0.5 * self._gauss()))
-        if self._uniform() < 0.15:  # renderers also hand over features of a clean first hit
+        if self._uniform() < 0.15:  # some renderers provide noise-free features
             noisy = torch.cat([noisy[:3], window(view["ref"])[3:]])
         if self._uniform() < 0.15:
             noisy, target = self._splat(noisy, target)
@@ -76,7 +76,7 @@ class Crops:
         return x, transfer(target * scale)
 
     def _noisy(self, renders, scales, window):
-        """One render, or now and then the mean of all, which stands for a sample count between the rendered ones."""
+        """One render, or sometimes the mean of all, which simulates other sample counts."""
         if len(renders) > 1 and self._uniform() < 0.25:
             total = sum(spp for spp, _ in renders)
             return sum(window(image) * (spp / total) for spp, image in renders), sum(scales) / len(scales)
@@ -84,19 +84,19 @@ class Crops:
         return window(renders[i][1]), scales[i]
 
     def _converged(self, noisy, target):
-        """With at least half of the colour's noise taken away, as by four times the samples or more: few renders have
-        that many, and a network that never sees nearly clean pictures blurs them."""
+        """The render with at least half of its colour noise removed, as from four times the samples or more. Few have
+        that many, and a network that never sees nearly clean images blurs them."""
         share = 0.5 + 0.5 * self._uniform()
         return torch.cat([noisy[:3].lerp(target, share), noisy[3:]])
 
     def _splat(self, *images):
-        """Blurred by one Gaussian of random width, as by a pixel filter that splats: it correlates the noise."""
+        """The images blurred by one random Gaussian, which correlates noise like a splatting pixel filter."""
         sigma = 0.3 + 0.5 * self._uniform()
         return [splat(image, sigma) for image in images]
 
     def _textured(self, noisy, target):
-        """Clean, with a regular texture of single pixels or a few on it, or on its mean colour: renders have none, and a
-        network that never sees any takes it for noise. Half of the textures are in the albedo, too."""
+        """The clean target, or its mean colour, times a regular texture of one or a few pixels. Renders have no such
+        textures, and a network that never sees any takes them for noise. Half of them are in the albedo too."""
         low = 0.0 if self._uniform() < 0.3 else float(2 ** (-8 * self._uniform()))
         cell = 1 + self._index(2) * self._index(3)  # mostly single pixels
         pattern = texture(self.size, cell, self._index(3), low)
@@ -106,7 +106,7 @@ class Crops:
         return torch.cat([target * pattern, albedo, noisy[6:]]), target * pattern
 
     def _window(self, image):
-        """A function that cuts one random square out of images of this size and turns and mirrors it."""
+        """A function that cuts the same random square out of images of this size, rotated and mirrored."""
         s, (h, w) = self.size, image.shape[1:]
         y, x = self._index(h - s + 1), self._index(w - s + 1)
         turns, mirror = self._index(4), self._index(2)
@@ -118,7 +118,7 @@ class Crops:
         return cut
 
     def _frame(self, normal):
-        """Half of the crops see another frame: camera, world, y or z up differ between renderers."""
+        """Normals, for half of the crops in another frame: renderers differ in camera or world space, y or z up."""
         if self._index(2):
             return normal
         signs = torch.randint(0, 2, (3, 1, 1), generator=self.random) * 2 - 1

@@ -1,10 +1,10 @@
-"""A picture of many views: of each the reference, the noisiest render, the reference's albedo and its normal.
+"""Makes a contact sheet: for each view its reference, noisiest render, and the reference's albedo and normal.
 
     pip install pillow
     python contact_sheet.py views sheet.png
     python contact_sheet.py views sheet.png --count 200 --tile 96 --columns 4
 
-Colour is shown at the exposure that brings the reference's log-average luminance to middle grey.
+Colour is exposed so that the reference's log-average luminance is middle grey.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from torch.nn import functional as F
 from metrics import display, exposure_of
 from views import read_view
 
-GAP, LABEL = 4, 14  # pixels between strips; height of the line of text above each
+GAP, LABEL = 4, 14  # pixels between strips; height of the label above each
 
 
 def strip(view, tile):
@@ -30,7 +30,7 @@ def strip(view, tile):
 
 
 def fit(image, tile):
-    """Scales the image to the longer side `tile` and centres it on a black square."""
+    """The image scaled so that its longer side is `tile`, centred on a black square."""
     h, w = image.shape[1:]
     size = [max(1, round(side * tile / max(h, w))) for side in (h, w)]
     small = F.interpolate(image[None], size, mode="area")[0]
@@ -40,7 +40,7 @@ def fit(image, tile):
 
 def label(view):
     samples = ", ".join(str(samples) for samples, _ in view["noisy"])
-    return f"{view['name']}  {view['kind']}  samples {samples}  error of reference {view['relerr']:.3f}"
+    return f"{view['name']}  {view['kind']}  samples {samples}  reference error {view['relerr']:.3f}"
 
 
 def sheet(paths, tile, columns):
@@ -60,14 +60,14 @@ def sheet(paths, tile, columns):
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("views", type=Path, help="folder of views")
-    p.add_argument("out", type=Path, help="the picture")
-    p.add_argument("--count", type=int, default=40, help="how many views, evenly spread over the folder")
+    p.add_argument("out", type=Path, help="image file to write")
+    p.add_argument("--count", type=int, default=40, help="number of views, spread evenly over the folder")
     p.add_argument("--tile", type=int, default=192, help="size of each image in pixels")
     p.add_argument("--columns", type=int, default=2, help="views side by side")
     o = p.parse_args()
     paths = sorted(o.views.glob("*_v*.npz"))
     if not paths:
-        raise SystemExit(f"no views (*_v*.npz) in {o.views}")
+        raise SystemExit(f"{o.views}: no views (*_v*.npz)")
     count = min(o.count, len(paths))
     sheet([paths[i * len(paths) // count] for i in range(count)], o.tile, o.columns).save(o.out)
     print(f"{o.out}: {count} of {len(paths)} views")

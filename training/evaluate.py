@@ -1,10 +1,10 @@
-"""Errors of a trained net on the held-out test scenes, which neither training nor early stopping saw.
+"""Errors of a trained network on the test scenes, which neither training nor early stopping saw.
 
     python evaluate.py RUN/best.pt --data VIEWS [VIEWS ...] --csv errors.csv --images pictures
 
-Every render of every test view is denoised with colour alone, with albedo, and with albedo and normal. The table
-gives means over renders by sample count, noisy -> denoised; `ratio` is denoised L1 over noisy L1 of the group.
-A picture shows each render noisy, denoised, by Open Image Denoise and as the reference, with all inputs.
+Denoises every render of every test view with colour alone, with albedo, and with albedo and normal. The table gives
+means over renders by sample count, noisy -> denoised; `ratio` is the group's denoised L1 over its noisy L1. An image of
+each render shows it noisy, denoised, denoised by Open Image Denoise, and as the reference, with all inputs.
 """
 
 import argparse
@@ -20,11 +20,11 @@ from run import load_checkpoint
 from views import load_views, part
 
 INPUTS = ("color", "color,albedo", "color,albedo,normal")
-GROUPS = ((1, 3), (4, 7), (8, 15), (16, 31), (32, 63), (64, 127), (128, 9999))  # samples per pixel, from and to
+GROUPS = ((1, 3), (4, 7), (8, 15), (16, 31), (32, 63), (64, 127), (128, 9999))  # samples per pixel, first and last
 
 
 def load_model(path):
-    """The EMA network of a checkpoint, in evaluation mode, and the checkpoint itself."""
+    """A checkpoint's EMA network in evaluation mode, and the checkpoint itself."""
     checkpoint = load_checkpoint(path)
     model = UNet(checkpoint["widths"])
     model.load_state_dict(checkpoint["ema"])
@@ -32,7 +32,7 @@ def load_model(path):
 
 
 def measure(model, views):
-    """One row per render and inputs: view, kind, spp, inputs, then every figure as noisy_* and denoised_*."""
+    """One row per render and set of inputs: view, kind, spp, inputs, then each figure as noisy_* and denoised_*."""
     rows = []
     for v in views:
         ref = v["ref"][:3].float()
@@ -48,7 +48,7 @@ def measure(model, views):
 
 
 def table(rows):
-    """Markdown table of the group means."""
+    """A Markdown table of the group means."""
     lines = ["| samples | renders | inputs | L1 | ratio | PSNR | SSIM | relMSE | SMAPE |", "|---|---|---|---|---|---|---|---|---|"]
     for low, high in GROUPS:
         for inputs in INPUTS:
@@ -66,7 +66,7 @@ def _line(group, inputs, rows):
 
 
 def save_images(model, views, folder):
-    """A PNG per render. Only here are the packages of the comparison needed."""
+    """Saves a PNG per render. Only this needs the packages of the comparison."""
     from quality.crops import save_png, strip
     from quality.oidn import Oidn
     oidn = Oidn("high", torch.get_num_threads())
@@ -82,19 +82,19 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("checkpoint", type=Path)
     p.add_argument("--data", nargs="+", required=True, help="folders of views")
-    p.add_argument("--cache", help="folder that keeps the decoded views")
-    p.add_argument("--csv", type=Path, help="errors of every render")
-    p.add_argument("--images", type=Path, help="folder for pictures of every render")
-    p.add_argument("--plot", type=Path, help="picture of all renders' errors before and after")
+    p.add_argument("--cache", help="folder for decoded views")
+    p.add_argument("--csv", type=Path, help="file for the errors of every render")
+    p.add_argument("--images", type=Path, help="folder for an image of every render")
+    p.add_argument("--plot", type=Path, help="file for a plot of all errors before and after")
     p.add_argument("--part", default="test", choices=("val", "test"))
-    p.add_argument("--max-relerr", type=float, default=float("inf"), help="leave out views with a noisier reference")
+    p.add_argument("--max-relerr", type=float, default=float("inf"), help="skip views with a noisier reference")
     p.add_argument("--threads", type=int, default=1)
     o = p.parse_args()
     torch.set_num_threads(o.threads)
     model, checkpoint = load_model(o.checkpoint)
     views = [v for v in part(load_views(o.data, o.cache), o.part) if v["relerr"] <= o.max_relerr]
     if not views:
-        raise SystemExit(f"no view of the {o.part} scenes in these folders: give more scenes, or --part val")
+        raise SystemExit(f"no views of {o.part} scenes in these folders: add scenes or use --part val")
     with torch.no_grad():
         rows = measure(model, views)
         if o.images:
@@ -104,7 +104,7 @@ def main():
     if o.plot:
         from quality.plots import before_after
         before_after(rows, INPUTS[-1], o.plot)
-    print(f"{checkpoint['tier']}: {len(views)} views of the {o.part} scenes\n\n{table(rows)}")
+    print(f"{checkpoint['tier']}: {len(views)} views of {o.part} scenes\n\n{table(rows)}")
 
 
 if __name__ == "__main__":

@@ -1,8 +1,8 @@
-"""Write the EMA weights of a checkpoint as the safetensors file the denoiser loads.
+"""Write the EMA weights of a checkpoint as a safetensors file for the denoiser.
 
-    python export.py RUN/best.pt ../weights/balanced.safetensors
+    python export.py RUN/best.pt mine.safetensors
 
-Convolution weights are stored as F16, biases and batch norm as F32. The norm is stored raw, the program folds it.
+Convolution weights are stored as F16, biases and batch norm as F32. The norm is stored as is; the program folds it.
 """
 
 import argparse
@@ -20,23 +20,23 @@ FORMAT = dict(format="wgdenoise", format_version="1", topology="unet", inputs="c
 
 
 def tensors_of(state):
-    """State dict to the tensors of the file: same names, half-precision convolutions, no batch counters."""
+    """The file's tensors from a state dict: same names, half-precision convolutions, no batch counters."""
     kept = {k: v for k, v in state.items() if not k.endswith("num_batches_tracked")}
     return {k: v.to(torch.float16 if v.ndim == 4 else torch.float32).contiguous() for k, v in kept.items()}
 
 
 def save_weights(path, state, widths, name, provenance):
-    """Write one weights file; `widths` runs from the full-resolution level to the bottleneck."""
+    """Write a weights file; `widths` runs from the full-resolution level to the bottom."""
     tensors = tensors_of(state)
     bad = [k for k, v in tensors.items() if not torch.isfinite(v).all()]
     if bad:
-        raise SystemExit(f"{path}: {bad[0]} holds values that are not finite in its stored type; train with a lower rate")
+        raise SystemExit(f"{path}: {bad[0]} has values that are not finite in the stored type; train with a lower rate")
     metadata = dict(FORMAT, widths=",".join(map(str, widths)), name=name, provenance=provenance)
     path.write_bytes(_sorted_header(save(tensors, metadata)))
 
 
 def _sorted_header(data):
-    """The library orders the metadata at random; sorted, the same weights make the same file."""
+    """The file with sorted metadata: the library orders it at random, and equal weights should give equal files."""
     end = 8 + int.from_bytes(data[:8], "little")
     header = json.loads(data[8:end])
     header["__metadata__"] = dict(sorted(header["__metadata__"].items()))
@@ -48,8 +48,8 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("checkpoint", type=Path)
     p.add_argument("weights", type=Path)
-    p.add_argument("--data", default=DATA, help="what the net was trained on, for the provenance entry")
-    p.add_argument("--license", default="MIT OR Apache-2.0", help="license of the weights")
+    p.add_argument("--data", default=DATA, help="description of the training data, for the provenance entry")
+    p.add_argument("--license", default="MIT OR Apache-2.0", help="license of the weights, for the provenance entry")
     o = p.parse_args()
     c = load_checkpoint(o.checkpoint)
     provenance = f"data: {o.data}; training: {'; then '.join(c['history'])}; license: {o.license}"

@@ -1,4 +1,4 @@
-"""A whole render through the network, by the same steps as the program."""
+"""Denoises a whole render, with the same steps as the program."""
 
 import torch
 from torch.nn import functional as F

@@ -1,13 +1,13 @@
-"""Training losses on [B,3,H,W] images in the network domain. `LOSSES` is what `train.py --loss` chooses from.
+"""Training losses on [B,3,H,W] images in the network domain, by name in `LOSSES` for `train.py --loss`.
 
-The network domain is the transfer function of exposed colour, so equal differences are about equally visible.
+The network domain is the transfer function of exposed colour, in which equal differences are about equally visible.
 """
 
 from torch.nn import functional as F
 
 from metrics import ssim
 
-PEAK = 0.5  # the range most pixels occupy in the network domain, for SSIM's constants
+PEAK = 0.5  # range of most pixels in the network domain, for SSIM's constants
 
 
 def l1(output, target):
@@ -20,26 +20,26 @@ def l1_ssim(output, target):
 
 
 def l1_ms_ssim(output, target):
-    """The mean of SSIM at three scales instead of one: also sees errors wider than its 11-pixel window."""
+    """SSIM averaged over three scales, which also sees errors wider than its 11-pixel window."""
     scaled = [(F.avg_pool2d(output, s), F.avg_pool2d(target, s)) for s in (1, 2, 4)]
     likeness = sum(ssim(a, b, PEAK) for a, b in scaled) / 3
     return 0.9 * l1(output, target) + 0.1 * (1 - likeness)
 
 
 def l1_gradient(output, target):
-    """The thesis's loss plus L1 of the differences between neighbours, which keeps edges and texture sharp."""
+    """The thesis's loss plus L1 of differences between neighbours, which keeps edges and texture sharp."""
     d = output - target
     edges = (d[..., :, 1:] - d[..., :, :-1]).abs().mean() + (d[..., 1:, :] - d[..., :-1, :]).abs().mean()
     return l1_ssim(output, target) + 0.5 * edges
 
 
 def l1_mean(output, target):
-    """The thesis's loss plus L1 of 8x8 means: a median of skewed noise is too dark, its mean must still be right."""
+    """The thesis's loss plus L1 of 8x8 means: the median of skewed noise is too dark, local means must not be."""
     return l1_ssim(output, target) + 0.5 * l1(F.avg_pool2d(output, 8), F.avg_pool2d(target, 8))
 
 
 def l1_relative(output, target):
-    """Relative L1 (SMAPE in the network domain) beside the thesis's loss: dark regions count more."""
+    """The thesis's loss plus relative L1 (SMAPE in the network domain), which gives dark regions more weight."""
     relative = ((output - target).abs() / (output.detach() + target + 0.05)).mean()
     return l1_ssim(output, target) + 0.1 * relative
 

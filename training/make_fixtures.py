@@ -1,8 +1,8 @@
-"""Inputs and PyTorch results for the tests of the operators and of the whole network, small and reproducible.
+"""Small, reproducible inputs and PyTorch results for the tests of the operators and the whole network.
 
     python make_fixtures.py ../tests/fixtures ../weights/*.safetensors
 
-Results are computed in float64 from the stored inputs and rounded to float32. Images are [C,H,W]. Tensors per file:
+Results are computed from the stored inputs in float64 and rounded to float32. Images are [C,H,W]. Tensors by file:
 
 * conv3x3.safetensors: input, weight, bias, norm.weight, norm.bias, norm.running_mean, norm.running_var (eps 1e-5);
   expected (convolution and bias), expected_relu (then ReLU), expected_norm_relu (no bias, batch norm, ReLU)
@@ -12,10 +12,10 @@ Results are computed in float64 from the stored inputs and rounded to float32. I
 * concat.safetensors: first, second, expected
 * sigmoid.safetensors: input, expected
 * transfer.safetensors: input (exposed linear colour), expected (0..1); inverse_input (0..1), inverse_expected
-* autoexposure.safetensors: input, expected [1,1,1]; and black_input, black_expected. `input` has NaN, infinite and
-  negative values, an outlier, a lone lit pixel and bins without light
-* shipped.safetensors: color (linear), albedo, normal; expected.fast, ...: linear colour by each of the shipped weights,
-  in float32
+* autoexposure.safetensors: input, expected [1,1,1]; black_input, black_expected. `input` has NaN, infinite and negative
+  values, an outlier, a lone lit pixel and bins without light
+* shipped.safetensors: color (linear), albedo, normal; expected.fast, ...: linear colour from each of the shipped
+  weights, computed in float32
 * unet_tiny.safetensors: a weights file of widths 4, 6, 10; unet_tiny_io.safetensors: input (network domain), expected
 """
 
@@ -40,7 +40,7 @@ def random(generator, *shape, scale=1.0):
 
 
 def operators(g):
-    """File name to its tensors, for every operator."""
+    """The tensors of every operator's file, by file name."""
     files = dict(conv3x3=conv3x3(g))
     x, w, b = random(g, 6, 5, 7), random(g, 3, 6, 1, 1, scale=0.5), random(g, 3)
     files["conv1x1"] = dict(input=x, weight=w, bias=b, expected=F.conv2d(x, w, b))
@@ -85,7 +85,7 @@ def exposure(g):
 
 
 def tiny_net(g):
-    """Random weights with plausible statistics, rounded to what the weights file stores."""
+    """Random weights with plausible statistics, rounded to the types of the weights file."""
     model = UNet(TINY).double().eval()
     for name, p in model.state_dict().items():
         if name.endswith("running_var"):
@@ -102,7 +102,7 @@ def tiny_net(g):
 
 
 def shipped(g, paths):
-    """A noisy picture, and what the exported networks make of it. The program has to give the same."""
+    """A noisy image and the results of the exported networks, which the program must reproduce."""
     color, albedo, normal = random(g, 3, 40, 56, scale=1.5).exp(), random(g, 3, 40, 56).sigmoid(), random(g, 3, 40, 56).tanh()
     image = torch.cat([color, albedo, normal]).float()
     results = {f"expected.{n.name}": n(image, "color,albedo,normal") for n in load_all(paths)}

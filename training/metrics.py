@@ -1,7 +1,7 @@
 """Error figures of a denoised image against its reference; SSIM is differentiable.
 
-Figures are on linear colour [3,H,W]. Display images are scaled so that the reference's log-average luminance
-is 0.18, clipped to 0..1 and sRGB encoded.
+All figures take linear colour [3,H,W]. Display images are exposed so that the reference's log-average luminance is
+0.18, clipped to 0..1 and sRGB encoded.
 """
 
 import torch
@@ -22,7 +22,7 @@ def display(color):
 
 
 def figures(image, ref):
-    """{l1, psnr, ssim, relmse, smape} of a linear image [3,H,W]; lower is better except psnr and ssim."""
+    """{l1, psnr, ssim, relmse, smape} of a linear image [3,H,W]; lower is better, except for psnr and ssim."""
     scale = exposure_of(ref)
     x, r = image * scale, ref * scale
     a, b = display(x), display(r)
@@ -37,7 +37,7 @@ def figures(image, ref):
 
 
 def ssim(a, b, peak):
-    """Mean SSIM of [B,C,H,W] images with an 11x11 Gaussian window (sigma 1.5), windows inside the image only."""
+    """Mean SSIM of [B,C,H,W] images with an 11x11 Gaussian window (sigma 1.5), only windows within the image."""
     moments = torch.cat([a, b, a * a, b * b, a * b], 1)
     ma, mb, aa, bb, ab = _blur(moments).chunk(5, 1)
     c1, c2 = (0.01 * peak) ** 2, (0.03 * peak) ** 2
@@ -49,7 +49,7 @@ def _blur(x):
     k = torch.exp(-(torch.arange(-5.0, 6.0) ** 2) / (2 * 1.5**2))
     k = (k / k.sum()).to(x.device)
     h, w = x.shape[2:]
-    # banded matrices instead of depthwise convolutions, which are slow on a CPU
+    # Banded matrices: depthwise convolutions are slow on a CPU.
     rows = torch.stack([F.pad(k, (i, h - 11 - i)) for i in range(h - 10)])
     cols = torch.stack([F.pad(k, (i, w - 11 - i)) for i in range(w - 10)])
     return rows @ (x @ cols.T)

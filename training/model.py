@@ -1,7 +1,7 @@
-"""The U-Net, with module names equal to the tensor names of the weights file.
+"""The U-Net. Its module names are the tensor names of the weights file.
 
-`state_dict()` therefore maps one to one onto the safetensors file: `enc_conv0a.weight`,
-`enc_conv0a.norm.running_mean`, `dec_up3.bias`, ... (only `num_batches_tracked` is not exported).
+`state_dict()` maps one to one onto the safetensors file: `enc_conv0a.weight`, `enc_conv0a.norm.running_mean`,
+`dec_up3.bias`, ...; only `num_batches_tracked` is not exported.
 """
 
 import torch
@@ -17,7 +17,7 @@ TIERS = {
 
 
 class ConvBlock(nn.Conv2d):
-    """3x3 convolution without bias, batch norm, ReLU. The norm is a child, so it is named `<layer>.norm`."""
+    """3x3 convolution without bias, batch norm, ReLU. As a child module the norm is named `<layer>.norm`."""
 
     def __init__(self, cin, cout):
         super().__init__(cin, cout, 3, padding=1, bias=False)
@@ -29,7 +29,7 @@ class ConvBlock(nn.Conv2d):
 
 
 class UNet(nn.Module):
-    """Input [B, inputs, H, W] in the network domain, H and W multiples of 2^levels; output [B, 3, H, W] in 0..1."""
+    """Input [B,inputs,H,W] in the network domain, H and W multiples of 2^levels; output [B,3,H,W] in 0..1."""
 
     def __init__(self, widths, inputs=INPUT_CHANNELS):
         super().__init__()
@@ -61,7 +61,7 @@ class UNet(nn.Module):
         for l in reversed(range(self.levels)):
             up = getattr(self, f"dec_up{l}")(x)
             x = self._run(f"dec_conv{l}", torch.cat([skips[l], up], 1))
-        # the last layer and the sigmoid run in f32: bf16 would quantise the result to 8 bits
+        # The last layer and the sigmoid run in f32: bf16 would quantise the result to 8 bits.
         with torch.autocast(x.device.type, enabled=False):
             return torch.sigmoid(self.out_conv(x.to(self.out_conv.weight.dtype)))
 

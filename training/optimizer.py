@@ -1,10 +1,10 @@
-"""The optimisers that `train.py --optimizer` chooses from, as functions of the model, its peak rate and weight decay."""
+"""The optimisers for `train.py --optimizer`, as functions of the model, peak learning rate and weight decay."""
 
 import torch
 
 
 def adamw(model, lr, weight_decay):
-    """AdamW; biases and norms are not decayed."""
+    """AdamW, without decay of biases and norms."""
     matrices = [p for p in model.parameters() if p.ndim > 1]
     vectors = [p for p in model.parameters() if p.ndim == 1]
     groups = [dict(params=matrices, weight_decay=weight_decay), dict(params=vectors, weight_decay=0.0)]
@@ -12,7 +12,7 @@ def adamw(model, lr, weight_decay):
 
 
 def muon(model, lr, weight_decay):
-    """Muon for the kernels of all layers but the last, AdamW for the rest."""
+    """Muon for the kernels of all layers except the last, AdamW for the rest."""
     last = set(model.out_conv.parameters())
     kernels = [p for p in model.parameters() if p.ndim > 1 and p not in last]
     others = [p for p in model.parameters() if p.ndim == 1 or p in last]
@@ -20,9 +20,9 @@ def muon(model, lr, weight_decay):
 
 
 class Muon(torch.optim.Optimizer):
-    """Steps along the orthogonalised momentum (Jordan et al. 2024), a kernel being the matrix [first, rest].
+    """Steps along the orthogonalised momentum (Jordan et al. 2024) of each kernel, flattened to a matrix [first, rest].
 
-    Steps are scaled to the RMS of AdamW's, so that both take the same learning rate (Liu et al. 2025).
+    Steps are scaled to the RMS of AdamW's, so the same learning rate suits both (Liu et al. 2025).
     """
 
     def __init__(self, kernels, lr, weight_decay, momentum=0.95):
@@ -41,7 +41,7 @@ class Muon(torch.optim.Optimizer):
 
 
 def orthogonal(matrix):
-    """The nearest matrix with singular values of about 1, by five Newton-Schulz steps in bfloat16."""
+    """The nearest matrix with singular values near 1, by five Newton-Schulz steps in bfloat16."""
     x = matrix.bfloat16()
     if x.shape[0] > x.shape[1]:
         return orthogonal(matrix.T).T

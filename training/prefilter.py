@@ -1,10 +1,10 @@
-"""Denoise the references with Intel Open Image Denoise, guided by their own albedo and normal, as training targets.
+"""Denoise references with Intel Open Image Denoise, guided by their own albedo and normal, for use as training targets.
 
     python prefilter.py --data VIEWS [VIEWS ...]
 
-A reference of some hundred samples is unbiased, but in hard scenes as noisy as what a network makes of a few samples.
-Each `SCENE_vV.npz` gets a neighbour `SCENE_vV.target.npy`, float16 [3,H,W] of linear colour, which `train.py --targets
-prefiltered` reads. Views that have one are left out. Needs pyoidn.
+A reference of a few hundred samples is unbiased, but in hard scenes as noisy as a network's output from a few samples.
+Writes `SCENE_vV.target.npy`, float16 [3,H,W] of linear colour, next to each `SCENE_vV.npz` for `train.py --targets
+prefiltered`. Skips views that already have one. Needs pyoidn.
 """
 
 import argparse
@@ -17,7 +17,7 @@ from views import read_view, target_path
 
 
 def prefilter(view):
-    """The reference's colour, float16 [3,H,W], without its noise."""
+    """The reference's denoised colour, float16 [3,H,W]."""
     color, albedo, normal = (np.ascontiguousarray(p.permute(1, 2, 0)) for p in view["ref"].float().split(3))
     clean = pyoidn.denoise(color, albedo, normal, hdr=True, clean_aux=True)
     return clean.transpose(2, 0, 1).clip(0, 65504).astype(np.float16)
@@ -28,7 +28,7 @@ def main():
     p.add_argument("--data", nargs="+", required=True, type=Path, help="folders of views")
     paths = [path for folder in p.parse_args().data for path in sorted(folder.glob("*_v*.npz"))]
     if not paths:
-        raise SystemExit("no views (*_v*.npz) in these folders: give folders of rendered views")
+        raise SystemExit("no views (*_v*.npz) in these folders; expected folders of rendered views")
     todo = [path for path in paths if not target_path(path).exists()]
     for done, path in enumerate(todo, 1):
         unfinished = path.with_suffix(".part.npy")

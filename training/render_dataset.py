@@ -1,4 +1,4 @@
-"""Renders training data with Blender's Cycles, Mitsuba 3 or LuxCore: random scenes, or Blender files of your own.
+"""Renders training data with Blender's Cycles, Mitsuba 3 or LuxCore, from random scenes or your own Blender files.
 
     pip install bpy==5.0.1 numpy       for cycles; needs Python 3.11
     pip install mitsuba numpy          for mitsuba
@@ -7,10 +7,10 @@
     python render_dataset.py mitsuba --out views --scenes 200:400 --jobs 4 --filter-share 0.15
     python render_dataset.py cycles --out views --blend kitchen.blend garden.blend
 
-Each scene is rendered by a process of its own, render/job.py. Scenes that are in OUT already are skipped, so the same
-command continues an interrupted run. A scene that fails leaves its error in OUT/failed and is skipped from then on;
-delete that file to try it again. The same number is the same scene for every renderer: give each renderer numbers of
-its own, or scenes of the training part will be in the test part too.
+Each scene renders in its own process, render/job.py. Scenes that are complete in OUT are skipped, so the same command
+continues an interrupted run. A scene that fails leaves its error in OUT/failed and is skipped from then on; delete that
+file to retry. A number gives the same scene in every renderer: use separate ranges of numbers, or training scenes of
+one renderer become test scenes of another.
 """
 
 import argparse
@@ -33,11 +33,11 @@ TRAINING = Path(__file__).resolve().parent
 RANDOM_DEFAULTS = dict(samples="random:3", reference=512)
 BLEND_DEFAULTS = dict(samples="2,5,10,25,50,100,200,500", reference=4000)
 
-Scene = namedtuple("Scene", "name arguments")  # the name its views begin with; what render.job is told about it
+Scene = namedtuple("Scene", "name arguments")  # name prefix of its views; its arguments for render.job
 
 
 def random_scenes(o):
-    """The scenes first..end-1. A share of them, always the same ones, gets Mitsuba's own Gaussian pixel filter."""
+    """The requested scenes. A fixed share of them gets Mitsuba's own Gaussian pixel filter."""
     scenes = []
     for seed in o.scenes:
         gaussian = random.Random(seed).random() < o.filter_share
@@ -53,12 +53,12 @@ def blend_scenes(o):
             raise SystemExit(f"{path}: no such file")
         scenes.append(Scene(blend_name(path), ("0", "--blend", str(path.resolve()))))
     if len({scene.name for scene in scenes}) < len(scenes):
-        raise SystemExit("two of the .blend files have the same name; views are named after it, so rename one")
+        raise SystemExit("two of the .blend files have the same name, which names their views; rename one")
     return scenes
 
 
 class Run:
-    """The scenes to do, the processes at work and what has become of those that are done."""
+    """The scenes still to do, the running processes and the results so far."""
 
     def __init__(self, o, scenes, scratch):
         self.o, self.scratch, self.start = o, Path(scratch), time.monotonic()
@@ -68,7 +68,7 @@ class Run:
         self.at_work, self.finished = {}, 0
 
     def view0(self, scene):
-        return self.o.out / f"{scene.name}_v0.npz"  # stored last by render.job
+        return self.o.out / f"{scene.name}_v0.npz"  # render.job writes this view last
 
     def marker(self, scene):
         return self.o.out / "failed" / f"{scene.name}.txt"
@@ -77,7 +77,7 @@ class Run:
         return self.scratch / f"{scene.name}.log"
 
     def launch(self, scene):
-        """Starts the scene's process, out of reach of Ctrl-C and with its temporary files in a folder of the run."""
+        """Starts the scene's process, shielded from Ctrl-C, with its temporary files in the run's folder."""
         o = self.o
         command = [sys.executable, "-m", "render.job", o.renderer, *scene.arguments, "--out", str(o.out.resolve()),
                    "--samples", o.samples, "--reference", str(o.reference), "--threads", str(o.threads),
@@ -92,7 +92,7 @@ class Run:
         self.at_work[scene] = process
 
     def work(self):
-        """Keeps `jobs` processes busy until all scenes are done; past the time limit it starts no more of them."""
+        """Keeps `jobs` processes busy until all scenes are done; starts no more after the time limit."""
         while self.at_work or self.may_launch():
             while self.may_launch() and len(self.at_work) < self.o.jobs:
                 self.launch(self.todo.pop(0))
@@ -104,7 +104,7 @@ class Run:
         return self.todo and time.monotonic() - self.start < 60 * self.o.minutes
 
     def collect(self, scene, code):
-        """Counts a scene whose process has ended, and says how far the run is."""
+        """Counts a scene whose process has ended and reports progress."""
         self.finished += 1
         if code == 0:
             self.complete += 1
@@ -124,7 +124,7 @@ class Run:
               f"{left / 60:.0f} min left{remark}", flush=True)
 
     def abandon(self):
-        """Ends the processes and removes the files they were writing."""
+        """Ends the processes and removes their unfinished files."""
         for scene, process in self.at_work.items():
             process.kill()
             process.wait()
@@ -134,7 +134,7 @@ class Run:
 
 def positive(text):
     if not re.fullmatch(r"[1-9]\d*", text):
-        raise argparse.ArgumentTypeError(f"{text}: give a number of at least 1")
+        raise argparse.ArgumentTypeError(f"{text}: expected a whole number of at least 1")
     return int(text)
 
 
@@ -146,60 +146,60 @@ def number_range(text):
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("renderer", choices=PACKAGES)
-    p.add_argument("--out", type=Path, required=True, help="folder of views")
+    p.add_argument("--out", type=Path, required=True, help="folder for the views")
     what = p.add_mutually_exclusive_group(required=True)
-    what.add_argument("--scenes", type=number_range, metavar="A:B", help="the random scenes A to B-1")
-    what.add_argument("--blend", type=Path, nargs="+", help="Blender files, a view for every camera (cycles)")
-    p.add_argument("--jobs", type=positive, default=1, help="scenes rendered at the same time")
-    p.add_argument("--threads", type=positive, default=1, help="threads of each")
-    p.add_argument("--minutes", type=float, default=float("inf"), help="start no scene after so long")
-    p.add_argument("--size", type=parse_size, help="192 or 480x270; 192, or what the .blend file says")
-    p.add_argument("--samples", type=parse_samples, help="of the noisy images: 4,16,64, or random:3 for three counts "
-                   "from 1 to 256 drawn for each view; random:3, or %(samples)s for Blender files" % BLEND_DEFAULTS)
+    what.add_argument("--scenes", type=number_range, metavar="A:B", help="random scenes A to B-1")
+    what.add_argument("--blend", type=Path, nargs="+", help="Blender files; every camera is a view (cycles)")
+    p.add_argument("--jobs", type=positive, default=1, help="scenes rendered in parallel")
+    p.add_argument("--threads", type=positive, default=1, help="threads per scene")
+    p.add_argument("--minutes", type=float, default=float("inf"), help="start no more scenes after this time")
+    p.add_argument("--size", type=parse_size, help="192 or 480x270; default 192, or the size in the .blend file")
+    p.add_argument("--samples", type=parse_samples, help="samples of the noisy images: 4,16,64, or random:3 for three "
+                   "counts from 1 to 256 per view; default random:3, or %(samples)s for .blend files" % BLEND_DEFAULTS)
     p.add_argument("--reference", type=positive, help="samples of the reference; %(reference)s" % RANDOM_DEFAULTS
                    + ", or %(reference)s for Blender files" % BLEND_DEFAULTS)
-    p.add_argument("--views", type=positive, default=99, help="render at most so many views of each scene")
-    p.add_argument("--filter-share", type=float, default=0.0, help="share with a Gaussian filter (mitsuba)")
-    p.add_argument("--progressive", action="store_true", help="let the noisy images of a view share samples, which halves "
-                   "the work; for measuring only, training needs independent ones")
-    p.add_argument("--gpu", action="store_true", help="render on the graphics card (cycles; mitsuba does so anyway)")
-    p.add_argument("--exr", action="store_true", help="keep the noisy images as EXR in OUT/exr (cycles)")
+    p.add_argument("--views", type=positive, default=99, help="maximum number of views per scene")
+    p.add_argument("--filter-share", type=float, default=0.0, help="share of scenes with a Gaussian filter (mitsuba)")
+    p.add_argument("--progressive", action="store_true", help="noisy images of a view share samples, which halves the "
+                   "work; for measurements only: training needs independent ones")
+    p.add_argument("--gpu", action="store_true", help="render on the GPU (cycles; mitsuba does so anyway)")
+    p.add_argument("--exr", action="store_true", help="also save the noisy images as EXR in OUT/exr (cycles)")
     return check(p, p.parse_args())
 
 
 def check(p, o):
-    """Fills in what was not given, and refuses what the renderer cannot do."""
+    """Fills in defaults and rejects options that the renderer does not support."""
     for name, value in (BLEND_DEFAULTS if o.blend else RANDOM_DEFAULTS).items():
         setattr(o, name, getattr(o, name) or value)
     if o.renderer != "cycles" and (o.blend or o.exr or o.gpu):
-        p.error("--blend, --exr and --gpu are for cycles")
+        p.error("--blend, --exr and --gpu only work with cycles")
     if o.progressive and o.exr:
-        p.error("--exr keeps independent renders, not --progressive ones")
+        p.error("--exr does not work with --progressive")
     if o.renderer != "mitsuba" and o.filter_share:
-        p.error("--filter-share is for mitsuba")
+        p.error("--filter-share only works with mitsuba")
     if not importlib.util.find_spec(PACKAGES[o.renderer]):
-        p.error(f"{o.renderer} needs the Python package {PACKAGES[o.renderer]}, which {sys.executable} does not have")
+        p.error(f"{o.renderer} needs the Python package {PACKAGES[o.renderer]}; {sys.executable} does not have it")
     return o
 
 
 def main():
     o = arguments()
     o.out.mkdir(parents=True, exist_ok=True)
-    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a terminated run ends its processes as well
+    signal.signal(signal.SIGTERM, signal.default_int_handler)  # a terminated run also ends its processes
     scenes = blend_scenes(o) if o.blend else random_scenes(o)
     with tempfile.TemporaryDirectory() as scratch:
         run = Run(o, scenes, scratch)
-        print(f"{run.total} scenes: {run.complete} are there, {run.failed} failed before, {len(run.todo)} to do",
+        print(f"{run.total} scenes: {run.complete} complete, {run.failed} failed before, {len(run.todo)} to render",
               flush=True)
         try:
             run.work()
         except KeyboardInterrupt:
-            print("stopped; the same command goes on from here")
+            print("stopped; run the same command to continue")
         finally:
             run.abandon()
     left = run.total - run.complete - run.failed
-    print(f"{run.complete} scenes of {run.total} are in {o.out}, {run.failed} failed, {left} are left")
-    print(f"to look at them: python contact_sheet.py {o.out} sheet.png")
+    print(f"{run.complete} of {run.total} scenes are in {o.out}, {run.failed} failed, {left} remain")
+    print(f"to view them: python contact_sheet.py {o.out} sheet.png")
     sys.exit(1 if run.failed else 0)
 
 

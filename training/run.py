@@ -1,4 +1,4 @@
-"""One training run: network, optimiser, learning rate, moving average, and the checkpoints that bring them back."""
+"""One training run: network, optimiser, learning rate, moving average, and checkpoints to resume from."""
 
 import copy
 import math
@@ -13,7 +13,7 @@ from optimizer import OPTIMIZERS
 
 
 def load_checkpoint(path):
-    """`last.pt`, `best.pt` or what widen.py wrote."""
+    """Loads `last.pt`, `best.pt` or the output of widen.py."""
     try:
         return torch.load(path, map_location="cpu")
     except (OSError, RuntimeError, pickle.UnpicklingError) as e:
@@ -21,7 +21,7 @@ def load_checkpoint(path):
 
 
 def save_checkpoint(path, state):
-    """Under its name only once it is whole."""
+    """Saves under the final name only once the file is complete."""
     unfinished = path.with_suffix(".part")
     torch.save(state, unfinished)
     unfinished.replace(path)
@@ -42,20 +42,20 @@ class Ema:
 
 
 def one_cycle(progress, warmup=0.05, floor=0.002):
-    """Factor of the peak learning rate at `progress` 0..1: linear warm-up, then cosine to the floor."""
+    """Factor on the peak learning rate at `progress` 0..1: linear warm-up, then cosine down to the floor."""
     if progress < warmup:
         return max(progress / warmup, 0.02)
     return floor + (1 - floor) * 0.5 * (1 + math.cos(math.pi * (progress - warmup) / (1 - warmup)))
 
 
 class Run:
-    """Takes the options of train.py and the training views. `last.pt` resumes the run, `best.pt` is the average that
-    validated best."""
+    """Takes the options of train.py and the training views. `last.pt` resumes the run; `best.pt` holds the averaged
+    weights that validated best."""
 
     def __init__(self, o, views):
         self.o, self.last, self.device = o, o.out / "last.pt", torch.device(o.device)
         self.model = UNet(o.widths or TIERS[o.tier])
-        torch.nn.init.constant_(self.model.out_conv.bias, -1.4)  # mid-grey is about 0.2 in the network domain
+        torch.nn.init.constant_(self.model.out_conv.bias, -1.4)  # middle grey is about 0.2 in the network domain
         self.parents = self._start_from(o.init) if o.init else []
         self.model.to(self.device, memory_format=torch.channels_last)
         self.optimizer = OPTIMIZERS[o.optimizer](self.model, o.lr, o.weight_decay)
@@ -65,11 +65,11 @@ class Run:
             self._restore()
 
     def _start_from(self, path):
-        """Takes over the weights of a checkpoint; returns what it says of its own making."""
+        """Loads the weights of a checkpoint; returns its history."""
         checkpoint = load_checkpoint(path)
         if tuple(checkpoint["widths"]) != self.model.widths:
-            raise SystemExit(f"{path} has widths {checkpoint['widths']}, this run {self.model.widths}: "
-                             "give the same tier, or make it wider with widen.py")
+            raise SystemExit(f"{path} has widths {checkpoint['widths']}, this run has {self.model.widths}: "
+                             "use the same tier, or widen the checkpoint with widen.py")
         self.model.load_state_dict(checkpoint["ema"])
         return checkpoint["history"]
 
@@ -83,7 +83,7 @@ class Run:
         self.step, self.elapsed, self.best, self.stale = state["progress"]
 
     def history(self):
-        """What was done to get here, a line for each run."""
+        """How the weights were trained, a line for each run."""
         o = self.o
         return [*self.parents, f"{self.step} steps of {o.batch} crops of {o.crop} pixels from {len(self.crops.views)} "
                 f"views, targets {o.targets}, loss {o.loss}, {o.optimizer}, peak rate {o.lr:g}, weight decay "
@@ -101,20 +101,20 @@ class Run:
         save_checkpoint(self.last, about | state)
 
     def progress(self):
-        """Share of the run that is done; 1 or more is the end."""
+        """The completed share of the run; 1 or more means done."""
         return self.step / self.o.steps if self.o.steps else self.elapsed / (60 * self.o.minutes)
 
     def _schedule(self):
-        """Sets the learning rate, and from a share of the run on stops the norms from following the batch: its noise
-        is the larger part of the loss by then, and the shipped network has fixed statistics."""
+        """Sets the learning rate and, from a given share of the run on, freezes the batch norm statistics. By then
+        their noise dominates the loss, and the shipped network has fixed statistics."""
         for group in self.optimizer.param_groups:
             group["lr"] = self.o.lr * one_cycle(min(1.0, self.progress()))
         if self.progress() >= self.o.freeze_norm:
             for norm in (m for m in self.model.modules() if isinstance(m, torch.nn.BatchNorm2d)):
-                norm.eval()  # scale and offset still learn
+                norm.eval()  # scale and offset keep learning
 
     def train_step(self):
-        """One batch; the value of the loss."""
+        """Trains on one batch; returns the loss."""
         self._schedule()
         x, target = (t.to(self.device) for t in self.crops.batch(self.o.batch))
         with torch.autocast(self.device.type, torch.bfloat16):

@@ -1,4 +1,4 @@
-"""Checks of the training code: `pytest` in this folder. They take some seconds and need no data."""
+"""Tests of the training code. Run `pytest` in this folder; they take seconds and need no data."""
 
 import numpy as np
 import pytest

@@ -1,10 +1,10 @@
-"""Train one tier of the network within a given time, or for a given number of steps.
+"""Train one tier of the network for a given time or number of steps.
 
     python train.py balanced --data VIEWS [VIEWS ...] --out RUN --minutes 90
 
-With --minutes the one-cycle learning rate follows elapsed training time, so the run ends well annealed on a machine
-of any speed or load; with --steps the same command gives the same network on the same machine. RUN receives last.pt (to --resume),
-best.pt (EMA weights best on the validation scenes), which export.py and evaluate.py read, and log.csv.
+With --minutes the one-cycle learning rate follows elapsed training time, so the run ends annealed whatever the speed or
+load of the machine. With --steps the same command gives the same network on the same machine. Writes to RUN: last.pt
+(for --resume), best.pt (the EMA weights that validated best, for export.py and evaluate.py) and log.csv.
 """
 
 import argparse
@@ -23,12 +23,12 @@ from views import load_views, part
 
 
 class Validation:
-    """Mean display L1 of denoised over mean display L1 of noisy, renders of 4 to 32 samples with all inputs."""
+    """Denoised over noisy mean display L1, for validation renders of 4 to 32 samples with all inputs."""
 
     def __init__(self, views):
         self.renders = [(image, v["ref"][:3].float()) for v in views for spp, image in v["noisy"] if 4 <= spp <= 32]
         if not self.renders:
-            raise SystemExit("no validation render of 4 to 32 samples: give views of more scenes (20 at least)")
+            raise SystemExit("no validation renders of 4 to 32 samples: add views of more scenes (at least 20)")
         self.noisy = sum(figures(image[:3].float(), ref)["l1"] for image, ref in self.renders)
 
     def __call__(self, model):
@@ -43,32 +43,32 @@ class Validation:
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("tier", choices=TIERS)
-    p.add_argument("--widths", type=lambda s: tuple(map(int, s.split(","))), help="other widths than the tier's")
+    p.add_argument("--widths", type=lambda s: tuple(map(int, s.split(","))), help="widths to use instead of the tier's")
     p.add_argument("--data", nargs="+", required=True, help="folders of views")
-    p.add_argument("--out", type=Path, required=True, help="folder of the run")
-    p.add_argument("--cache", help="folder that keeps the decoded views")
+    p.add_argument("--out", type=Path, required=True, help="folder for the run")
+    p.add_argument("--cache", help="folder for decoded views")
     p.add_argument("--targets", choices=("references", "prefiltered"), default="references",
-                   help="what to learn: the rendered references, or what prefilter.py made of them")
+                   help="train on the rendered references or on the denoised ones of prefilter.py")
     p.add_argument("--loss", choices=LOSSES, default="l1_ssim", help="see losses.py")
     p.add_argument("--init", type=Path, help="start from the weights of this checkpoint")
     p.add_argument("--freeze-norm", type=float, nargs="?", const=0.0, default=0.3, metavar="SHARE",
-                   help="keep the statistics of batch norm after this share of the run; without a number, from the start")
+                   help="freeze batch norm statistics after this share of the run; without a number, from the start")
     length = p.add_mutually_exclusive_group()
-    length.add_argument("--minutes", type=float, default=90, help="training time the schedule is fitted to")
-    length.add_argument("--steps", type=int, help="number of steps the schedule is fitted to")
+    length.add_argument("--minutes", type=float, default=90, help="training time; the schedule spans it")
+    length.add_argument("--steps", type=int, help="training steps; the schedule spans them")
     p.add_argument("--optimizer", choices=OPTIMIZERS, default="muon", help="see optimizer.py")
     p.add_argument("--lr", type=float, default=2e-3, help="peak learning rate")
     p.add_argument("--weight-decay", type=float, default=1e-2)
     p.add_argument("--batch", type=int, default=8)
     p.add_argument("--crop", type=int, default=128)
-    p.add_argument("--validations", type=int, default=20, help="validations and checkpoints of the whole run")
-    p.add_argument("--patience", type=int, default=6, help="stop after so many validations without a new best")
+    p.add_argument("--validations", type=int, default=20, help="number of validations and checkpoints over the run")
+    p.add_argument("--patience", type=int, default=6, help="stop after this many validations without a new best")
     p.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu", help="cpu or cuda")
-    p.add_argument("--threads", type=int, default=1, help="of the CPU")
+    p.add_argument("--threads", type=int, default=1, help="CPU threads")
     p.add_argument("--seed", type=int, default=1)
     p.add_argument("--resume", action="store_true")
-    p.add_argument("--tensorboard", action="store_true", help="write events for TensorBoard into RUN")
-    p.add_argument("--tune", type=int, metavar="TRIALS", help="search the parameters with Optuna instead, see tune.py")
+    p.add_argument("--tensorboard", action="store_true", help="write TensorBoard events to RUN")
+    p.add_argument("--tune", type=int, metavar="TRIALS", help="search parameters with Optuna instead; see tune.py")
     return p.parse_args()
 
 
@@ -90,9 +90,9 @@ def main():
 
 
 def fit(o, training, validation, after_validation=None):
-    """Trains until the schedule ends or validation stops improving; the best validation score.
+    """Trains until the schedule ends or validation stops improving; returns the best validation score.
 
-    `after_validation(count, score)`, called after each of them, may raise to give up.
+    `after_validation(count, score)` is called after each validation and may raise to abort.
     """
     torch.manual_seed(o.seed)
     run = Run(o, training)
@@ -113,7 +113,7 @@ def fit(o, training, validation, after_validation=None):
 
 
 def report(run, mean, score):
-    """Saves the run and tells how it goes: a line on the console, one in log.csv, and TensorBoard's events."""
+    """Saves the run and reports progress on the console, in log.csv and as TensorBoard events."""
     run.save(score)
     rate = run.optimizer.param_groups[0]["lr"]
     print(f"{run.elapsed / 60:6.1f} min  step {run.step:6d}  lr {rate:.1e}  loss {mean:.5f}  "

@@ -1,7 +1,7 @@
 """Value pipeline shared by training and inference: repair, autoexposure, PU transfer function.
 
-The transfer function is the PU2 fit of Aydin et al. 2008 (as Intel Open Image Denoise uses it), divided by
-its value at 65504 so that every half-float colour maps into 0..1. All functions take and return torch tensors.
+The transfer function is the PU2 fit of Aydin et al. 2008, as used by Intel Open Image Denoise, divided by its value at
+65504 so that every half-float colour maps into 0..1. All functions take and return torch tensors.
 """
 
 import torch
@@ -15,7 +15,7 @@ X0, X1 = 2.23151711e-3, 3.70974749e-1
 
 LUMINANCE = (0.212671, 0.715160, 0.072169)
 BIN, KEY, RANGE, HELD, BRIGHTEST, DARKEST = 16, 0.18, 2.0**33, 16, 1e30, torch.finfo(torch.float32).tiny
-OUTLIER = 16  # how many times as bright as its neighbours a pixel may be
+OUTLIER = 16  # maximum brightness of a pixel relative to its brightest neighbour
 
 
 def _pu(y):
@@ -28,7 +28,7 @@ PU_MAX = float(_pu(torch.tensor(MAX_COLOR, dtype=torch.float64)))
 
 
 def transfer(color):
-    """Exposed linear colour (>= 0) to the network domain 0..1; values above 65504 are clamped."""
+    """Exposed linear colour (>= 0) to the network domain 0..1, clamped at 65504."""
     return _pu(color.clamp(max=MAX_COLOR)) / PU_MAX
 
 
@@ -49,7 +49,7 @@ def _finite(image):
 
 
 def fill(image):
-    """Pixels [3,H,W] that are not finite become the mean of the finite ones of 3x3, else of 5x5, else 0."""
+    """Replaces non-finite pixels of [3,H,W] by the mean of the finite ones in 3x3, else in 5x5, else by 0."""
     finite = _finite(image)
     known, filled = torch.where(finite, image.clamp(-BRIGHTEST, BRIGHTEST), 0), torch.where(finite, image, 0)
     for distance in (2, 1):
@@ -63,7 +63,7 @@ def _around(x, distance):
 
 
 def repair(color, scale):
-    """Filled, nothing negative, and no pixel more than 16 times as bright as its brightest neighbour or middle grey."""
+    """Fills bad pixels, clamps negative values, and darkens outliers to 16 times their neighbours or middle grey."""
     rgb = fill(color).clamp(0, BRIGHTEST)
     around = pad(luminance(torch.where(_finite(color), color.clamp(0, BRIGHTEST), 0)), (1, 1, 1, 1))
     h, w = rgb.shape[1:]
@@ -90,7 +90,7 @@ def autoexposure(color):
 
 
 def _bin(light, finite):
-    """Mean of a bin's finite pixels, the brightest held to 16 times the second; and whether it alone is lit."""
+    """Mean of a bin's finite pixels, the brightest clamped to 16 times the second; whether only one is lit."""
     values = light[finite].double().sort(descending=True).values
     lone = len(values) > 1 and bool(values[0] > 0) and bool(values[1] == 0)
     if len(values) > 1 and not lone:
@@ -104,7 +104,7 @@ def _edges(size):
 
 
 def network_input(color, albedo, normal, scale):
-    """[9,H,W] in the network domain. An absent feature is None and gives zeros, which is what the network learned."""
+    """[9,H,W] in the network domain. A missing feature is None and becomes zeros, as in training."""
     absent = torch.zeros_like(color)
     parts = [transfer(repair(color, scale) * scale)]
     parts.append(absent if albedo is None else fill(albedo).clamp(0, 1))

@@ -1,7 +1,7 @@
-"""Search of the learning rate, weight decay and loss with Optuna (`train.py --tune TRIALS`).
+"""Searches learning rate, weight decay and loss with Optuna (`train.py --tune TRIALS`).
 
-Each trial is a short run of --steps or --minutes; a trial that falls behind the median of the others is stopped.
-The study is kept in RUN/tune.db, so that a search can be continued.
+Each trial is a short run of --steps or --minutes; a trial that falls behind the median of the others is stopped. The
+study is kept in RUN/tune.db; running the command again continues it.
 """
 
 import copy
@@ -12,11 +12,11 @@ from losses import LOSSES
 
 
 def tune(o, train):
-    """Runs `train(options, after_validation)` o.tune times and prints the best parameters."""
+    """Calls `train(options, after_validation)` o.tune times and prints the best parameters."""
     study = optuna.create_study(study_name=o.tier, storage=f"sqlite:///{o.out}/tune.db", load_if_exists=True,
                                 sampler=optuna.samplers.TPESampler(), pruner=optuna.pruners.MedianPruner())
     if o.resume:
-        raise SystemExit("--tune starts runs of its own: leave out --resume; the search itself goes on where it was")
+        raise SystemExit("--tune does not take --resume: it starts its own runs and always continues the search")
     study.optimize(lambda trial: _trial(trial, o, train), n_trials=o.tune)
     print(f"best of {len(study.trials)} trials: {study.best_params}, L1 denoised/noisy {study.best_value:.4f}")
 

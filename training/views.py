@@ -1,12 +1,12 @@
-"""Reader of rendered views (.npz), the decode cache, and the split into training, validation and test scenes.
+"""Reads rendered views (.npz), caches them decoded, and splits scenes into training, validation and test.
 
-A file `SCENE_vV.npz` is view V of a scene, planar [3,H,W] arrays in three packings:
+A file `SCENE_vV.npz` holds view V of a scene as planar [3,H,W] arrays in three encodings:
 
-* colour (`ref`, `n0`, `n1`, ...): float16 bit patterns with the low 10-keep mantissa bits shifted out,
-  as int16 planes (G, R-G, B-G), stored as two byte planes [2,3,H,W] (low bytes, high bytes). `ref` is also
-  differenced along x. `keep` is `meta["keep_ref"]`, or `meta["keep"][i]` for `n<i>`.
+* colour (`ref`, `n0`, `n1`, ...): float16 bit patterns without their low 10-keep mantissa bits, as int16 planes
+  (G, R-G, B-G), split into two byte planes [2,3,H,W] (low bytes, high bytes). `ref` is also differenced along x. `keep`
+  is `meta["keep_ref"]`, or `meta["keep"][i]` for `n<i>`.
 * reference features: `ref_alb` uint8 (albedo*255) and `ref_nrm` int8 (normal*127), differenced along x, wrapping.
-* noisy features `n<i>_alb`, `n<i>_nrm`: int8, half the difference from the (decoded) reference's levels.
+* noisy features `n<i>_alb`, `n<i>_nrm`: int8, half the difference from the decoded reference's levels.
 
 `meta` is UTF-8 JSON in a uint8 array: `spp` (samples per pixel of n0, n1, ...), `keep`, `keep_ref`, `kind`,
 `ref_relerr` (estimated relative error of the reference). Other members are ignored.
@@ -24,12 +24,12 @@ SPLIT = {"train": (0.0, 0.76), "val": (0.76, 0.90), "test": (0.90, 1.0)}  # shar
 
 
 def target_path(path):
-    """Where prefilter.py keeps the denoised reference of the view `path`."""
+    """The path of the denoised reference that prefilter.py writes for the view `path`."""
     return Path(path).with_suffix(".target.npy")
 
 
 def read_view(path):
-    """One view as {name, scene, kind, relerr, ref [9,H,W], noisy [(spp, [9,H,W])]}, float16 colour+albedo+normal."""
+    """One view: {name, scene, kind, relerr, ref [9,H,W], noisy [(spp, [9,H,W])]}, float16 colour, albedo, normal."""
     z = np.load(path)
     meta = json.loads(z["meta"].tobytes())
     albedo, normal = _integrate(z["ref_alb"]), _integrate(z["ref_nrm"])
@@ -68,25 +68,25 @@ def _stack(color, albedo, normal):
 
 
 def load_views(folders, cache=None, prefiltered=False):
-    """All views of the folders, each with `target` [3,H,W]: its reference's colour, or that denoised by prefilter.py.
+    """All views in the folders, each with a `target` [3,H,W]: its reference's colour, or prefilter.py's version of it.
 
-    Decoding takes a while: where a folder `cache` is given, decoded views are kept there.
+    Decoding is slow; the folder `cache`, if given, keeps decoded views.
     """
     paths = sorted(p for f in folders for p in Path(f).glob("*_v*.npz"))
     if not paths:
-        raise SystemExit(f"no views (*_v*.npz) in {', '.join(map(str, folders))}: give folders of rendered views")
+        raise SystemExit(f"no views (*_v*.npz) in {', '.join(map(str, folders))}; expected folders of rendered views")
     views = [_cached(p, Path(cache)) if cache else read_view(p) for p in paths]
     return [v | dict(target=_target(p) if prefiltered else v["ref"][:3]) for p, v in zip(paths, views)]
 
 
 def _target(path):
     if not target_path(path).exists():
-        raise SystemExit(f"{target_path(path)} is missing: run prefilter.py on the folder first")
+        raise SystemExit(f"{target_path(path)} is missing: run prefilter.py on its folder first")
     return torch.from_numpy(np.load(target_path(path)))
 
 
 def _cached(path, cache):
-    """The view of `path`, from the cache if it was decoded there before. Memory-mapped, so that it is shared."""
+    """The view of `path`, decoded into the cache at first use. Memory-mapped, so that processes share it."""
     state = path.stat()
     key = hashlib.sha256(f"{path.resolve()} {state.st_size} {state.st_mtime_ns}".encode()).hexdigest()[:16]
     kept = cache / f"{path.stem}-{key}.pt"
@@ -99,8 +99,8 @@ def _cached(path, cache):
 
 
 def part(views, name):
-    """The views of one part: "train", "val" or "test". Whole scenes, by a hash of their names: a scene stays where it
-    is when others are added."""
+    """The views of one part: "train", "val" or "test". A hash of its name assigns each scene, so adding scenes moves
+    no others."""
     low, high = SPLIT[name]
     return [v for v in views if low <= _place(v["scene"]) < high]
 

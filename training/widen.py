@@ -1,9 +1,9 @@
-"""Start a wider network from a trained one: the same function at first, with more channels to learn with.
+"""Make a wider network from a trained one: the same function, with more channels to learn with.
 
-    python widen.py RUN/best.pt high WIDER.pt      then  train.py high --init WIDER.pt
+    python widen.py RUN/best.pt high WIDER.pt      # then: train.py high --init WIDER.pt
 
-Each new channel copies a channel of its level; what reads the two divides its weight between them at random, so that
-they learn different things (Net2Net, Chen et al. 2016).
+Each new channel copies a channel of its level. Layers that read the copies split the original weight between them at
+random, so that the copies learn different things (Net2Net, Chen et al. 2016).
 """
 
 import argparse
@@ -16,7 +16,7 @@ from run import load_checkpoint, save_checkpoint
 
 
 class Level:
-    """Which old channel each channel of a level copies, and the random shares of it that a reader takes from them."""
+    """The old channel that each channel of a level copies, and random shares for the layers that read the copies."""
 
     def __init__(self, old, new, generator):
         extra = torch.randint(old, (new - old,), generator=generator)
@@ -24,14 +24,14 @@ class Level:
         self.random = generator
 
     def shares(self, rows):
-        """[rows, new]: positive, and for each row and old channel the shares of its copies add up to 1."""
+        """[rows, new]: positive shares; in each row, those of an old channel's copies sum to 1."""
         share = 0.25 + torch.rand(rows, len(self.source), generator=self.random)
         total = torch.zeros(rows, self.old).index_add_(1, self.source, share)
         return share / total[:, self.source]
 
 
 def read(weight, levels, dim):
-    """`weight` whose input channels (dimension `dim`) come from the widened `levels`, one after another."""
+    """`weight` adapted to input channels (dimension `dim`) from the widened `levels`, in order."""
     parts = weight.split([level.old for level in levels], dim)
     return torch.cat([_read(part, level, dim) for part, level in zip(parts, levels)], dim)
 
@@ -43,7 +43,7 @@ def _read(weight, level, dim):
 
 
 def widen(state, old, new, generator):
-    """State dict of a UNet of widths `old` to that of a UNet of widths `new`, none of them smaller."""
+    """Converts the state dict of a UNet from widths `old` to widths `new`, none of which may be smaller."""
     levels = [Level(a, b, generator) for a, b in zip(old, new)]
     wide = {}
     for name, (inputs, output) in _layers(levels).items():
@@ -59,7 +59,7 @@ def widen(state, old, new, generator):
 
 
 def _layers(levels):
-    """Layer name to the levels its input channels come from (none: the image) and the level of its output."""
+    """By layer name: the levels its input channels come from (none: the image) and the level of its output."""
     layers = {"out_conv": (levels[:1], None)}
     for l, level in enumerate(levels[:-1]):
         layers[f"enc_conv{l}a"] = (levels[l - 1:l] if l else [], level)
@@ -82,7 +82,7 @@ def main():
     checkpoint = load_checkpoint(o.checkpoint)
     old, new = checkpoint["widths"], TIERS[o.tier]
     if len(old) != len(new) or any(a > b for a, b in zip(old, new)):
-        raise SystemExit(f"{o.checkpoint} has widths {old}; {o.tier} has {new}, which must not be smaller anywhere")
+        raise SystemExit(f"{o.checkpoint} has widths {old}, {o.tier} has {new}: no width may shrink")
     state = widen(checkpoint["ema"], old, new, torch.Generator().manual_seed(o.seed))
     UNet(new).load_state_dict(state)
     history = [*checkpoint["history"], f"widened from {','.join(map(str, old))} to {','.join(map(str, new))}"]

@@ -1,10 +1,10 @@
-"""Writer of rendered views, the counterpart of views.read_view; the format is described there.
+"""Writes rendered views for views.read_view, which describes the format.
 
     from write_view import write_view
     write_view("views/s000001_v0.npz", reference, [(4, noisy4), (8, noisy8)], kind="room", ref_relerr=0.05)
 
-Images are float32 [9,H,W]: linear scene-referred colour, albedo 0..1, signed unit normal. Noisy renders need seeds
-independent of each other and of the reference, and a renderer without denoising, clamping or a wide pixel filter.
+Images are float32 [9,H,W]: linear scene-referred colour, albedo 0..1, signed unit normal. Give every noisy render and
+the reference its own seed, and render without denoising, clamping or a wide pixel filter.
 """
 
 import json
@@ -12,11 +12,11 @@ import zipfile
 
 import numpy as np
 
-KEEP_REF, KEEP = 7, 6  # mantissa bits of colour that are kept: far more than the noise leaves meaningful
+KEEP_REF, KEEP = 7, 6  # mantissa bits of colour to keep: far more than the noise leaves meaningful
 
 
 def write_view(path, reference, noisy, kind="", ref_relerr=0.0):
-    """`noisy` is a list of (samples per pixel, image); `ref_relerr` the reference's own relative error, if known."""
+    """`noisy` lists (samples per pixel, image); `ref_relerr` is the reference's own relative error, if known."""
     albedo, normal = _levels(reference[3:6], 255, np.uint8, 0), _levels(reference[6:9], 127, np.int8, -127)
     arrays = dict(ref=_split(_delta(_color(reference[:3], KEEP_REF))), ref_alb=_delta(albedo), ref_nrm=_delta(normal))
     for i, (_, image) in enumerate(noisy):
@@ -30,7 +30,7 @@ def write_view(path, reference, noisy, kind="", ref_relerr=0.0):
 
 
 def _write(path, arrays):
-    """An ordinary .npz, but with LZMA, which packs the byte planes a third smaller than np.savez_compressed."""
+    """Writes an ordinary .npz with LZMA, which packs byte planes a third smaller than np.savez_compressed."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_LZMA) as archive:
         for name, array in arrays.items():
             with archive.open(name + ".npy", "w") as member:

@@ -1,16 +1,15 @@
-"""Compare wgdenoise with Open Image Denoise 2.5.1 on the CPU, both with its weights: a table over all networks.
+"""Compare wgdenoise with Open Image Denoise 2.5.1 on the CPU, both with the latter's weights, for all networks.
 
     python benches/peers/agreement.py --weights FOLDER --wgdenoise target/release/wgdenoise
 
-Each TZA file of the folder is given to wgdenoise; Open Image Denoise runs the same network out of its library, in the
-mode that the file's name stands for. Pictures, all with odd sides: the sample render, random values, and for networks
-that take light of any brightness a lamp in the dark. Where the folder has what `--prefilter` needs, a last network is
-that of clean albedo and normal after those for albedo and normal. The program exits with 1 if a difference is larger
-than Open Image Denoise's own regression test allows: a mean of |a-b|/(|a|+|b|+0.01) of 0.003, and no value that is off
-by more than 0.02 and by more than 5 %.
+wgdenoise loads each TZA file of the folder; Open Image Denoise runs the same network from its library, in the mode that
+the file's name denotes. Pictures, all with odd sides: the sample render, random values, and for networks that take
+light of any brightness a lamp in the dark. If the folder has the files for `--prefilter`, it is compared too, last.
+Prints a table. Exits with 1 if a difference exceeds the limits of Open Image Denoise's own regression test: a mean of
+|a-b|/(|a|+|b|+0.01) of 0.003, and no value that is off by more than 0.02 and by more than 5 %.
 
-wgdenoise runs with `--no-skip`: by itself it leaves blocks without noise as they are. The pictures hold no broken or
-outlying pixels, which it would repair.
+wgdenoise runs with `--no-skip`, as it would otherwise leave blocks without noise unchanged. The pictures contain no
+broken or outlying pixels, which it would repair.
 """
 
 import argparse
@@ -37,20 +36,20 @@ def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--weights", type=Path, required=True, help="folder of TZA files")
     p.add_argument("--wgdenoise", type=Path, default=ROOT / "target/release/wgdenoise")
-    p.add_argument("--render", type=Path, default=ROOT / "samples/still_life_8spp.exr", help="EXR file by Blender")
-    p.add_argument("--only", default="", help="part of the names of the files to compare")
-    p.add_argument("--kernels", nargs="+", default=["auto"], help="kernel sets, as for wgdenoise")
-    p.add_argument("--crop", type=int, nargs=2, default=(293, 217), metavar=("W", "H"), help="of the render")
+    p.add_argument("--render", type=Path, default=ROOT / "samples/still_life_8spp.exr", help="EXR file from Blender")
+    p.add_argument("--only", default="", help="compare only files whose names contain this")
+    p.add_argument("--kernels", nargs="+", default=["auto"], help="kernel sets, as in wgdenoise")
+    p.add_argument("--crop", type=int, nargs=2, default=(293, 217), metavar=("W", "H"), help="crop of the render")
     return p.parse_args()
 
 
 class Network:
-    """What a file's name says."""
+    """A network as its file name describes it."""
 
     def __init__(self, path):
         found = NAME.fullmatch(path.stem)
         if not found:
-            raise SystemExit(f"{path.name}: no name of Open Image Denoise's weights")
+            raise SystemExit(f"{path.name}: not a name of Open Image Denoise's weights")
         self.path, self.name = path, path.stem
         (filter_, self.kind, albedo, normal, size) = found.groups()
         self.filter = pyoidn.OIDN_FILTER_TYPE_RT if filter_ == "rt" else pyoidn.OIDN_FILTER_TYPE_RT_LIGHTMAP
@@ -59,7 +58,7 @@ class Network:
         self.layers = [self.main, *(["albedo"] if albedo else []), *(["normal"] if normal else [])]
 
     def images(self, picture):
-        """The layers of a picture in the range that the network takes."""
+        """The layers of a picture, in the network's input range."""
         images = {name: picture[name] for name in self.layers}
         if self.kind == "dir":
             images["color"] = picture["normal"]
@@ -68,7 +67,7 @@ class Network:
         return images
 
     def oidn(self, images):
-        """What Open Image Denoise makes of them."""
+        """Open Image Denoise's result."""
         device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
         device.commit()
         output = np.zeros_like(images[self.main])
@@ -87,7 +86,7 @@ class Network:
         return output
 
     def wgdenoise(self, images, program, *options):
-        """What wgdenoise makes of them."""
+        """wgdenoise's result."""
         with tempfile.TemporaryDirectory() as folder:
             noisy, clean = Path(folder) / "noisy.exr", Path(folder) / "clean.exr"
             write(noisy, {"color" if name == self.main else name: image for name, image in images.items()})
@@ -102,7 +101,7 @@ class Network:
 
 
 class Prefiltered(Network):
-    """The network for clean albedo and normal, after those that clean them."""
+    """The network for clean albedo and normal, preceded by the two that clean them."""
 
     def __init__(self, folder):
         super().__init__(folder / "rt_hdr_calb_cnrm.tza")
@@ -118,7 +117,7 @@ class Prefiltered(Network):
 
 
 def networks(folder, only):
-    """Those of the files whose names have `only` in them, and the three together."""
+    """The networks whose names contain `only`, prefiltering last."""
     found = [Network(path) for path in sorted(folder.glob("*.tza"))]
     if {"rt_hdr_calb_cnrm", *PREFILTERS} <= {network.name for network in found}:
         found.append(Prefiltered(folder))
@@ -134,7 +133,7 @@ def write(path, images):
 
 
 def read(path):
-    """The layers, of a Blender render those without noise removed."""
+    """The layers of a file; those of a Blender render are the noisy ones."""
     with OpenEXR.File(str(path), separate_channels=True) as f:
         planes = {name: c.pixels for part in f.parts for name, c in part.channels.items()}
     names = dict(color=("Combined", ""), albedo=("Denoising Albedo", "albedo"), normal=("Denoising Normal", "normal"))
@@ -149,7 +148,7 @@ def read(path):
 
 
 def pictures(o):
-    """By name: the render's middle, random values over a wide range, and a lamp of 10000 in a room of 0.001."""
+    """By name: the middle of the render, random values over a wide range, and a lamp of 10000 in a room of 0.001."""
     width, height = o.crop
     render = read(o.render)
     rows, columns = render["color"].shape[:2]
@@ -161,13 +160,13 @@ def pictures(o):
                          albedo=random.uniform(0, 1, size).astype(np.float32),
                          normal=random.uniform(-1, 1, size).astype(np.float32))
     dark = np.exp2(random.uniform(-11, -9, size))
-    dark[20:50, 30:70] = 10000  # times the exposure, more than 65504
+    dark[20:50, 30:70] = 10000  # exceeds 65504 once exposed
     yield LAMP, dict(color=dark.astype(np.float32), albedo=np.full(size, 0.5, np.float32),
                      normal=np.full(size, 0.5, np.float32))
 
 
 def differences(found, expected):
-    """Mean relative difference, the largest absolute one, and how many values are off by too much."""
+    """Mean relative difference, largest absolute difference, and number of values that are too far off."""
     off = np.abs(found - expected)
     mean = np.mean(off / (np.abs(found) + np.abs(expected) + 0.01))
     wrong = np.sum((off > ABSOLUTE) & (off > RELATIVE * np.abs(expected)))
@@ -178,7 +177,7 @@ def main():
     o = arguments()
     chosen = networks(o.weights, o.only)
     if not chosen:
-        raise SystemExit(f"{o.weights}: no TZA files of that name; see README.md for where they are")
+        raise SystemExit(f"{o.weights}: no TZA files of that name; README.md says where to get them")
     print("| network | picture | kernels | precision | mean relative difference | largest difference | values off | |")
     print("| --- | --- | --- | --- | ---: | ---: | ---: | --- |")
     failed = False

@@ -1,8 +1,8 @@
-"""Writes docs/hard-cases.md: our engine on the cases of tests/hard_cases, with Open Image Denoise beside it.
+"""Writes docs/hard-cases.md: our engine and Open Image Denoise on the hard cases.
 
     python benches/peers/hard_cases.py
 
-needs cargo, an adapter, and the packages numpy, safetensors and pyoidn.
+Needs cargo, an adapter, and the packages numpy, safetensors and pyoidn.
 """
 
 import subprocess
@@ -19,18 +19,18 @@ ROOT = Path(__file__).resolve().parents[2]
 def main():
     with tempfile.TemporaryDirectory() as folder:
         inputs, outputs = Path(folder) / "inputs.safetensors", Path(folder) / "outputs.safetensors"
-        example("inputs", inputs)
+        hard_cases("inputs", inputs)
         save_file({name: denoise(image) for name, image in load_file(inputs).items()}, outputs)
-        example("page", outputs, ROOT / "docs")
+        hard_cases("page", outputs, ROOT / "docs")
 
 
-def example(*arguments):
-    command = ["cargo", "run", "--release", "--quiet", "--example", "hard_cases", "--", *map(str, arguments)]
-    subprocess.run(command, cwd=ROOT, check=True)
+def hard_cases(*arguments):
+    program = ["cargo", "run", "--release", "--quiet", "--package", "wgdenoise-testing", "--bin", "hard_cases", "--"]
+    subprocess.run([*program, *map(str, arguments)], cwd=ROOT, check=True)
 
 
 def denoise(image):
-    """Linear colour [h,w,3] through the high quality mode, on the CPU."""
+    """Denoises linear colour [h,w,3] in the high quality mode, on the CPU."""
     device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
     device.commit()
     color, output = np.ascontiguousarray(image), np.zeros_like(image)

@@ -1,10 +1,10 @@
-"""Measure the field's denoisers side by side on this machine, wgdenoise first: a Markdown table and JSON.
+"""Measure wgdenoise and other denoisers side by side on this machine; write a Markdown table and JSON.
 
     python benches/peers/run.py --size 1024x1024 --runs 5 --out results
 
-Each round measures every entry once, one after the other, each in a process of its own with a warm-up; `--runs` is
-the number of rounds. A peer that cannot be built, does not run or gives a wrong image is a row that says why. README.md
-says what each peer needs.
+Each of the `--runs` rounds measures every entry once, one after the other, each in its own process with a warm-up. A
+peer that cannot be built, does not run or gives a wrong image becomes a row with the reason. README.md lists what each
+peer needs.
 """
 
 import argparse
@@ -21,21 +21,21 @@ from peers.base import CACHE, Entry, Options, Peer, Unavailable
 def arguments() -> argparse.Namespace:
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--size", type=_size, default=(1024, 1024), metavar="WxH", help="multiples of 16 [1024x1024]")
-    p.add_argument("--runs", type=_positive, default=5, help="rounds; the median of the rounds counts [5]")
+    p.add_argument("--runs", type=_positive, default=5, help="rounds; their median counts [5]")
     p.add_argument("--burst", type=_positive, default=1,
-                   help="timed frames in each round; more on GPUs, where one frame takes milliseconds [1]")
+                   help="timed frames per round; use more on GPUs, where a frame takes milliseconds [1]")
     p.add_argument("--out", type=Path, default=CACHE / "results", help="folder for peers.md and peers.json")
     p.add_argument("--only", nargs="+", choices=[peer.name for peer in peers.ALL], metavar="NAME",
-                   help="of " + ", ".join(peer.name for peer in peers.ALL))
+                   help="any of " + ", ".join(peer.name for peer in peers.ALL))
     p.add_argument("--tiers", nargs="+", default=["balanced"], choices=("fast", "balanced", "high"),
-                   help="our networks that the frameworks run [balanced]")
+                   help="our networks to run in the frameworks [balanced]")
     p.add_argument("--against", choices=("f32", "f16"), default="f32",
-                   help="precision of our balanced network that the ratios are to [f32]")
-    p.add_argument("--timeout", type=float, default=3600, help="seconds that one command may take [3600]")
+                   help="precision of our balanced network for the ratios [f32]")
+    p.add_argument("--timeout", type=float, default=3600, help="seconds allowed per command [3600]")
     for program in ("wgdenoise", "oidn-webgpu-native", "burn"):
-        p.add_argument(f"--{program}", type=_path, metavar="PATH", help="built program, instead of building it")
+        p.add_argument(f"--{program}", type=_path, metavar="PATH", help="use this program instead of building it")
     p.add_argument("--weights-cache", type=_path, default=CACHE / "weights",
-                   help="folder of fetched weights, exported networks and expected outputs")
+                   help="folder for downloaded weights, exported networks and expected outputs")
     return p.parse_args()
 
 
@@ -43,15 +43,15 @@ def _size(text: str) -> tuple[int, int]:
     try:
         width, height = map(int, text.split("x"))
     except ValueError:
-        raise argparse.ArgumentTypeError(f"{text} is not of the form WIDTHxHEIGHT, such as 1024x1024") from None
+        raise argparse.ArgumentTypeError(f"{text}: expected WIDTHxHEIGHT, such as 1024x1024") from None
     if min(width, height) < 16 or width % 16 or height % 16:
-        raise argparse.ArgumentTypeError(f"{text}: both sides must be multiples of 16, at least 16")
+        raise argparse.ArgumentTypeError(f"{text}: both sides must be multiples of 16 and at least 16")
     return width, height
 
 
 def _positive(text: str) -> int:
     if not text.isdigit() or int(text) < 1:
-        raise argparse.ArgumentTypeError(f"{text} is not a whole number of at least 1")
+        raise argparse.ArgumentTypeError(f"{text}: expected a whole number of at least 1")
     return int(text)
 
 
@@ -65,20 +65,20 @@ def options_of(o: argparse.Namespace) -> Options:
 
 
 def prepare(chosen: list[Peer], options: Options) -> list[Entry]:
-    """The entries of all peers, built and ready; a peer that fails is one entry with the reason."""
+    """The entries of all peers, built and ready; a failed peer becomes one entry with the reason."""
     entries = []
     for peer in chosen:
         say(f"preparing {peer.name}")
         try:
             entries += peer.entries(options)
-        except Exception as e:  # noqa: BLE001 - whatever a peer does, the others run
+        except Exception as e:  # noqa: BLE001 - a peer must not stop the others
             entries.append(Entry(peer.name, reason=reason_of(e)))
             say(f"{peer.name}: {reason_of(e)}")
     return entries
 
 
 def measure(entries: list[Entry], number: int) -> None:
-    """One round: each entry once, so that a machine whose clock drifts is as fair to one as to the other."""
+    """One round: each entry once, so that a machine whose clock drifts treats all alike."""
     for entry in (e for e in entries if not e.reason):
         try:
             entry.take(entry.measure())
@@ -89,7 +89,7 @@ def measure(entries: list[Entry], number: int) -> None:
 
 
 def reason_of(error: Exception) -> str:
-    """One sentence."""
+    """The reason as one sentence."""
     return str(error) if isinstance(error, Unavailable) else f"{type(error).__name__}: {error}"
 
 
@@ -116,7 +116,7 @@ def main() -> None:
     entries = prepare(chosen, options_of(o))
     for number in range(1, o.runs + 1):
         measure(entries, number)
-        text = write(o, number, entries)  # after each round: a run that is stopped leaves what it has
+        text = write(o, number, entries)  # after each round, so that a stopped run keeps its results
     print(text)
 
 

@@ -1,16 +1,16 @@
-"""From milliseconds to rows, and from rows to a Markdown table."""
+"""Rows from milliseconds, and a Markdown table from rows."""
 
 import statistics
 
 from peers.base import Entry
 
 OURS = "wgdenoise", "balanced"
-HEAD = ("peer", "network", "precision", "kMAC per pixel", "adapter", "timed", "median ms (least to most)", "GFLOP/s",
-        "time, ours = 1", "time per MAC, ours = 1", "off PyTorch's output by")
+HEAD = ("peer", "network", "precision", "kMAC per pixel", "adapter", "timed", "median ms (min to max)", "GFLOP/s",
+        "time, ours = 1", "time per MAC, ours = 1", "difference from PyTorch")
 
 
 def rows(entries: list[Entry], pixels: int, precision: str) -> list[dict]:
-    """A row per entry, in their order; ratios are to our balanced network in `precision`."""
+    """A row per entry, in order; ratios are relative to our balanced network in `precision`."""
     measured = [e for e in entries if (e.peer, e.network, e.precision) == (*OURS, precision) and not e.reason]
     ours = measured[0] if measured else None
     return [_row(entry, pixels, ours) for entry in entries]
@@ -28,7 +28,7 @@ def _row(entry: Entry, pixels: int, ours: Entry | None) -> dict:
 
 
 def gflops(macs: float, pixels: int, ms: float) -> float:
-    """Effective rate: the operations that the network asks for, two per multiply-accumulate, by the whole time."""
+    """Effective rate: the network's operations, two per multiply-accumulate, over the whole time."""
     return 2 * macs * pixels / (ms / 1000) / 1e9
 
 
@@ -60,7 +60,7 @@ def _spread(row: dict) -> str:
 
 
 def _number(value: float | None) -> str:
-    """Three digits that count, or more for what is larger than a thousand."""
+    """Three significant digits, or all integer digits above a thousand."""
     if value is None:
         return ""
     digits = 0 if value >= 100 else 1 if value >= 10 else 2

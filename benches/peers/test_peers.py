@@ -1,4 +1,4 @@
-"""Checks of run.py that need neither a GPU nor a built peer: `python -m pytest benches/peers`."""
+"""Tests of run.py that need neither a GPU nor a built peer: `python -m pytest benches/peers`."""
 
 import sys
 from pathlib import Path

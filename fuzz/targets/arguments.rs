@@ -1,4 +1,4 @@
-//! Lines as the words of a command line, as frame ranges and as file names with a frame number.
+//! Lines of text as command-line words, as frame ranges and as file names with a frame number.
 
 #![no_main]
 
@@ -7,20 +7,20 @@ use wgdenoise_cli::fuzzing::{accepts, name_and_back, parse_frames};
 
 fuzz_target!(|text: &str| {
     accepts(std::iter::once("wgdenoise").chain(text.lines()));
-    // One of each, as a million frames take a while.
+    // One of each: a million frames take a while.
     let mut lines = text.lines();
     lines.next().into_iter().for_each(check_frames);
     lines.next().into_iter().for_each(check_pattern);
 });
 
-/// Rising, each once, and as many as are accepted.
+/// Frames are strictly rising and within the accepted count.
 fn check_frames(text: &str) {
     let Ok(frames) = parse_frames(text) else { return };
     assert!(!frames.is_empty() && frames.len() <= 1_000_000, "{} frames", frames.len());
     assert!(frames.is_sorted_by(|a, b| a < b), "{text:?}");
 }
 
-/// The name that a pattern makes is read back as the same frame and is not much longer.
+/// The name made from a pattern parses back to the same frame and is not much longer.
 fn check_pattern(pattern: &str) {
     for frame in [0, 7, 1234, u32::MAX] {
         let Ok(Some((name, back))) = name_and_back(pattern, frame) else { return };

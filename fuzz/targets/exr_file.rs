@@ -1,4 +1,4 @@
-//! Bytes as an EXR file: refused, or read, written again and then read with the same colour.
+//! Bytes as an EXR file: refused, or read, written and read again with the same size.
 
 #![no_main]
 
@@ -10,19 +10,19 @@ use std::sync::LazyLock;
 use libfuzzer_sys::fuzz_target;
 use wgdenoise_files::{Description, LayerChoice, Limits, Picture};
 
-/// A folder in memory, where there is one.
+/// A folder in memory, if available.
 static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     let memory = PathBuf::from("/dev/shm");
     let parent = if memory.is_dir() { memory } else { std::env::temp_dir() };
     tempfile::tempdir_in(parent).expect("a temporary folder")
 });
 
-/// A few bytes may rightly stand for a large picture of one colour, in hundreds of channels. Only
-/// small ones are accepted, so that the limits on memory and time find what a file does not back.
+/// A few bytes can validly encode a large image of one colour with hundreds of channels. Accepting
+/// only small images lets the limits on memory and time expose claims that a file cannot support.
 const LIMITS: Limits = Limits { pixels: 1 << 16 };
 
-/// Leaves panics of the EXR decoder to the program, which catches them where it knows of them:
-/// libFuzzer's hook would end the process. One that nothing catches ends it all the same.
+/// Keeps libFuzzer's hook from ending the process on panics of the EXR decoder, which the program
+/// catches where it expects them. A panic that nothing catches still ends the process.
 fn leave_the_decoders_panics() {
     let fatal = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
@@ -33,7 +33,7 @@ fn leave_the_decoders_panics() {
 }
 
 fuzz_target!(init: leave_the_decoders_panics(), |bytes: &[u8]| {
-    // Other formats are told by their first bytes and have other readers.
+    // The first bytes select the format; others have their own readers.
     if !bytes.starts_with(&[0x76, 0x2f, 0x31, 0x01]) {
         return;
     }

@@ -1,5 +1,5 @@
-//! Bytes as a weights file of either format: refused in a short sentence, or a network within the
-//! stated limits.
+//! Bytes as a weights file of either format: refused with a short sentence, or a network within the
+//! documented limits.
 
 #![no_main]
 
@@ -9,12 +9,12 @@ use libfuzzer_sys::fuzz_target;
 use wgdenoise::internals::model::{Topology, tza};
 use wgdenoise::{Error, Inputs, Weights};
 
-/// Longest text of an error, in bytes: a file's names and values are shown cut.
+/// Longest error message in bytes; names and values from the file are truncated in it.
 const LONGEST_ERROR: usize = 1000;
 
 fuzz_target!(|bytes: &[u8]| {
     if tza::is_tza(Path::new(""), bytes) {
-        // By name, for 3, 6 and 9 channels.
+        // The name selects 3, 6 or 9 channels.
         for name in ["rt_alb", "rt_hdr_alb", "rt_hdr_alb_nrm"] {
             judge(Weights::from_tza(bytes, name));
         }
@@ -34,7 +34,7 @@ fn judge(read: Result<Weights, Error>) {
     }
 }
 
-/// What `weights-format.md` promises of a file that is accepted.
+/// An accepted file meets `weights-format.md`.
 fn check(weights: &Weights) {
     let metadata = weights.metadata();
     let counts = match metadata.topology {

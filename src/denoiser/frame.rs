@@ -1,10 +1,10 @@
-//! The images of one view, on the CPU.
+//! The CPU images of one view.
 
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::model::Inputs;
 
-/// The images of one view, all of one size.
+/// The images of one view on the CPU, all the same size.
 ///
 /// ```
 /// use wgdenoise::{Frame, Image};
@@ -19,35 +19,36 @@ use crate::model::Inputs;
 pub struct Frame<'a> {
     /// Linear, scene-referred colour.
     pub color: &'a Image,
-    /// Albedo in `[0, 1]`, if there is one.
+    /// Linear albedo in `[0, 1]`.
     pub albedo: Option<&'a Image>,
-    /// Normal in `[−1, 1]`, in camera or world space, if there is one.
+    /// Normal with components in `[−1, 1]`, in camera or world space.
     pub normal: Option<&'a Image>,
-    /// The factor that brings colour to the exposure that the network was trained at; `None` measures
-    /// it (1 for weights that do not read light of any brightness).
+    /// The factor, above 0, that brings colour to the exposure the network was trained at. `None`
+    /// measures it, or uses 1 for weights that do not read unbounded light
+    /// ([`TransferFunction::is_hdr`](crate::TransferFunction::is_hdr)).
     pub input_scale: Option<f32>,
 }
 
 impl<'a> Frame<'a> {
-    /// Colour alone, its exposure measured.
+    /// Colour alone, with measured exposure.
     #[must_use]
     pub fn new(color: &'a Image) -> Self {
         Self { color, albedo: None, normal: None, input_scale: None }
     }
 
-    /// With this albedo, or none.
+    /// Sets or clears the albedo.
     #[must_use]
     pub fn albedo(self, albedo: impl Into<Option<&'a Image>>) -> Self {
         Self { albedo: albedo.into(), ..self }
     }
 
-    /// With this normal, or none.
+    /// Sets or clears the normal.
     #[must_use]
     pub fn normal(self, normal: impl Into<Option<&'a Image>>) -> Self {
         Self { normal: normal.into(), ..self }
     }
 
-    /// With this exposure, or a measured one.
+    /// Sets the input scale; `None` measures it.
     #[must_use]
     pub fn input_scale(self, scale: impl Into<Option<f32>>) -> Self {
         Self { input_scale: scale.into(), ..self }
@@ -55,20 +56,20 @@ impl<'a> Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// Which images there are.
+    /// The auxiliary images of this frame.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    /// Refuses images of different sizes and scales that are none.
+    /// Rejects images of different sizes and invalid input scales.
     pub(crate) fn check(&self) -> Result<()> {
         for (name, image) in [("albedo", self.albedo), ("normal", self.normal)] {
             let Some(image) = image else { continue };
             if image.size() != self.color.size() {
                 let ((aw, ah), (w, h)) = (image.size(), self.color.size());
                 return Err(Error::Image(format!(
-                    "{name} is {aw}×{ah}, but the colour is {w}×{h}; both must have one size"
+                    "{name} is {aw}×{ah}, but the colour is {w}×{h}; they must be the same size"
                 )));
             }
         }
@@ -76,11 +77,11 @@ impl Frame<'_> {
     }
 }
 
-/// Refuses scales that are no positive number. Subnormal ones count as 0 on many GPUs.
+/// Rejects scales that are not positive, finite and normal: many GPUs flush subnormals to 0.
 pub(crate) fn check_input_scale(scale: Option<f32>) -> Result<()> {
     match scale {
         Some(scale) if !(scale.is_normal() && scale > 0.0) => {
-            Err(Error::Image(format!("input scale is {scale}, expected a number above 0")))
+            Err(Error::Image(format!("input scale is {scale}, expected a finite number above 0")))
         }
         _ => Ok(()),
     }

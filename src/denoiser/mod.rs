@@ -1,4 +1,4 @@
-//! Device, weights and options: what serves images of any size.
+//! The denoiser: a device, weights and options, ready for images of any size.
 
 mod blocking;
 pub(crate) mod frame;
@@ -23,34 +23,36 @@ use crate::ops::conv3x3::conv3x3;
 use options::Options;
 use self_test::self_test;
 
-/// Compiled kernels and weights on a device of the caller's.
+/// Compiled kernels and weights on the caller's device.
 ///
-/// Denoises images on the CPU by [`denoise`](Self::denoise), and makes a
-/// [`Pass`](crate::Pass) for images on the GPU by [`pass`](Self::pass). The queue is written
-/// to; only the blocking call and the test of matrix kernels submit.
+/// [`denoise`](Self::denoise) takes images on the CPU; [`pass`](Self::pass) makes a
+/// [`Pass`](crate::Pass) over images on the GPU. Uploads write to the queue, but only the blocking
+/// call and the self-test of the matrix kernels submit to it.
 #[derive(Debug)]
 pub struct Denoiser {
     pub(crate) context: Context,
     pub(crate) options: Options,
     notices: Mutex<Vec<String>>,
-    /// Most pixels of a tile that the adapter's memory has shown to allow.
+    /// The largest tile, in pixels, that the adapter's memory has proved to allow.
     most_pixels: AtomicU64,
     weights: Weights,
     networks: Mutex<HashMap<Inputs, Arc<CompiledNetwork>>>,
 }
 
 impl Denoiser {
-    /// Uploads the weights and compiles the network's kernels for all inputs that these were trained
-    /// with. The few kernels that read or write images are compiled for the images' formats by the
-    /// first [`pass`](Self::pass) or [`denoise`](Self::denoise), or by
-    /// [`warm_up`](Self::warm_up). For the fastest
-    /// kernels the device needs [`required_features`](crate::required_features) and, for large
-    /// tiles, [`required_limits`](crate::required_limits). Matrix kernels need
-    /// [`matrix_features`](crate::matrix_features) and [`Options::matrix`], and are tested first by a
-    /// small convolution, which is submitted and waited for.
+    /// Uploads the weights and compiles the network's kernels for every input the weights were
+    /// trained with. The few kernels that read or write images depend on the images' formats; the
+    /// first [`pass`](Self::pass), [`denoise`](Self::denoise) or [`warm_up`](Self::warm_up)
+    /// compiles those.
+    ///
+    /// The fastest kernels need a device with [`required_features`](crate::required_features), and
+    /// large tiles one with [`required_limits`](crate::required_limits). Matrix kernels need
+    /// [`matrix_features`](crate::matrix_features) and [`Options::matrix`]; a small convolution,
+    /// submitted and waited for, tests them first.
     ///
     /// # Errors
-    /// If the device cannot hold the weights or compile the kernels.
+    /// Fails if the chosen kernels do not run on the device, or if it cannot hold the weights or
+    /// compile the kernels.
     pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
@@ -82,19 +84,20 @@ impl Denoiser {
         Ok(denoiser)
     }
 
-    /// The weights it was made with.
+    /// The weights it runs.
     #[must_use]
     pub fn weights(&self) -> &Weights {
         &self.weights
     }
 
-    /// The options it runs with; their kernels are [`kernels`](Self::kernels).
+    /// Its options, with [`Options::kernels`] resolved as in [`kernels`](Self::kernels).
     #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
     }
 
-    /// The kernels that run: [`Options::kernels`] unless that was `Auto` or failed its test.
+    /// The kernels that run: [`Options::kernels`], or a replacement if that was `Auto` or failed
+    /// its test.
     #[must_use]
     pub fn kernels(&self) -> KernelSet {
         self.options.kernels
@@ -106,19 +109,20 @@ impl Denoiser {
         self.options.precision
     }
 
-    /// What the caller may want to know, one sentence each; each is returned once. There is a notice if
-    /// the device lacks a feature that would make it faster, if the matrix kernels failed their test
-    /// and others run, and if the adapter ran out of memory and tiles are smaller from then on.
+    /// Returns what the caller should know, one sentence each, and clears the list. A notice
+    /// appears when the device lacks a feature that would make it faster, when the matrix kernels
+    /// failed their test and others run instead, and when the adapter ran out of memory and tiles
+    /// shrank for good.
     ///
     /// # Panics
-    /// If another thread panicked in this call.
+    /// Panics if another thread panicked in this call.
     pub fn take_notices(&self) -> Vec<String> {
-        std::mem::take(&mut self.notices.lock().expect("nobody panics with it"))
+        std::mem::take(&mut self.notices.lock().expect("no thread panicked here"))
     }
 
-    /// The network for these inputs, compiled at its first use.
+    /// The network for these inputs, compiled on first use.
     pub(crate) fn network(&self, inputs: Inputs) -> Result<Arc<CompiledNetwork>> {
-        let mut networks = self.networks.lock().expect("no network failed to compile");
+        let mut networks = self.networks.lock().expect("no thread panicked while compiling");
         if let Some(network) = networks.get(&inputs) {
             return Ok(network.clone());
         }

@@ -1,4 +1,4 @@
-//! What a caller can choose about a denoiser.
+//! The choices a caller makes for a denoiser.
 
 use std::time::Duration;
 
@@ -7,7 +7,7 @@ use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::matrix_shape::MatrixShape;
 use crate::gpu::precision::Precision;
 
-/// What [`Options::kernels`] came to, and what the caller should know of it.
+/// The kernels that [`Options::kernels`] resolves to, and notices about them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Chosen {
     pub(crate) kernels: KernelSet,
@@ -24,30 +24,31 @@ pub(crate) struct Chosen {
 #[derive(Clone, Debug)]
 #[non_exhaustive]
 pub struct Options {
-    /// How tensors are stored; 16-bit float by default.
+    /// How tensors are stored: 16-bit float by default.
     pub precision: Precision,
-    /// Upper bound in bytes on GPU memory for tensors and, in the blocking call, images; 2 GiB by
-    /// default. The adapter's limits bound tiles as well.
+    /// GPU memory budget in bytes for tensors and, in the blocking call, images: 2 GiB by default.
+    /// The adapter's limits restrict tiles further.
     pub memory_bytes: u64,
     /// Longest side of a tile in pixels, overlap included. `None`, the default, picks the largest
-    /// tile within the budget whose dispatches are short enough for a display or watchdog (below
-    /// 0.2 s where convolutions reach 0.5 TFLOP/s; CPU drivers have neither).
+    /// tile within the budget whose dispatches stay short enough for a display or watchdog: below
+    /// 0.2 s on an adapter whose convolutions reach 0.5 TFLOP/s. CPU drivers have neither, so only
+    /// the budget counts.
     pub tile: Option<u32>,
     /// Longest wait for one submission of the blocking call before the device counts as hung. A
-    /// submission has at most 50 GMAC on a GPU and one layer of a tile on a CPU driver. `None`, the
-    /// default, is one minute, or ten on CPU drivers.
+    /// submission holds at most 50 GMAC on a GPU, or one layer of a tile on a CPU driver. `None`,
+    /// the default, is one minute, or ten on CPU drivers.
     pub timeout: Option<Duration>,
-    /// Which variant of the convolutions runs.
+    /// Which convolution kernels run.
     pub kernels: KernelSet,
-    /// Whether blocks of 16×16 pixels without noise, such as an empty background, keep their colour
-    /// and skip the network; `true` by default. The plain kernels never skip.
+    /// Whether noise-free blocks of 16×16 pixels, such as an empty background, keep their colour
+    /// and skip the network: `true` by default. The plain kernels never skip.
     pub skip_clean: bool,
-    /// The matrix shape that `Auto` may use, from [`MatrixShape::of`]: only the adapter knows it.
-    /// `None`, the default, rules the matrix kernels out.
+    /// The matrix shape that `Auto` may use. Only the adapter knows it, so pass the result of
+    /// [`MatrixShape::of`]. `None`, the default, rules the matrix kernels out.
     pub matrix: Option<MatrixShape>,
-    /// Where the driver looks up compiled kernels and adds new ones: a cache of the denoiser's
-    /// device, which needs the feature `PIPELINE_CACHE` (Vulkan only). `None` by default.
-    /// [`PipelineFile`](crate::PipelineFile) turns it into bytes for the next run.
+    /// A cache in which the driver finds compiled kernels and stores new ones. It must belong to
+    /// the denoiser's device, which needs the feature `PIPELINE_CACHE` (Vulkan only). `None` by
+    /// default. [`PipelineFile`](crate::PipelineFile) keeps its contents between runs.
     pub pipeline_cache: Option<wgpu::PipelineCache>,
 }
 
@@ -103,11 +104,11 @@ impl Options {
 }
 
 impl Options {
-    /// The set that runs: `Auto` replaced by the first of `Simd`, `Matrix` and `Tiled` that
-    /// `runs`, and `Matrix` by `Tiled` where its `test` fails.
+    /// Resolves the kernel set: `Auto` becomes the first of `Simd`, `Matrix` and `Tiled` that
+    /// `runs`, and `Matrix` becomes `Tiled` if its `test` fails.
     ///
     /// # Errors
-    /// If the set does not run on the device called `name`.
+    /// Fails if the requested set does not run on the device called `name`.
     pub(crate) fn choose(
         &self,
         name: &str,
@@ -130,7 +131,8 @@ impl Options {
             KernelSet::Matrix(shape) => test(shape).err(),
             _ => None,
         };
-        let notice = |error| format!("the matrix kernels fail on {name}, Tiled runs: {error}");
+        let notice =
+            |error| format!("the matrix kernels fail on {name}, using Tiled instead: {error}");
         Ok(match failure {
             None => Chosen { kernels, notices: Vec::new() },
             Some(error) => Chosen { kernels: KernelSet::Tiled, notices: vec![notice(error)] },

@@ -1,37 +1,41 @@
-//! Whether a driver computes what the matrix kernels say. Cooperative matrices are new in
-//! drivers and experimental in wgpu, so one small convolution is held against the CPU's.
+//! Tests whether a driver runs the matrix kernels correctly. Cooperative matrices are new in
+//! drivers and experimental in wgpu, so one small convolution is compared with the CPU reference
+//! first.
 
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::scopes::catch;
 use crate::gpu::tensor::GpuTensor;
-use crate::gpu::transfer::{download, upload};
+use crate::gpu::tensor_io::{download, upload};
 use crate::model::Params;
+use crate::ops::channel_map::{ChannelMap, channel_map};
 use crate::ops::convolution::Convolution;
 use crate::ops::need::{Need, everything};
-use crate::ops::operator::{ChannelMap, Io, Operator as _, channel_map};
+use crate::ops::operator::{Io, Operator as _};
 use crate::reference::{self, Tensor};
 
-/// Input channels: several slices of either side of a tile, the last of them cut.
+/// Input channels: several slices for either tile side, the last one partial.
 const INPUTS: usize = 36;
-/// Output channels: of the kernel for 32 at a time two blocks, of that for 16 one, each cut.
+/// Output channels: two blocks for the 32-channel kernel, one for the 16-channel kernel, each
+/// partial.
 const OUTPUTS: [usize; 2] = [44, 12];
-/// Columns and rows: several workgroups, the last ones cut.
+/// Columns and rows: several workgroups, the last ones partial.
 const SIZE: [usize; 2] = [37, 18];
 
-/// By how much a result may be off. All factors are 16-bit floats in `[−1, 1]`, so that products
-/// are exact in 32 bits, and what is left is the rounding of a sum of `n = 9 · 36` of them: at
-/// most `n · 2⁻²³ · Σ|product|` even where every addition truncates, with `Σ|product|` about `n / 4`
-/// for evenly spread factors; the same again covers an uneven draw.
+/// Absolute tolerance. All factors are 16-bit floats in `[−1, 1]`, so products are exact in 32 bits
+/// and only the sum of `n = 9 · 36` products rounds: by at most `n · 2⁻²³ · Σ|product|` even if
+/// every addition truncates, with `Σ|product|` about `n / 4` for evenly spread factors. Doubling
+/// that covers an uneven draw.
 const ABSOLUTE: f32 = 2.0 * 324.0 * 324.0 / 4.0 / (1 << 23) as f32;
-/// On top: the rounding of a 16-bit tensor, `2⁻¹¹` of a value, or `2⁻¹⁰` where it truncates.
+/// Relative tolerance, added on top: a 16-bit tensor rounds by `2⁻¹¹` of the value, or by `2⁻¹⁰` if
+/// the store truncates.
 const RELATIVE: f32 = 1.0 / 1024.0;
 
-/// Runs the convolutions that `build` makes of the test's weights and compares their results.
-/// Submits to the queue and waits.
+/// Builds convolutions with the test's weights, runs them and compares the results with the CPU
+/// reference. Submits to the queue and waits.
 ///
 /// # Errors
-/// Those of the device; a result that is off, with the worst value.
+/// Fails if the device does, or if a result is off; the message gives the first wrong value.
 pub fn self_test(
     context: &Context,
     build: impl Fn(&Params, &ChannelMap) -> Convolution,
@@ -57,9 +61,9 @@ fn test(
     compare(&found, &expected)
 }
 
-/// Evenly spread 16-bit floats in `[−1, 1]`, the same ones every time.
+/// Evenly spread 16-bit floats in `[−1, 1]`, the same sequence every time.
 fn halves() -> impl Iterator<Item = f32> {
-    // The generator of Knuth's MMIX; its upper bits are the random ones.
+    // Knuth's MMIX generator; its upper bits are the random ones.
     let step =
         |s: &u64| Some(s.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407));
     std::iter::successors(Some(1), step)
@@ -88,7 +92,7 @@ fn run(
     download(context, encoder, &texture)
 }
 
-/// Not "too far" but "not close", since every comparison with NaN is false.
+/// Tests for "not close" rather than "too far": every comparison with NaN is false.
 fn compare(found: &Tensor, expected: &Tensor) -> Result<()> {
     let pairs = found.data.iter().zip(&expected.data);
     let close = |&(f, e): &(&f32, &f32)| (f - e).abs() <= ABSOLUTE + RELATIVE * e.abs();

@@ -1,21 +1,22 @@
-//! Buffers on the GPU for the part of an image that one tile reads and writes.
+//! GPU buffers for the part of an image that one tile reads and writes.
 
 use crate::denoiser::frame::Frame;
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::wait::{read, wait_for};
 use crate::image::Image;
+use crate::image::Rect;
 use crate::model::Inputs;
 use crate::network::bind::{Bound, Call, TileCalls};
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{BIN, Band};
 use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
-use crate::plan::tiles::{Placed, Rect, TilePlan};
+use crate::plan::tiles::{PlacedTile, TilePlan};
 
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
-/// The buffers and the calls on them.
+/// The buffers of a tile and the kernel calls on them.
 pub(crate) struct TileBuffers<'a> {
     context: &'a Context,
     calls: TileCalls,
@@ -25,14 +26,14 @@ pub(crate) struct TileBuffers<'a> {
     output: wgpu::Buffer,
     readback: wgpu::Buffer,
     pub(crate) input_scale: wgpu::Buffer,
-    /// Uniform of one [`Tile`].
+    /// Uniform buffer holding one [`Tile`].
     pub(crate) tile: wgpu::Buffer,
-    /// Uniform of one [`Band`].
+    /// Uniform buffer holding one [`Band`].
     pub(crate) band: wgpu::Buffer,
 }
 
 impl<'a> TileBuffers<'a> {
-    /// Buffers for the plan's tiles and for bands of an image that is `width` pixels wide.
+    /// Buffers for the plan's tiles, and for bands of an image `width` pixels wide.
     pub(crate) fn new(
         context: &'a Context,
         network: &CompiledNetwork,
@@ -72,7 +73,7 @@ impl<'a> TileBuffers<'a> {
             input_scale: &input_scale,
             encoding: network.encoding,
         };
-        // New buffers are zero: the noisy colour has no share.
+        // New buffers are zero: no noisy colour is blended in.
         let blend = uniform("blend", size_of::<f32>());
         let (output_image, blend) = ((&output).into(), &blend);
         let bound = Bound { tile: plan.tile, sources, output: output_image, blend, skip_clean };
@@ -80,9 +81,9 @@ impl<'a> TileBuffers<'a> {
         Self { context, calls, color, albedo, normal, output, readback, input_scale, tile, band }
     }
 
-    /// Submits the whole network on what was uploaded, in parts, and waits for all but the last
-    /// one: that is waited for with the result. Each part has a time-out of its own. After each
-    /// part, `progress` gets the number of calls that are done.
+    /// Submits the whole network for the uploaded tile in parts and waits for all but the last,
+    /// which is waited for with the result. Each part has its own timeout. After each part,
+    /// `progress` receives the number of finished calls.
     pub(crate) fn run(&self, progress: &mut dyn FnMut(usize)) -> Result<()> {
         let submit = |batch: &[Call]| {
             (batch.len(), self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0))))
@@ -98,13 +99,13 @@ impl<'a> TileBuffers<'a> {
         Ok(())
     }
 
-    /// How many rows of an image of this width the colour buffer holds.
+    /// The number of rows of an image this wide that fit in the colour buffer.
     pub(crate) fn rows_of(&self, width: u32) -> u32 {
         let rows = self.color.size() / PIXEL_BYTES / u64::from(width);
         u32::try_from(rows).unwrap_or(u32::MAX)
     }
 
-    /// The images of a frame with the buffers they go to.
+    /// Pairs the images of a frame with their buffers.
     pub(crate) fn images<'b>(
         &'b self,
         frame: &Frame<'b>,
@@ -115,8 +116,8 @@ impl<'a> TileBuffers<'a> {
         std::iter::once((&self.color, frame.color)).chain(present)
     }
 
-    /// Uploads a part of an image, packed, through a buffer of its own: where there is no memory for
-    /// what `Queue::write_buffer` makes instead, wgpu gives the device up.
+    /// Uploads part of an image, packed, through a buffer created here. `Queue::write_buffer` would
+    /// create one itself, and if that fails for lack of memory, wgpu loses the device.
     pub(crate) fn upload(&self, buffer: &wgpu::Buffer, image: &Image, rect: &Rect) -> Result<()> {
         let [width, height] = rect.size().map(u64::from);
         let device = &self.context.device;
@@ -126,7 +127,7 @@ impl<'a> TileBuffers<'a> {
             usage: wgpu::BufferUsages::MAP_WRITE | wgpu::BufferUsages::COPY_SRC,
             mapped_at_creation: true,
         });
-        let refused = |error| Error::device("nothing can be uploaded", error);
+        let refused = |error| Error::device("the upload failed", error);
         let mut bytes = staging.get_mapped_range_mut(..).map_err(refused)?;
         let columns = rect.begin[0] as usize..rect.end[0] as usize;
         let row_bytes = (width * PIXEL_BYTES) as usize;
@@ -152,8 +153,13 @@ impl<'a> TileBuffers<'a> {
         self.context.queue.submit([encoder.finish()])
     }
 
-    /// Waits for the tile and copies what it stores into the result.
-    pub(crate) fn download(&self, tile: &Tile, result: &mut Image, placed: &Placed) -> Result<()> {
+    /// Waits for the tile and copies the pixels it stores into the result.
+    pub(crate) fn download(
+        &self,
+        tile: &Tile,
+        result: &mut Image,
+        placed: &PlacedTile,
+    ) -> Result<()> {
         let [width, height] = tile.image_size.map(u64::from);
         let bytes = width * height * PIXEL_BYTES;
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
@@ -164,13 +170,13 @@ impl<'a> TileBuffers<'a> {
         })
     }
 
-    /// Every kernel call of a tile, in order.
+    /// All kernel calls of a tile, in order.
     pub(crate) fn calls(&self) -> &[Call] {
         self.calls.calls()
     }
 }
 
-fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &Placed) {
+fn copy_rows(window: &[[f32; 3]], tile: &Tile, result: &mut Image, placed: &PlacedTile) {
     let [columns, rows] = placed.stores.size().map(|side| side as usize);
     let result_width = result.width() as usize;
     for row in 0..rows {

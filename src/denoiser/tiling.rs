@@ -1,25 +1,25 @@
-//! Which tiles an image is cut into, under the memory budget and the device's limits.
+//! Cuts an image into tiles within the memory budget and the device's limits.
 
 use std::sync::atomic::Ordering;
 
 use super::Denoiser;
 use crate::error::{Error, Result};
 use crate::model::Inputs;
-use crate::model::cost::largest_layer_macs_per_pixel;
+use crate::model::macs::largest_layer_macs_per_pixel;
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::BIN;
 use crate::plan::memory::Footprint;
 use crate::plan::tiles::{Constraints, MAX_SIDE, TilePlan};
 
-/// Bytes of a pixel of an image.
+/// Bytes of one image pixel.
 const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
-/// Bytes per pixel that the blocking call needs for an image: on the GPU, and while a copy of
-/// it waits to be uploaded or read.
+/// Bytes per pixel that the blocking call needs for an image: once on the GPU, and once more while
+/// a copy waits to be uploaded or read.
 const IMAGE_BYTES: u64 = 2 * PIXEL_BYTES;
 
-/// What the blocking call needs for images. The colour's buffer also takes the narrowest band of
-/// rows in which the exposure is measured.
+/// The blocking call's memory for images. The colour buffer must also hold the narrowest band of
+/// rows for the exposure measurement.
 fn images(width: u32, inputs: Inputs) -> Footprint {
     let count = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
     Footprint {
@@ -30,28 +30,28 @@ fn images(width: u32, inputs: Inputs) -> Footprint {
 }
 
 impl Denoiser {
-    /// How an image of this size would be cut into tiles by the blocking call.
+    /// How the blocking call would tile an image of this size.
     ///
     /// # Errors
-    /// If even the smallest tile does not fit the budget or the device's limits, a side is over
-    /// 65536, or the weights were not trained with an input.
+    /// Fails if even the smallest tile exceeds the budget or the device's limits, if a side is
+    /// longer than 65536 pixels, or if the weights were not trained with an input.
     pub fn tile_plan(&self, width: u32, height: u32, inputs: Inputs) -> Result<TilePlan> {
         let network = self.network(inputs)?;
         self.plan([width, height], &network, images(width, inputs))
     }
 
-    /// GPU memory for tensors and images that [`tile_plan`](Self::tile_plan) for the same image
-    /// comes to, in bytes. The weights, a few megabytes, come on top.
+    /// GPU memory in bytes for the tensors and images of [`tile_plan`](Self::tile_plan). The
+    /// weights add a few megabytes.
     ///
     /// # Errors
-    /// As for [`tile_plan`](Self::tile_plan).
+    /// Fails like [`tile_plan`](Self::tile_plan).
     pub fn memory_bytes(&self, width: u32, height: u32, inputs: Inputs) -> Result<u64> {
         let [w, h] = self.tile_plan(width, height, inputs)?.tile;
         let tensors = self.network(inputs)?.bytes([w, h], self.options.precision.texel_bytes());
         Ok(tensors + images(width, inputs).bytes(u64::from(w) * u64::from(h)))
     }
 
-    /// The tile plan under the budget, when `images` stand beside the tensors.
+    /// The tile plan within the budget, with `images` allocated next to the tensors.
     pub(crate) fn plan(
         &self,
         size: [u32; 2],
@@ -61,7 +61,7 @@ impl Denoiser {
         let [width, height] = size;
         if width.max(height) > MAX_SIDE {
             return Err(Error::Image(format!(
-                "{width}×{height}: sides of at most {MAX_SIDE} pixels are accepted"
+                "{width}×{height} is too large: a side may have at most {MAX_SIDE} pixels"
             )));
         }
         let device = &self.context.device;
@@ -79,23 +79,25 @@ impl Denoiser {
                 .most_pixels(self.options.memory_bytes)
                 .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES),
         };
-        // Behind a CPU driver no display waits, and no watchdog: there, tiles would cost for nothing.
+        // A CPU driver has no display or watchdog to keep waiting, so smaller tiles would only add
+        // cost.
         let constraints = match device.adapter_info().device_type {
             wgpu::DeviceType::Cpu => constraints,
             _ => constraints.with_short_dispatches(largest_layer_macs_per_pixel(&network.body)),
         };
-        // What failed for an image of another shape may be too little for any tile of this one.
+        // A limit learned from an image of another shape may be below every tile of this one.
         let max_pixels = constraints.max_pixels.min(self.most_pixels.load(Ordering::Relaxed));
         TilePlan::new(size, &Constraints { max_pixels, ..constraints })
             .or_else(|| TilePlan::new(size, &constraints))
             .ok_or_else(|| self.too_small(size, &constraints, &footprint))
     }
 
-    /// The plan that [`tile_plan`](Self::tile_plan) makes once the adapter ran out of memory with
-    /// this one, from now on: with tiles of at most half the pixels, or of fewer if none are so small.
+    /// The plan to use after the adapter ran out of memory with `plan`: tiles of at most half the
+    /// pixels, or smaller if no tile has that size. [`tile_plan`](Self::tile_plan) returns it from
+    /// now on.
     ///
     /// # Errors
-    /// If there are no smaller tiles.
+    /// Fails if no tile is smaller.
     pub(crate) fn halved(&self, plan: &TilePlan, size: [u32; 2], of: Inputs) -> Result<TilePlan> {
         let [width, height] = plan.tile;
         let pixels = u64::from(width) * u64::from(height);
@@ -109,20 +111,20 @@ impl Denoiser {
             self.most_pixels.store(pixels, Ordering::Relaxed);
             return Err(Error::OutOfMemory(format!(
                 "the adapter is out of memory even with tiles of {width}×{height} pixels, the \
-                 smallest for these weights; free some, or take cheaper weights, 16-bit tensors or \
+                 smallest for these weights; free some, or use cheaper weights, 16-bit tensors or \
                  another adapter"
             )));
         };
         let [w, h] = smaller.tile;
         let notice = format!(
-            "the adapter ran out of memory with tiles of {width}×{height} pixels; goes on with {w}×{h}, \
+            "the adapter ran out of memory with tiles of {width}×{height} pixels; continuing with {w}×{h}, \
              which takes longer and gives the same result"
         );
-        self.notices.lock().expect("nobody panics with it").push(notice);
+        self.notices.lock().expect("no thread panicked here").push(notice);
         Ok(smaller)
     }
 
-    /// Says what the smallest tile needs and which limit it breaks.
+    /// The error for a smallest tile that does not fit: what it needs and which limit it exceeds.
     fn too_small(&self, size: [u32; 2], constraints: &Constraints, footprint: &Footprint) -> Error {
         let Constraints { alignment, halo, max_side, .. } = *constraints;
         let smallest = |side: u32| side.next_multiple_of(alignment).min(2 * halo + alignment);

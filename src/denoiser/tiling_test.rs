@@ -1,4 +1,4 @@
-//! Plans of a denoiser, for sizes and budgets that nobody chose.
+//! Tile plans for random sizes and budgets.
 
 use std::sync::Mutex;
 
@@ -13,12 +13,12 @@ fn sizes() -> impl Strategy<Value = (u32, u32)> {
     prop_oneof![(1_u32..2000, 1_u32..2000), (long.clone(), short.clone()), (short, long)]
 }
 
-/// From bytes to more than there is.
+/// From a few bytes to more than any machine has.
 fn budgets() -> impl Strategy<Value = u64> {
     prop_oneof![(0_u32..40).prop_map(|bits| 3 << bits), 1_u64 << 22..1 << 28, any::<u64>()]
 }
 
-/// What the blocking call allocates for a tile, and as much again of images on their way.
+/// The blocking call's allocation for a tile, with every image counted again for its copy in transit.
 fn allocated(denoiser: &Denoiser, tile: [u32; 2], width: u32, inputs: Inputs) -> u64 {
     let network = denoiser.network(inputs).unwrap();
     let image = u64::from(tile[0]) * u64::from(tile[1]) * PIXEL_BYTES;

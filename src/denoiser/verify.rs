@@ -1,4 +1,7 @@
-//! Whether what came back is what the CPU makes of the same pixels.
+//! Compares part of a denoised image with the CPU reference.
+
+use std::num::NonZero;
+use std::thread;
 
 use crate::denoiser::Denoiser;
 use crate::denoiser::frame::Frame;
@@ -6,20 +9,20 @@ use crate::error::{Error, Result};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::precision::Precision;
 use crate::image::Image;
-use crate::model::{Encoding, TransferFunction};
+use crate::image::Rect;
+use crate::model::{Encoding, Op, Params, TransferFunction};
 use crate::plan::halo::{BLOCK, halo};
-use crate::plan::tiles::Rect;
 use crate::reference::{self, Tensor};
 
-/// What [`Denoiser::verify`] found, in the network's numbers: colour encoded into `[0, 1]`; light
-/// that is encoded beyond 1 counts by its share.
+/// The result of [`Denoiser::verify`]: differences between encoded colours, so `[0, 1]` spans the
+/// network's range. Where light encodes above 1, the difference is relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verified {
-    /// The pixels that were compared.
+    /// The compared pixels.
     pub rect: Rect,
-    /// The largest difference of a value.
+    /// The largest difference of any value.
     pub largest: f64,
-    /// The root of the mean of all squared differences.
+    /// The root mean square of all differences.
     pub rms: f64,
 }
 
@@ -29,28 +32,28 @@ impl std::fmt::Display for Verified {
         let [width, height] = self.rect.size();
         write!(
             f,
-            "verified {width}×{height} pixels at ({x}, {y}): they differ from the CPU's by {largest:.1e} of \
-             the encoded range at most, {rms:.1e} on average"
+            "verified {width}×{height} pixels at ({x}, {y}): they differ from the CPU reference by at most \
+             {largest:.1e} of the encoded range, {rms:.1e} on average"
         )
     }
 }
 
-/// Blocks whose noise is measured, at most: a tenth of a second.
+/// Upper bound on the blocks whose noise is measured; this many take a tenth of a second.
 const MOST_BLOCKS: usize = 4096;
 
-/// A block that bends more than this on average is not clean, see [`crate::ops::activity`], and the
-/// network has worked on it.
+/// A block whose mean second difference exceeds this is not clean (see [`crate::ops::activity`]),
+/// so the network has worked on it.
 const NOISY: f64 = 1.0 / 512.0;
 
 impl Denoiser {
-    /// Holds a result of [`denoise`](Self::denoise) against the naive functions of
-    /// [`mod@crate::reference`], in the noisiest block of 16×16 pixels, of up to 4096 spread over the
-    /// frame: these work in 64 bits on the CPU, on the block and all around it that it depends on.
-    /// `None` if the frame has no noise.
+    /// Compares a result of [`denoise`](Self::denoise) with the naive CPU functions, which compute
+    /// in 64 bits. Checks the noisiest 16×16 block, out of up to 4096 spread over the frame, and
+    /// computes it along with the surroundings it depends on. Returns `None` if the frame has no
+    /// noise.
     ///
     /// # Errors
-    /// If the images do not fit together or are not all that the weights need, or the result differs by
-    /// more than rounding explains.
+    /// Fails if the images do not match, if an image that the weights need is missing, or if the
+    /// result differs by more than rounding explains.
     pub fn verify(&self, frame: &Frame<'_>, result: &Image) -> Result<Option<Verified>> {
         let frame = self.readable(frame)?;
         if result.size() != frame.color.size() {
@@ -71,7 +74,7 @@ impl Denoiser {
         Ok(Some(verified))
     }
 
-    /// What the reference makes of a part of the frame that is large enough for `rect`.
+    /// The reference result for the part of the frame that `rect` depends on.
     fn expected(&self, frame: &Frame<'_>, scale: f32, rect: &Rect) -> Result<(Tensor, Rect)> {
         let weights = self.weights().for_inputs(frame.inputs())?;
         let network = weights.network();
@@ -83,7 +86,8 @@ impl Denoiser {
         let (albedo, normal) = (albedo.as_ref(), normal.as_ref());
         let encoding = weights.metadata().encoding();
         let input = reference::input_process_in(encoding, &color, albedo, normal, scale, alignment);
-        Ok((reference::run(network, |layer| weights.params(layer), &input), crop))
+        let params = |layer: &str| weights.params(layer);
+        Ok((reference::run_by(network, params, &input, on_all_cores), crop))
     }
 
     fn tolerance(&self) -> Tolerance {
@@ -94,39 +98,59 @@ impl Denoiser {
     }
 }
 
-/// By how much a result may differ: far more than drivers that are right do
-/// (`docs/reliability.md`), and far less than 5 % of a middle grey, which are 3e-3.
+/// How much a result may differ: far more than correct drivers do (`docs/reliability.md`), and far
+/// less than an error of 5 % in a middle grey, which is 3e-3.
 struct Tolerance {
     largest: f64,
     rms: f64,
 }
 
-/// A logarithm of Vulkan's may be off by 2⁻²¹ and a power by 2⁻¹⁹ of it: some 1e-6 at each end of
-/// the network, and as much by the exposure. Ten times that, and more for a single value.
+/// Vulkan allows a logarithm an error of 2⁻²¹ and a power one of 2⁻¹⁹ of the result: about 1e-6 at
+/// each end of the network, and as much again from the exposure. RMS allows ten times that; a
+/// single value may be further off.
 const F32: Tolerance = Tolerance { largest: 1e-4, rms: 3e-5 };
 
-/// Each of up to twenty layers rounds what it stores by up to 2⁻¹¹ of it, up or down, which comes to
-/// some 1e-4. Four times that; a single value may have the worst of every layer.
+/// Each of up to twenty layers rounds what it stores, up or down, by up to 2⁻¹¹ of the value, which
+/// adds up to about 1e-4. RMS allows four times that; a single value may hit the worst case in
+/// every layer.
 const F16: Tolerance = Tolerance { largest: 2e-3, rms: 4e-4 };
 
 impl Tolerance {
-    /// Not "too far" but "not close", since every comparison with NaN is false.
+    /// Tests for "not close" rather than "too far": every comparison with NaN is false.
     fn judge(&self, found: &Verified) -> Result<()> {
         if found.largest <= self.largest && found.rms <= self.rms {
             return Ok(());
         }
         let [x, y] = found.rect.begin;
         Err(Error::WrongResult(format!(
-            "the result differs from the CPU's by up to {:.1e} of the encoded range around pixel \
-             ({x}, {y}), {:.1e} on average, where {:.1e} and {:.1e} are expected at most: the device \
-             or its driver computes wrong results; try 32-bit tensors, plain kernels or another \
-             adapter",
+            "the result differs from the CPU reference by up to {:.1e} of the encoded range around \
+             pixel ({x}, {y}), {:.1e} on average, but rounding explains at most {:.1e} and {:.1e}: \
+             the device or its driver computes wrong results; try 32-bit tensors, plain kernels or \
+             another adapter",
             found.largest, found.rms, self.largest, self.rms
         )))
     }
 }
 
-/// Between colour and the network's numbers.
+/// The reference of one layer, with its independent output channels spread over all cores.
+fn on_all_cores(op: Op, params: &Params, inputs: &[&Tensor]) -> Tensor {
+    let Op::Conv3x3 { .. } = op else { return reference::apply(op, params, inputs) };
+    let outputs = params.bias.len();
+    let share = outputs.div_ceil(thread::available_parallelism().map_or(1, NonZero::get));
+    let filters = params.weight.chunks(params.weight.len() / outputs * share);
+    let parts: Vec<Tensor> = thread::scope(|scope| {
+        let part = |(weight, bias): (&[f32], &[f32])| {
+            let params = Params { weight: weight.to_vec(), bias: bias.to_vec() };
+            scope.spawn(move || reference::apply(op, &params, inputs))
+        };
+        let parts: Vec<_> = filters.zip(params.bias.chunks(share)).map(part).collect();
+        parts.into_iter().map(|part| part.join().expect("the reference does not panic")).collect()
+    });
+    let (height, width) = (parts[0].height, parts[0].width);
+    Tensor::new(outputs, height, width, parts.into_iter().flat_map(|part| part.data).collect())
+}
+
+/// Converts colour to the network's encoding.
 #[derive(Clone, Copy)]
 struct Exposure {
     encoding: Encoding,
@@ -138,20 +162,20 @@ impl Exposure {
         reference::encode(self.encoding, f64::from(value) * f64::from(self.scale))
     }
 
-    /// What the brightest light is encoded as.
+    /// The encoding of infinitely bright light.
     fn most(self) -> f64 {
         reference::encode(self.encoding, f64::INFINITY)
     }
 
-    /// Whether the network sees the value as it is.
+    /// Whether the network sees this value unrepaired.
     fn is_seen(self, value: f32) -> bool {
         value.is_finite()
             && (value >= 0.0 || self.encoding.transfer_function == TransferFunction::Signed)
     }
 }
 
-/// The block with the most noise, if there is any. Blocks with values that are no light are left
-/// out: what counts there is not what the renderer made.
+/// The noisiest block, or `None` if no block is noisy. Skips blocks with invalid values: the repair
+/// replaces them, so the noise measured there would not be the renderer's.
 fn noisiest(color: &Image, exposure: Exposure) -> Option<Rect> {
     let (width, height) = color.size();
     let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
@@ -169,7 +193,7 @@ fn noisiest(color: &Image, exposure: Exposure) -> Option<Rect> {
     noisiest.filter(|(noise, _)| *noise > NOISY).map(|(_, rect)| rect)
 }
 
-/// By how much a block bends on average: its second differences along rows and columns, encoded.
+/// The mean absolute second difference of a block's encoded rows and columns.
 fn noise(block: &Image, exposure: Exposure) -> Option<f64> {
     if !block.pixels().iter().flatten().all(|&v| exposure.is_seen(v)) {
         return None;
@@ -187,7 +211,7 @@ fn noise(block: &Image, exposure: Exposure) -> Option<f64> {
     Some(bends.iter().sum::<f64>() / bends.len().max(1) as f64)
 }
 
-/// The pixels that `rect` depends on, from an aligned corner to the image's ends at most.
+/// The pixels that `rect` depends on, aligned outward and clipped to the image.
 fn around(rect: &Rect, halo: u32, alignment: u32, (width, height): (u32, u32)) -> Rect {
     let begin = rect.begin.map(|at| at.saturating_sub(halo) / alignment * alignment);
     let end = |at: u32, side: u32| (at + halo).next_multiple_of(alignment).min(side);
@@ -218,13 +242,31 @@ fn compare(
         let found = result.row(y)[x as usize];
         [0, 1, 2].map(|c| {
             let expected = f64::from(expected.at(c, row, column)).clamp(0.0, exposure.most());
-            // A 16-bit float's step grows with the value.
+            // The step between 16-bit floats grows with the value.
             (exposure.encode(found[c]) - expected).abs() / expected.max(1.0)
         })
     });
     let differences: Vec<_> = differences.collect();
-    // Folded by hand, since `f64::max` would drop a NaN.
+    // A manual fold, because `f64::max` would drop a NaN.
     let largest = differences.iter().fold(0.0, |most, &d| if d <= most { most } else { d });
     let square = differences.iter().map(|d| d * d).sum::<f64>() / differences.len() as f64;
     Verified { rect: *rect, largest, rms: square.sqrt() }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cores_that_share_a_layer_make_what_one_core_makes() {
+        let input = Tensor::from_fn(2, 3, 4, |c, y, x| (c * 7 + y * 5 + x * 3) as f32 % 4.0 - 1.5);
+        for outputs in [1, 2, 3, 7] {
+            let weight = (0..outputs * 2 * 9).map(|i| (i * 37 % 11) as f32 - 5.0).collect();
+            let params = Params { weight, bias: (0..outputs).map(|o| o as f32).collect() };
+            let op = Op::Conv3x3 { relu: true };
+            let [shared, alone] =
+                [on_all_cores, reference::apply].map(|f| f(op, &params, &[&input]));
+            assert_eq!(shared, alone, "{outputs} channels");
+        }
+    }
 }

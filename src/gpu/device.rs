@@ -1,34 +1,35 @@
-//! Adapters of this machine, for programs that have no device of their own.
-//! A renderer that embeds wgdenoise brings its own device and never needs this module.
+//! This machine's adapters, for programs without a device of their own. A renderer that embeds
+//! wgdenoise brings its own device and never needs this module.
 
+use super::unsafe_calls::{consent_to, set_variable_early};
 use crate::error::{Error, Result};
-use crate::unsafe_calls::{consent_to, set_variable_early};
 
-/// A device with everything that the fastest kernels of its adapter can use.
+/// A device with every feature and limit that its adapter's fastest kernels can use.
 #[derive(Clone, Debug)]
 pub struct Gpu {
     /// The device.
     pub device: wgpu::Device,
     /// Its queue.
     pub queue: wgpu::Queue,
-    /// What the adapter says of itself.
+    /// The adapter's description of itself.
     pub info: wgpu::AdapterInfo,
     /// The adapter, which alone knows its [`MatrixShape`](crate::MatrixShape).
     pub adapter: wgpu::Adapter,
 }
 
 impl Gpu {
-    /// Every adapter of this machine, in the order in which [`Gpu::open`] counts them.
+    /// All adapters of this machine, in the order of [`Gpu::open`]'s indices.
     #[must_use]
     pub fn list() -> Vec<wgpu::AdapterInfo> {
         adapters().iter().map(wgpu::Adapter::get_info).collect()
     }
 
-    /// Opens an adapter: by its index in [`Gpu::list`], by a part of its name in any case, or,
-    /// for `None`, the best there is: discrete, then integrated, then virtual, then a CPU driver.
+    /// Opens an adapter by its index in [`Gpu::list`] or by part of its name, ignoring case. `None`
+    /// picks the best kind available: discrete, integrated, virtual, then a CPU driver.
     ///
     /// # Errors
-    /// If there is no adapter at all, none that `selector` names, or it gives no device.
+    /// Fails if the machine has no adapter, none matches `selector`, or the adapter fails to open a
+    /// device.
     pub fn open(selector: Option<&str>) -> Result<Self> {
         let adapters = adapters();
         if adapters.is_empty() {
@@ -38,17 +39,17 @@ impl Gpu {
         Self::request(&adapters[index])
     }
 
-    /// Stops Mesa's device-select layer, which reorders adapters for desktops, from complaining on
-    /// stderr where no desktop session runs: sets `NODEVICE_SELECT=1` unless it is set. Must come
-    /// before the process starts a second thread; later, and on other systems than Linux, it does
-    /// nothing and returns `false`.
+    /// Silences Mesa's device-select layer, which reorders adapters for desktops and complains on
+    /// stderr where no desktop session runs. Sets `NODEVICE_SELECT=1` unless it is already set.
+    /// Call it before the process starts a second thread; later, and on systems other than Linux,
+    /// it does nothing and returns `false`.
     pub fn silence_device_select() -> bool {
         set_variable_early("NODEVICE_SELECT", "1")
     }
 
     fn request(adapter: &wgpu::Adapter) -> Result<Self> {
         let usual = crate::required_features(adapter);
-        // A driver may refuse an experimental feature that it reports.
+        // A driver may refuse an experimental feature that it advertises.
         Self::request_with(adapter, usual | crate::matrix_features(adapter))
             .or_else(|_| Self::request_with(adapter, usual))
     }
@@ -60,12 +61,14 @@ impl Gpu {
             required_features,
             required_limits: crate::required_limits(adapter),
             experimental_features: consent_to(required_features),
-            // Taken in small blocks, so that little is held beside what is used.
+            // Allocate in small blocks, so that little memory is held beyond what is used.
             memory_hints: wgpu::MemoryHints::MemoryUsage,
             ..Default::default()
         };
-        let (device, queue) = pollster::block_on(adapter.request_device(&descriptor))
-            .map_err(|e| Error::NoAdapter(format!("`{}` gives no device: {e}", info.name)))?;
+        let (device, queue) =
+            pollster::block_on(adapter.request_device(&descriptor)).map_err(|e| {
+                Error::NoAdapter(format!("`{}` failed to open a device: {e}", info.name))
+            })?;
         Ok(Self { device, queue, info, adapter: adapter.clone() })
     }
 }
@@ -96,7 +99,7 @@ fn names(adapters: &[wgpu::Adapter]) -> Vec<String> {
 
 fn choose(names: &[String], selector: Option<&str>) -> Result<usize> {
     let Some(wanted) = selector else { return Ok(0) };
-    // A number is an index and nothing else: `7` must not find "RTX 4070".
+    // A number is always an index: `7` must not match "RTX 4070".
     let found = match wanted.parse::<usize>() {
         Ok(index) => (index < names.len()).then_some(index),
         Err(_) if wanted.is_empty() => None,
@@ -105,7 +108,7 @@ fn choose(names: &[String], selector: Option<&str>) -> Result<usize> {
     found.ok_or_else(|| {
         let listed: Vec<_> = names.iter().enumerate().map(|(i, n)| format!("{i}: {n}")).collect();
         Error::NoAdapter(format!(
-            "`{wanted}` names none of the adapters here ({}); give an index or a part of a \
+            "`{wanted}` matches none of the adapters here ({}); give an index or part of a \
              name, or install the driver of the one you want (for the CPU driver lavapipe on \
              Debian and Ubuntu: `apt install mesa-vulkan-drivers`)",
             listed.join(", ")

@@ -7,78 +7,68 @@ use std::time::Duration;
 
 use super::precision::Precision;
 use super::scopes::catch;
-use super::wait::default_timeout;
 use crate::error::Result;
+use crate::shader::{ComposeError, LIBRARY, ShaderRoot};
 
 /// What a kernel binds at one index of bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binding {
-    /// Tensor to read: a storage texture array, four channels per layer.
+    /// Tensor to read: a storage texture array with four channels per layer.
     TensorIn,
     /// Tensor to write.
     TensorOut,
     /// Weights as a read-only storage texture array of 32-bit floats.
     WeightTexture,
-    /// Map of activity to read: a texture array of one `u32` per block.
+    /// Activity map to read: a texture array with one `u32` per block.
     ActivityIn,
-    /// The same to write, as a storage texture.
+    /// Activity map to write, as a storage texture.
     ActivityOut,
-    /// An image to read, as a texture of floats.
+    /// Image to read, as a float texture.
     Image,
-    /// An image to write, as a storage texture of this format.
+    /// Image to write, as a storage texture of this format.
     ImageOut(wgpu::TextureFormat),
     /// Read-only storage buffer.
     Buffer,
     /// Storage buffer to write.
     BufferMut,
-    /// Uniform buffer of this many bytes, at a dynamic offset if `dynamic`.
+    /// Uniform buffer, with a dynamic offset if `dynamic`.
     Uniform {
-        /// Size of the struct.
+        /// Size of the struct in bytes.
         bytes: u64,
-        /// Whether the offset comes with each dispatch.
+        /// Whether each dispatch brings its own offset.
         dynamic: bool,
     },
 }
 
-/// A shader and everything that the host must know of it. A test holds these declarations
-/// against what naga finds in the source.
+/// A shader and everything the host must know about it. A test compares these declarations with
+/// what naga finds in the source.
 #[derive(Clone, Debug)]
 pub struct KernelSpec {
-    /// Name of the kernel, unique among all.
+    /// The kernel's unique name.
     pub name: Cow<'static, str>,
-    /// The WGSL text, as it stands for 32-bit tensors.
-    pub source: Cow<'static, str>,
+    /// The module the text is composed from.
+    pub source: ShaderRoot,
+    /// The variant's features, from those of [`LIBRARY`]; the precision adds its own.
+    pub features: Cow<'static, [&'static str]>,
     /// Name of the entry point.
     pub entry: &'static str,
     /// Bind group 0, by index.
     pub bindings: Cow<'static, [Binding]>,
-    /// The overrides that the host sets.
+    /// The overrides set by the host.
     pub overrides: &'static [&'static str],
     /// Workgroup size.
     pub workgroup: [u32; 3],
 }
 
 impl KernelSpec {
-    /// The text for a precision, in which the tensors' texel format differs, and the function
-    /// `stored`: values as a tensor is to hold them.
-    #[must_use]
-    pub fn source_for(&self, precision: Precision) -> String {
-        let line = |line: &str| match precision {
-            Precision::F16 if line.starts_with("alias Tensor") => {
-                line.replace("rgba32float", "rgba16float")
-            }
-            _ => line.to_string(),
-        };
-        let text: Vec<_> = self.source.lines().map(line).collect();
-        let stored = match precision {
-            Precision::F32 => include_str!("../../shaders/image/stored_f32.wgsl"),
-            Precision::F16 => include_str!("../../shaders/image/stored_f16.wgsl"),
-        };
-        if self.source.contains("stored(") {
-            text.join("\n") + "\n" + stored
-        } else {
-            text.join("\n")
-        }
+    /// The WGSL for tensors of this precision.
+    ///
+    /// # Errors
+    /// Fails if a module cannot be composed with these features.
+    pub fn wgsl(&self, precision: Precision) -> std::result::Result<String, ComposeError> {
+        let mut features = self.features.to_vec();
+        features.extend((precision == Precision::F16).then_some("tensor_f16"));
+        LIBRARY.compose(&self.source, &features)
     }
 }
 
@@ -92,7 +82,7 @@ pub struct Kernel {
 }
 
 impl Kernel {
-    /// Binds `resources` in order of their index.
+    /// Binds `resources` in the order of their binding indices.
     #[must_use]
     pub fn bind(
         &self,
@@ -110,7 +100,7 @@ impl Kernel {
         })
     }
 
-    /// A dispatch of enough workgroups to give each of `invocations` one.
+    /// A dispatch with enough workgroups for all `invocations`.
     #[must_use]
     pub fn dispatch(&self, bind_group: wgpu::BindGroup, invocations: [u32; 3]) -> Dispatch {
         let workgroups =
@@ -129,7 +119,7 @@ impl Kernel {
     }
 }
 
-/// A prepared call of a kernel: preparing one allocates, recording it does not.
+/// A prepared kernel call: preparing it allocates, recording it does not.
 #[derive(Clone, Debug)]
 pub struct Dispatch {
     pipeline: wgpu::ComputePipeline,
@@ -138,12 +128,12 @@ pub struct Dispatch {
 }
 
 impl Dispatch {
-    /// Records the call of a kernel without dynamic uniform.
+    /// Records the call of a kernel without a dynamic uniform.
     pub fn record(&self, pass: &mut wgpu::ComputePass<'_>) {
         self.record_with(pass, &[]);
     }
 
-    /// Records the call with the dynamic uniform at `offset` bytes.
+    /// Records the call with the dynamic uniform at byte `offset`.
     pub fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
         self.record_with(pass, &[offset]);
     }
@@ -156,7 +146,7 @@ impl Dispatch {
     }
 }
 
-/// A device, its queue (for writes only: nothing is submitted) and the kernels compiled on it.
+/// A device, its queue (only written to, never submitted to) and the kernels compiled on it.
 #[derive(Debug)]
 pub struct Context {
     /// The caller's device.
@@ -172,7 +162,7 @@ pub struct Context {
 }
 
 impl Context {
-    /// A context without any kernel yet.
+    /// A context without compiled kernels.
     #[must_use]
     pub fn new(device: &wgpu::Device, queue: &wgpu::Queue, precision: Precision) -> Self {
         Self {
@@ -185,56 +175,57 @@ impl Context {
         }
     }
 
-    /// The same, with a cache of the same device that the driver may take kernels from.
+    /// Adds a pipeline cache of the same device, from which the driver may take kernels.
     #[must_use]
     pub fn with_pipeline_cache(self, pipeline_cache: Option<wgpu::PipelineCache>) -> Self {
         Self { pipeline_cache, ..self }
     }
 
-    /// The same, with this time-out if there is one.
+    /// Replaces the timeout, if one is given.
     #[must_use]
     pub(crate) fn with_timeout(self, timeout: Option<Duration>) -> Self {
         Self { timeout: timeout.unwrap_or(self.timeout), ..self }
     }
 
-    /// The kernel for a shader and its override values, compiled once.
+    /// The kernel for a shader and its override values, compiled on first use.
     ///
     /// # Panics
-    /// If a thread panicked while it compiled a kernel.
+    /// Panics if another thread panicked while compiling a kernel.
     #[must_use]
     pub fn kernel(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {
         let key = format!("{} {constants:?}", spec.name);
-        let mut kernels = self.kernels.lock().expect("no kernel failed to compile");
+        let mut kernels = self.kernels.lock().expect("no thread panicked while compiling");
         kernels.entry(key).or_insert_with(|| self.compile(spec, constants)).clone()
     }
 
-    /// Runs `work` and turns what the device reports meanwhile into an error. Kernels are
-    /// forgotten then, since one of them may be what failed.
+    /// Runs `work` and turns any error the device reports meanwhile into an error of this crate. In
+    /// that case all kernels are forgotten, since one of them may be invalid.
     ///
     /// # Errors
-    /// Those of `work` and those of the device.
+    /// Fails if `work` does or the device reports an error.
     ///
     /// # Panics
-    /// If a thread panicked while it compiled a kernel.
+    /// Panics if another thread panicked while compiling a kernel.
     pub fn catch<T>(&self, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let result = catch(&self.device, work);
         if result.is_err() {
-            self.kernels.lock().expect("no kernel failed to compile").clear();
+            self.kernels.lock().expect("no thread panicked while compiling").clear();
         }
         result
     }
 
-    /// How many kernels there are.
+    /// The number of compiled kernels.
     #[cfg(test)]
     pub(crate) fn compiled(&self) -> usize {
-        self.kernels.lock().expect("no kernel failed to compile").len()
+        self.kernels.lock().expect("no thread panicked while compiling").len()
     }
 
     fn compile(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {
         let name = spec.name.as_ref();
+        let text = spec.wgsl(self.precision).expect("the tests compose every variant");
         let module = self.device.create_shader_module(wgpu::ShaderModuleDescriptor {
             label: Some(name),
-            source: wgpu::ShaderSource::Wgsl(spec.source_for(self.precision).into()),
+            source: wgpu::ShaderSource::Wgsl(text.into()),
         });
         let layout = self.bind_group_layout(spec);
         let descriptor = wgpu::ComputePipelineDescriptor {
@@ -272,6 +263,16 @@ impl Context {
             label: Some(&spec.name),
             entries: &(0..).zip(spec.bindings.iter()).map(entry).collect::<Vec<_>>(),
         })
+    }
+}
+
+/// The default time a device may take for one submission. Tiles are sized so that a submission
+/// holds at most 50 GMAC on a GPU; a minute then means 1.7 GFLOP/s, a 300th of the speed they are
+/// sized for. On a CPU driver, one layer of a large tile may legitimately take minutes.
+fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
+    match device_type {
+        wgpu::DeviceType::Cpu => Duration::from_mins(10),
+        _ => Duration::from_mins(1),
     }
 }
 

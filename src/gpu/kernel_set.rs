@@ -1,31 +1,31 @@
-//! Which variant of the convolutions runs.
+//! The variants of the convolution kernels.
 
 use super::matrix_shape::MatrixShape;
 
-/// Invocations of a subgroup that the kernels for CPU drivers need: llvmpipe with 256-bit vectors, its
-/// default on today's CPUs, has as many. With fewer, another variant must run.
+/// Subgroup size that the kernels for CPU drivers need. llvmpipe has as many with 256-bit vectors,
+/// its default on current CPUs; with fewer, another variant must run.
 pub const SIMD_LANES: u32 = 8;
 
-/// Which variant of the convolutions runs.
+/// The variants of the convolution kernels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum KernelSet {
-    /// The fastest for the adapter: `Simd` where it runs, else `Matrix` where [`Options::matrix`]
-    /// names a shape and its test passes, else `Tiled`.
+    /// The fastest on the adapter: `Simd` where it runs, else `Matrix` if [`Options::matrix`] gives
+    /// a shape and its test passes, else `Tiled`.
     #[default]
     Auto,
     /// The readable definition: one pixel and four output channels per invocation.
     Plain,
-    /// For GPUs: input and weights staged in workgroup memory.
+    /// For GPUs: stages input and weights in workgroup memory.
     Tiled,
-    /// For CPU drivers (lavapipe): straight-line code, weights by subgroup broadcast.
+    /// For CPU drivers (lavapipe): straight-line code, with weights broadcast across the subgroup.
     Simd,
-    /// For GPUs with matrix units: 3×3 convolutions as products of matrices of this shape.
+    /// For GPUs with matrix units: computes 3×3 convolutions as matrix products of this shape.
     Matrix(MatrixShape),
 }
 
 impl KernelSet {
-    /// `Auto` replaced by the fastest of the sets that need no proof on this device: `Simd` where
-    /// it runs, else `Tiled`. A [`Denoiser`](crate::Denoiser) takes `Matrix` into account as well.
+    /// Resolves `Auto` to the fastest set that needs no test on this device: `Simd` where it runs,
+    /// else `Tiled`. A [`Denoiser`](crate::Denoiser) also considers `Matrix`.
     #[must_use]
     pub fn resolve(self, device: &wgpu::Device) -> Self {
         match self {
@@ -36,8 +36,8 @@ impl KernelSet {
     }
 
     /// Whether the variant can run on this device. `Simd` needs a CPU driver, which reads 0 outside
-    /// of textures, with subgroups of at least eight invocations and the feature `SUBGROUP`;
-    /// for `Matrix` see [`MatrixShape::runs_on`]; the others run everywhere.
+    /// textures, subgroups of at least eight invocations and the feature `SUBGROUP`; `Matrix` needs
+    /// [`MatrixShape::runs_on`]; the others run everywhere.
     #[must_use]
     pub fn runs_on(self, device: &wgpu::Device) -> bool {
         let info = device.adapter_info();
@@ -52,7 +52,7 @@ impl KernelSet {
         }
     }
 
-    /// Why a device that was opened without a feature runs slower kernels than it could, if so.
+    /// A notice if a device runs slower kernels than it could because a feature was not requested.
     pub(crate) fn lost_speed(device: &wgpu::Device) -> Option<String> {
         let info = device.adapter_info();
         let could = info.device_type == wgpu::DeviceType::Cpu
@@ -67,7 +67,7 @@ impl KernelSet {
         })
     }
 
-    /// What the variant needs of a device, for the message that it is not there.
+    /// The variant's requirements, for the error that they are not met.
     pub(crate) fn needs(self) -> &'static str {
         match self {
             Self::Auto | Self::Plain | Self::Tiled => "nothing",

@@ -1,11 +1,11 @@
-//! Shapes of matrices that an adapter multiplies.
+//! Matrix shapes that an adapter can multiply.
 
 use super::precision::Precision;
 
-/// Subgroups of a workgroup of the matrix kernels.
-pub(crate) const SUBGROUPS: u32 = 4;
+/// Subgroups per workgroup of the matrix kernels.
+pub const SUBGROUPS: u32 = 4;
 
-/// What the factors of a product are rounded to.
+/// The type that the factors of a product are rounded to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Factor {
     /// 16-bit float; values beyond ±65504 are clamped.
@@ -14,21 +14,21 @@ pub enum Factor {
     F32,
 }
 
-/// A shape of matrix that an adapter multiplies, with sums in 32-bit float.
+/// A matrix shape that an adapter multiplies with sums in 32-bit float.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct MatrixShape {
-    /// Rows and columns of every tile: 8 or 16.
+    /// Rows and columns of every matrix: 8 or 16.
     pub side: u32,
     /// Type of the factors.
     pub factor: Factor,
-    /// Invocations of a subgroup.
+    /// Invocations per subgroup.
     pub lanes: u32,
 }
 
 impl MatrixShape {
-    /// The shape to use on an adapter, or `None` if it reports none that fits. 32-bit factors
-    /// are taken where tensors are of 32 bits and the adapter has them in tiles of 8 (staged tiles
-    /// of 16 would not fit into workgroup memory), else 16-bit ones.
+    /// The best shape for an adapter, or `None` if it reports none that fits. Factors have 32 bits
+    /// if tensors do and the adapter multiplies them in matrices of 8 (staged tiles of 16 would not
+    /// fit into workgroup memory), else 16 bits.
     #[must_use]
     pub fn of(adapter: &wgpu::Adapter, precision: Precision) -> Option<Self> {
         let info = adapter.get_info();
@@ -44,7 +44,7 @@ impl MatrixShape {
         exact.into_iter().chain(halves).find(fits)
     }
 
-    /// Features that a device needs for this shape.
+    /// Device features that this shape needs.
     #[must_use]
     pub fn features(self) -> wgpu::Features {
         let half = match self.factor {
@@ -54,9 +54,9 @@ impl MatrixShape {
         wgpu::Features::EXPERIMENTAL_COOPERATIVE_MATRIX | wgpu::Features::SUBGROUP | half
     }
 
-    /// Whether a device can run the kernels: it needs the features, and subgroups of exactly `lanes`
-    /// invocations, four of them in a workgroup. That the adapter multiplies this shape is for the caller
-    /// to know, from [`MatrixShape::of`]: devices do not tell.
+    /// Whether a device can run the kernels: it needs the features, and subgroups of exactly
+    /// `lanes` invocations, four per workgroup. Devices do not report the shapes they multiply, so
+    /// the caller must take the shape from [`MatrixShape::of`] the device's adapter.
     #[must_use]
     pub fn runs_on(self, device: &wgpu::Device) -> bool {
         let info = device.adapter_info();

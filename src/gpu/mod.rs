@@ -1,5 +1,6 @@
-//! Devices, what they can do, and kernels and tensors on them.
+//! Devices and their capabilities, and kernels and tensors on them.
 
+mod compiled;
 pub mod device;
 pub mod kernel;
 pub mod kernel_set;
@@ -9,5 +10,6 @@ pub mod precision;
 pub mod requirements;
 pub(crate) mod scopes;
 pub mod tensor;
-pub(crate) mod transfer;
+pub(crate) mod tensor_io;
+mod unsafe_calls;
 pub(crate) mod wait;

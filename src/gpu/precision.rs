@@ -1,14 +1,13 @@
 //! How tensors are stored.
 
 /// How tensors are stored between layers. Arithmetic is in 32-bit float either way, except that
-/// [`KernelSet::Matrix`] may round what it multiplies to 16 bits; its sums have 32.
+/// [`KernelSet::Matrix`] may round factors to 16 bits; its sums keep 32.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// 32-bit float: four bytes per channel.
     F32,
-    /// 16-bit float: half the memory and bandwidth. Each store rounds to the nearest, by 2⁻¹¹ of the
-    /// value at most, which cannot be seen in the error that the network leaves
-    /// (`docs/performance.md`).
+    /// 16-bit float: half the memory and bandwidth. Each store rounds to nearest, by at most 2⁻¹¹
+    /// of the value, which is lost in the network's own error (`docs/performance.md`).
     #[default]
     F16,
 }
@@ -23,7 +22,7 @@ impl Precision {
         }
     }
 
-    /// Bytes of one texel of four channels.
+    /// Bytes of one four-channel texel.
     #[must_use]
     pub fn texel_bytes(self) -> u64 {
         match self {

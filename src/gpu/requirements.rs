@@ -3,22 +3,22 @@
 use super::matrix_shape::MatrixShape;
 use super::precision::Precision;
 
-/// What to ask this adapter for: the features of this list that it has. None is needed.
+/// The features worth requesting that this adapter supports. None is required.
 ///
-/// | feature | what for | without it |
+/// | feature | used for | without it |
 /// |---|---|---|
 /// | `SUBGROUP` | the kernels for CPU drivers | CPU drivers run the slower tiled kernels; GPUs do not use it |
-/// | `TIMESTAMP_QUERY` | [`Denoiser::profile`](crate::Denoiser::profile) on GPUs | the profile is an error; on CPU drivers it goes by the clock |
-/// | `PIPELINE_CACHE` | [`Options::pipeline_cache`](crate::Options::pipeline_cache), on Vulkan | kernels are compiled anew in every run, unless the driver keeps them |
+/// | `TIMESTAMP_QUERY` | [`Denoiser::profile`](crate::Denoiser::profile) on GPUs | profiling fails on GPUs; CPU drivers use the wall clock anyway |
+/// | `PIPELINE_CACHE` | [`Options::pipeline_cache`](crate::Options::pipeline_cache), on Vulkan | every run compiles the kernels anew, unless the driver caches them |
 #[must_use]
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     use wgpu::Features;
     adapter.features() & (Features::SUBGROUP | Features::TIMESTAMP_QUERY | Features::PIPELINE_CACHE)
 }
 
-/// Features that the matrix kernels need on top, none where the adapter has no matrices that fit.
-/// They are experimental in wgpu: who asks for them has to fill
-/// `DeviceDescriptor::experimental_features`, which takes an `unsafe` block of the caller's.
+/// Additional features for the matrix kernels; empty if the adapter multiplies no suitable
+/// matrices. They are experimental in wgpu, so requesting them means filling in
+/// `DeviceDescriptor::experimental_features`, which needs an `unsafe` block in the caller.
 #[must_use]
 pub fn matrix_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     let shapes = [Precision::F32, Precision::F16].map(|p| MatrixShape::of(adapter, p));
@@ -26,12 +26,12 @@ pub fn matrix_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     features.fold(wgpu::Features::empty(), |all, one| all | one)
 }
 
-/// What to ask this adapter for: WebGPU's default limits, some of them raised to the adapter's. A
-/// device with the default limits will do.
+/// The limits worth requesting: WebGPU's defaults, some raised to the adapter's own. A device with
+/// the default limits works too.
 ///
-/// | limit | what for | with the default |
+/// | limit | used for | with the default |
 /// |---|---|---|
-/// | `max_storage_buffer_binding_size`, `max_buffer_size` | images in buffers, and tiles of the blocking call | 128 MiB: images of up to 11 Mpixel of RGB in 32 bits, smaller tiles |
+/// | `max_storage_buffer_binding_size`, `max_buffer_size` | images in buffers, and tiles of the blocking call | 128 MiB: images of up to 11 Mpixel in 32-bit RGB, smaller tiles |
 /// | `max_texture_dimension_2d` | large tiles | tiles of up to 8192 pixels a side |
 /// | `max_texture_array_layers` | wide networks | 256: tensors of up to 1024 channels, more than the built-in weights have |
 #[must_use]

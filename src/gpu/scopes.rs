@@ -1,10 +1,9 @@
-//! Errors that a device reports, as errors of this crate.
+//! Turns errors that a device reports into errors of this crate.
 
 use crate::error::{Error, Result};
 
-/// Runs `work` and turns what the device reports meanwhile, on this thread, into an error
-/// instead of the panic that wgpu would make of it. That the device is lost, now or before, is
-/// an error as well.
+/// Runs `work` and turns what the device reports meanwhile on this thread into an error, where wgpu
+/// would otherwise panic. A lost device, now or earlier, is an error too.
 pub(crate) fn catch<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) -> Result<T> {
     let filters = [
         wgpu::ErrorFilter::Validation,
@@ -14,7 +13,7 @@ pub(crate) fn catch<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) 
     let scopes = filters.map(|filter| device.push_error_scope(filter));
     let result = work();
     let reports = scopes.into_iter().rev().map(|scope| pollster::block_on(scope.pop()));
-    // Every scope must be popped, so all reports are collected before the first is taken.
+    // Every scope must be popped, so collect all reports before taking the first.
     let reports: Vec<_> = reports.collect();
     match reports.into_iter().flatten().next() {
         report if is_lost(device) => Err(Error::DeviceLost { source: report }),
@@ -28,12 +27,13 @@ pub(crate) fn catch<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) 
     }
 }
 
-/// Whether the device is lost. wgpu tells that to a callback, of which a device has one, and it is
-/// the host's. But a lost device reports no other error any more, not even at a buffer for nothing.
+/// Whether the device is lost. wgpu tells only a callback, of which a device has one, and that
+/// belongs to the host. But a lost device reports no other errors, not even for a buffer without
+/// usages.
 fn is_lost(device: &wgpu::Device) -> bool {
     let scope = device.push_error_scope(wgpu::ErrorFilter::Validation);
     let _ = device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("refused by every device that works"),
+        label: Some("refused by every working device"),
         size: 4,
         usage: wgpu::BufferUsages::empty(),
         mapped_at_creation: false,

@@ -6,7 +6,7 @@ use super::precision::Precision;
 /// A tensor on the GPU: texel `(x, y)` of array layer `q` holds channels `4q … 4q + 3`.
 #[derive(Clone, Debug)]
 pub struct GpuTensor {
-    /// All layers of the tensor, and nothing else of the texture.
+    /// All layers of the tensor, and no others of the texture.
     pub view: wgpu::TextureView,
     /// Pixels per row.
     pub width: u32,
@@ -17,7 +17,7 @@ pub struct GpuTensor {
 }
 
 impl GpuTensor {
-    /// A texture for tensors: `size` pixels, width first, of `quads` layers.
+    /// A texture for tensors: `size` (width, height) pixels with `quads` layers.
     #[must_use]
     pub fn texture(context: &Context, size: [u32; 2], quads: u32) -> wgpu::Texture {
         let [width, height] = size;
@@ -54,7 +54,7 @@ impl GpuTensor {
         texels * precision.texel_bytes() as f64
     }
 
-    /// The view as what a bind group takes.
+    /// The view as a binding resource.
     #[must_use]
     pub fn resource(&self) -> wgpu::BindingResource<'_> {
         wgpu::BindingResource::TextureView(&self.view)

@@ -1,22 +1,10 @@
 //! Waiting for a device, which may be slow, hung or lost.
 
-use std::time::Duration;
-
 use super::kernel::Context;
 use crate::error::{Error, Result};
 use crate::panics::caught;
 
-/// How long a device may take for one submission unless the caller says otherwise. Tiles are cut so
-/// that a submission has at most 50 GMAC on a GPU: a minute is for 1.7 GFLOP/s, a 300th of what they
-/// are cut for. On a CPU driver a layer of a large tile may rightly take minutes.
-pub(crate) fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
-    match device_type {
-        wgpu::DeviceType::Cpu => Duration::from_mins(10),
-        _ => Duration::from_mins(1),
-    }
-}
-
-/// Waits until everything submitted is done, and its staging memory free.
+/// Waits until all submitted work is done and its staging memory is free.
 pub(crate) fn wait(context: &Context) -> Result<()> {
     wait_for(context, None)
 }
@@ -24,11 +12,11 @@ pub(crate) fn wait(context: &Context) -> Result<()> {
 /// Waits for one submission, or for the last one.
 ///
 /// # Errors
-/// If that takes longer than the context's time-out, or the device is lost.
+/// Fails if that takes longer than the context's timeout, or the device is lost.
 pub(crate) fn wait_for(context: &Context, submission: Option<wgpu::SubmissionIndex>) -> Result<()> {
     let wait =
         wgpu::PollType::Wait { submission_index: submission, timeout: Some(context.timeout) };
-    // Where a driver answers a wait with the loss of its device, wgpu panics.
+    // wgpu panics if the driver reports the device lost during the wait.
     match caught(|| context.device.poll(wait)) {
         Some(Ok(_)) => Ok(()),
         Some(Err(wgpu::PollError::Timeout)) => Err(hung(context)),
@@ -37,7 +25,7 @@ pub(crate) fn wait_for(context: &Context, submission: Option<wgpu::SubmissionInd
     }
 }
 
-/// Waits for everything submitted and shows what a mappable buffer holds then.
+/// Waits for all submitted work and passes the contents of a mappable buffer to `look`.
 pub(crate) fn read<T>(
     context: &Context,
     buffer: &wgpu::Buffer,
@@ -54,7 +42,7 @@ pub(crate) fn read<T>(
 }
 
 fn hung(context: &Context) -> Error {
-    // Closing a queue waits for its work, and without end: this handle keeps it open for good.
+    // Closing a queue waits for its work without a limit; leaking a handle keeps it open for good.
     std::mem::forget(context.queue.clone());
     let adapter = context.device.adapter_info().name;
     Error::Timeout { adapter, after: context.timeout }

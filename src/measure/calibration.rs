@@ -8,10 +8,10 @@ use crate::denoiser::options::Options;
 use crate::error::Result;
 use crate::model::{Quality, Weights};
 
-/// What a frame takes: a fixed part, and a part for every pixel.
+/// The time of a frame: a fixed part plus a part per pixel.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cost {
-    /// Seconds per frame of any size.
+    /// Seconds per frame, independent of its size.
     pub fixed: f64,
     /// Seconds per pixel.
     pub per_pixel: f64,
@@ -38,32 +38,31 @@ pub struct Cost {
 /// ```
 #[derive(Clone, Debug, PartialEq)]
 pub struct Calibration {
-    /// By rising quality.
+    /// Sorted by rising quality.
     costs: Vec<(Quality, Cost)>,
 }
 
-/// Sides of the measured squares. Two tell the fixed part from the rest, the larger the better,
-/// but a CPU driver takes seconds for the last one.
+/// Sides of the measured squares. Two separate the fixed part from the rest; larger ones do it
+/// better, but a CPU driver takes seconds for the last one.
 const SIDES: [u32; 3] = [256, 512, 1024];
 
-/// A frame that takes so many seconds is large enough to tell what a pixel costs.
+/// A frame that takes this many seconds is large enough to measure the cost per pixel.
 const LONG: f64 = 0.1;
 
-/// Runs at each size, of which the median counts.
+/// Runs at each size; the median counts.
 const RUNS: u32 = 3;
 
 impl Calibration {
-    /// Measures whole frames of colour, albedo and normal by [`Denoiser::denoise`], from images on
-    /// the CPU to an image on the CPU, after a run to warm up. It blocks, on a CPU driver for half
-    /// a minute or more. Of `options`, precision and kernels count; memory and tiles are the
-    /// default ones.
+    /// Measures [`Denoiser::denoise`] on whole frames of colour, albedo and normal, upload and
+    /// readback included, after a warm-up run. Blocks: for half a minute or more on a CPU driver.
+    /// Only precision and kernels of `options` count; memory budget and tiles keep their defaults.
     ///
-    /// A [`Pass`](crate::Pass) neither uploads nor reads back and takes less; a process's first
-    /// frame takes more, by the driver's compilation. Without albedo and normal there are 1 to
-    /// 4 % fewer operations.
+    /// A [`Pass`](crate::Pass) takes less, as it neither uploads nor reads back. The first frame of
+    /// a process takes more, as the driver compiles the kernels. Without albedo and normal, the
+    /// operations drop by 1 to 4 %.
     ///
     /// # Errors
-    /// If the kernels do not run on the device, or it fails.
+    /// Fails if the kernels do not run on the device, or if the device fails.
     pub fn measure(device: &wgpu::Device, queue: &wgpu::Queue, options: &Options) -> Result<Self> {
         let default = Options::default();
         let options = options.clone().memory_bytes(default.memory_bytes).tile(None);
@@ -76,7 +75,7 @@ impl Calibration {
         Ok(Self::new(costs))
     }
 
-    /// A calibration that was measured before; of two costs for one quality, the last counts.
+    /// A calibration from earlier measurements. If a quality appears twice, its last cost counts.
     #[must_use]
     pub fn new(costs: impl IntoIterator<Item = (Quality, Cost)>) -> Self {
         let given: Vec<_> = costs.into_iter().collect();
@@ -84,23 +83,23 @@ impl Calibration {
         Self { costs: Quality::ALL.into_iter().filter_map(of).collect() }
     }
 
-    /// The costs, by rising quality.
+    /// The costs, sorted by rising quality.
     #[must_use]
     pub fn costs(&self) -> &[(Quality, Cost)] {
         &self.costs
     }
 
-    /// The cost of one of the built-in weights; `None` if it was not measured.
+    /// The cost of built-in weights; `None` if they were not measured.
     #[must_use]
     pub fn cost(&self, quality: Quality) -> Option<Cost> {
         self.costs.iter().find(|(q, _)| *q == quality).map(|(_, cost)| *cost)
     }
 
-    /// The best weights that are predicted to take at most `budget` per frame of this size, and
-    /// the prediction. If none do, the cheapest: the prediction is then over the budget. `None` if
-    /// there are no costs.
+    /// The best weights predicted to take at most `budget` per frame of this size, with the
+    /// prediction. If none fit, the cheapest, whose prediction exceeds the budget. `None` if
+    /// nothing was measured.
     ///
-    /// Frames that do not fit into one tile take longer than predicted: see [`Cost::predict`].
+    /// Frames cut into several tiles take longer than predicted: see [`Cost::predict`].
     #[must_use]
     pub fn choose(&self, budget: Duration, width: u32, height: u32) -> Option<(Quality, Duration)> {
         let pixels = u64::from(width) * u64::from(height);
@@ -111,9 +110,9 @@ impl Calibration {
 }
 
 impl Cost {
-    /// The time of a frame for which so many pixels are computed. Tiles overlap: a frame of
-    /// several counts all the pixels of all of its tiles ([`Denoiser::tile_plan`]). What is no
-    /// time, such as that of a negative cost, counts as the longest there is.
+    /// Predicts the time of a frame with this many computed pixels. Tiles overlap, so a frame cut
+    /// into several counts the pixels of all its tiles ([`Denoiser::tile_plan`]). A result that is
+    /// not a duration, such as one from a negative cost, becomes [`Duration::MAX`].
     #[must_use]
     pub fn predict(&self, pixels: u64) -> Duration {
         let seconds = self.fixed + self.per_pixel * pixels as f64;
@@ -132,8 +131,8 @@ impl Cost {
         Ok(Self::through(points[0], points[points.len() - 1]))
     }
 
-    /// From the pixels and seconds of a small and a large frame. Noise must not make a part
-    /// negative: if the line says so, all is put down to the other part.
+    /// Fits the line through a small and a large frame, each `(pixels, seconds)`. Noise must not
+    /// make a part negative: if the fit does, the other part takes everything.
     fn through(small: (f64, f64), large: (f64, f64)) -> Self {
         let per_pixel = ((large.1 - small.1) / (large.0 - small.0)).max(0.0);
         let fixed = large.1 - per_pixel * large.0;

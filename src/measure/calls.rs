@@ -1,24 +1,24 @@
-//! How long each kernel call of a tile takes; the exposure, measured once per frame, is left out.
+//! The time of each kernel call of a tile, except the exposure, which is measured once per frame.
 
 use std::time::Instant;
 
+use super::statistics::median;
 use crate::denoiser::Denoiser;
 use crate::denoiser::frame::Frame;
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::wait::{read, wait};
-use crate::measure::frames::median;
 use crate::network::bind::Call;
 
-/// What one kernel call of a frame costs, all tiles together.
+/// The cost of one kernel call, summed over the tiles of a frame.
 #[derive(Clone, Debug, Default)]
 pub struct CallProfile {
-    /// The layer's name, such as `enc_conv0a`, the operator's, or both where they are one kernel, as
-    /// in `dec_conv0b+head`.
+    /// The layer's name, such as `enc_conv0a`, the operator's name, or both if one kernel does
+    /// both, as in `dec_conv0b+head`.
     pub name: String,
-    /// Multiply-accumulates of the layer, overlap of tiles included, whether skipped or not.
+    /// Multiply-accumulates of the layer, tile overlap included, whether skipped or not.
     pub macs: f64,
-    /// Bytes of tensors that it reads and writes, each once.
+    /// Bytes of tensors read and written, each counted once.
     pub bytes: f64,
     /// Seconds of each run, shortest first.
     pub seconds: Vec<f64>,
@@ -31,7 +31,7 @@ impl CallProfile {
         median(&self.seconds)
     }
 
-    /// Adds a tile's call to a row of one run.
+    /// Adds the call of one tile to the sums of one run.
     fn add(&mut self, call: &Call, seconds: f64) {
         self.name.clone_from(&call.name);
         self.macs += call.macs;
@@ -41,13 +41,13 @@ impl CallProfile {
 }
 
 impl Denoiser {
-    /// Denoises a frame once to warm up and then `runs` times (at least once), each kernel call
-    /// in a submission of its own, between two timestamps of the adapter; on CPU drivers by
-    /// the wall clock.
+    /// Denoises a frame once to warm up and then `runs` times (at least once), with each kernel
+    /// call in its own submission. Times come from adapter timestamps around the call, or from the
+    /// wall clock on CPU drivers.
     ///
     /// # Errors
-    /// If the device is no CPU driver and was created without the feature `TIMESTAMP_QUERY`, and
-    /// those of [`denoise`](Self::denoise).
+    /// Fails like [`denoise`](Self::denoise), and on a GPU if the device was created without the
+    /// feature `TIMESTAMP_QUERY`.
     pub fn profile(&self, frame: &Frame<'_>, runs: u32) -> Result<Vec<CallProfile>> {
         let clock = Clock::new(&self.context)?;
         self.profile_once(frame, &clock)?;
@@ -76,12 +76,12 @@ impl Denoiser {
     }
 }
 
-/// Measures one submission.
+/// How a submission is timed.
 enum Clock {
-    /// The wall clock: on a CPU driver a call is milliseconds long, and lavapipe takes
-    /// timestamps before its threads are done.
+    /// The wall clock: on a CPU driver a call takes milliseconds, and lavapipe writes timestamps
+    /// before its threads are done.
     Wall,
-    /// Timestamps of the adapter at both ends of a compute pass.
+    /// Adapter timestamps at both ends of a compute pass.
     Adapter(Box<Timestamps>),
 }
 
@@ -108,7 +108,7 @@ impl Clock {
         Ok(Self::Adapter(Box::new(Timestamps::new(device))))
     }
 
-    /// Seconds that the call takes.
+    /// Seconds taken by the call.
     fn time(&self, context: &Context, call: &Call) -> Result<f64> {
         match self {
             Self::Wall => {
@@ -156,7 +156,7 @@ impl Timestamps {
     }
 }
 
-/// Submits a compute pass of this one call, and what `after` records.
+/// Submits a compute pass with this one call, followed by what `after` records.
 fn submit(
     context: &Context,
     call: &Call,

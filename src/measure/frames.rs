@@ -1,20 +1,21 @@
-//! How long whole frames take, upload and readback included.
+//! The time of whole frames, upload and readback included.
 
 use std::time::Instant;
 
 use super::calls::CallProfile;
+use super::statistics::{median, repeat};
 use crate::error::Result;
-use crate::model::cost::macs_per_pixel;
+use crate::model::macs::macs_per_pixel;
 use crate::{Denoiser, Frame, Image};
 
-/// Times of several runs of one frame.
+/// The times of several runs of one frame.
 #[derive(Clone, Debug)]
 pub struct Timing {
     /// Seconds per run, shortest first.
     pub seconds: Vec<f64>,
-    /// Operations of the network per frame; a multiply-accumulate is two.
+    /// The network's floating-point operations per frame; a multiply-accumulate counts as two.
     pub flop: f64,
-    /// GPU memory that tensors and image windows are planned to take, in bytes.
+    /// Planned GPU memory in bytes for tensors and image windows.
     pub memory_bytes: u64,
     /// Tiles per frame.
     pub tiles: usize,
@@ -27,36 +28,18 @@ impl Timing {
         median(&self.seconds)
     }
 
-    /// Operations per second of the median run, in 10⁹; only the network's are counted.
+    /// GFLOP/s of the median run, counting only the network's operations.
     #[must_use]
     pub fn gflops(&self) -> f64 {
         self.flop / self.median() / 1e9
     }
 }
 
-/// The middle one of at least one time, shortest first; of an even number, the longer of the two.
-#[must_use]
-pub fn median(seconds: &[f64]) -> f64 {
-    seconds[seconds.len() / 2]
-}
-
-/// Seconds that `run` says it took, once to warm up, which is left out, and then `runs` times (at
-/// least once); shortest first.
+/// Denoises a frame with all images that the weights read, once to warm up and then `runs` times
+/// (at least once).
 ///
 /// # Errors
-/// Those of `run`.
-pub fn repeat(runs: u32, mut run: impl FnMut() -> Result<f64>) -> Result<Vec<f64>> {
-    run()?;
-    let mut seconds = (0..runs.max(1)).map(|_| run()).collect::<Result<Vec<_>>>()?;
-    seconds.sort_by(f64::total_cmp);
-    Ok(seconds)
-}
-
-/// Denoises a frame of all images that the weights can read, once to warm up and then `runs`
-/// times (at least once).
-///
-/// # Errors
-/// If the frame does not fit the memory budget or the device fails.
+/// Fails if the frame does not fit the memory budget or the device fails.
 pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Result<Timing> {
     let [color, albedo, normal] = test_card(width, height)?;
     let frame = full_frame(&color, &albedo, &normal);
@@ -75,10 +58,10 @@ pub fn measure(denoiser: &Denoiser, width: u32, height: u32, runs: u32) -> Resul
     })
 }
 
-/// Each kernel call of the frame that [`measure`] denoises; see [`Denoiser::profile`].
+/// Times each kernel call of the frame that [`measure`] denoises; see [`Denoiser::profile`].
 ///
 /// # Errors
-/// As for [`Denoiser::profile`].
+/// Fails like [`Denoiser::profile`].
 pub fn profile(
     denoiser: &Denoiser,
     width: u32,
@@ -89,16 +72,16 @@ pub fn profile(
     denoiser.profile(&full_frame(&color, &albedo, &normal), runs)
 }
 
-/// A frame of all three images.
+/// A frame with all three images.
 fn full_frame<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Frame<'a> {
     Frame::new(color).albedo(albedo).normal(normal)
 }
 
-/// Colour, albedo and normal: gradients and a pattern, so that no pixel is special and no block
-/// clean; else what a network costs does not depend on its input.
+/// Colour, albedo and normal made of gradients and a pattern, so that no pixel is special and no
+/// block is clean; apart from clean blocks, a network's cost does not depend on its input.
 ///
 /// # Errors
-/// If a side is 0 or too large.
+/// Fails if a side is 0 or the images do not fit in memory.
 pub fn test_card(width: u32, height: u32) -> Result<[Image; 3]> {
     let at = |i: u32| {
         let (x, y) = (i % width, i / width);

@@ -5,9 +5,11 @@ use std::collections::HashSet;
 use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use super::fold::{BatchNorm, fold};
+use super::metadata::Metadata;
+use super::operators::{Axes, Op};
+use super::params::Params;
 use super::shown::shown;
-use super::topology::{Layer, Network, Op};
-use super::{Metadata, Params};
+use super::topology::{Layer, Network};
 use crate::error::{Error, Result};
 
 /// The longest header that is read: that of the largest network has 30 KiB, the rest is for
@@ -44,13 +46,10 @@ impl<'a> WeightsFile<'a> {
         let Layer { name, op, inputs } = &network.layers[index];
         let (input, output) =
             (network.shapes[inputs[0]].channels, network.shapes[index + 1].channels);
-        let shape = match op {
-            Op::Conv3x3 { .. } => [output, input, 3, 3],
-            Op::ConvTranspose => [input, output, 2, 2],
-            Op::Conv1x1 => [output, input, 1, 1],
-            Op::MaxPool | Op::Upsample | Op::Concat | Op::Sigmoid | Op::UpConv { .. } => {
-                unreachable!("a file has no weights of {name}")
-            }
+        let shape = match op.facts().weights {
+            Some(Axes::OutputInput([height, width])) => [output, input, height, width],
+            Some(Axes::InputOutput([height, width])) => [input, output, height, width],
+            Some(Axes::Fused) | None => unreachable!("a file has no weights of {name}"),
         };
         let mut weight = self.take(&format!("{name}.weight"), &shape)?;
         let normed = matches!(op, Op::Conv3x3 { .. })

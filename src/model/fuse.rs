@@ -3,8 +3,10 @@
 
 use std::collections::BTreeMap;
 
-use super::topology::{Layer, Network, Op, TensorId};
-use super::{Params, Weights};
+use super::operators::Op;
+use super::params::Params;
+use super::topology::{Layer, Network, TensorId, TensorShape};
+use super::weights::Weights;
 
 /// A network whose layers are each one kernel.
 #[derive(Clone, Debug)]
@@ -51,7 +53,7 @@ impl Fused {
         fused
     }
 
-    fn push(&mut self, mut layer: Layer, params: Params, place: &[TensorId], shape: super::Shape) {
+    fn push(&mut self, mut layer: Layer, params: Params, place: &[TensorId], shape: TensorShape) {
         layer.inputs.iter_mut().for_each(|input| *input = place[*input]);
         self.params.insert(layer.name.clone(), params);
         self.network.layers.push(layer);
@@ -67,20 +69,12 @@ fn head<'a>(network: &'a Network, weights: &Weights) -> (&'a [Layer], HeadParams
         }
         body => {
             let channels = network.shapes[network.output()].channels;
-            let conv = Params { weight: identity(channels, 1), bias: vec![0.0; channels] };
-            (body, HeadParams { conv, sigmoid: false })
+            (body, HeadParams { conv: Params::identity(channels, 1), sigmoid: false })
         }
     }
 }
 
-/// Weights that leave `channels` channels what they are, at each of `taps` taps.
-fn identity(channels: usize, taps: usize) -> Vec<f32> {
-    let same = |i: usize| i / taps / channels == i / taps % channels;
-    (0..channels * channels * taps).map(|i| f32::from(u8::from(same(i)))).collect()
-}
-
 /// The three layers from `i` on as one, if they are an upsampling, concat and 3×3 convolution.
-/// Nearest upsampling is the transposed convolution by the identity.
 fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<(Layer, Params)> {
     let [up, concat, conv, ..] = &network.layers[i..] else { return None };
     let Op::Conv3x3 { relu } = conv.op else { return None };
@@ -88,11 +82,7 @@ fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<(Layer, Par
         return None;
     }
     let ups = network.shapes[i + 1].channels;
-    let mut params = match up.op {
-        Op::ConvTranspose => weights.params(&up.name),
-        Op::Upsample => Params { weight: identity(ups, 4), bias: vec![0.0; ups] },
-        _ => return None,
-    };
+    let mut params = up.op.facts().upsampling?(&weights.params(&up.name), ups);
     let of_conv = weights.params(&conv.name);
     let op = Op::UpConv { ups, relu };
     params.weight.extend(of_conv.weight);

@@ -26,6 +26,7 @@ impl Inputs {
     ///
     /// # Errors
     /// If `text` names anything else.
+    #[doc(hidden)]
     pub fn parse(text: &str) -> Result<Self> {
         match text {
             "color" => Ok(Self::default()),
@@ -48,6 +49,7 @@ impl Inputs {
     /// The channels of `self` among those of `trained`, in order. Every image of `self`
     /// must be in `trained`.
     #[must_use]
+    #[doc(hidden)]
     pub fn channels_of(self, trained: Self) -> Vec<usize> {
         let groups = [(true, true), (trained.albedo, self.albedo), (trained.normal, self.normal)];
         let mut kept = Vec::new();

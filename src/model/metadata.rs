@@ -3,8 +3,11 @@
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
 
+use super::encoding::{Encoding, TransferFunction};
+use super::inputs::Inputs;
+use super::oidn::OidnSize;
 use super::shown::{is_printable, shown};
-use super::{Encoding, Inputs, Network, OidnSize, TransferFunction};
+use super::topology::Network;
 use crate::error::{Error, Result};
 
 /// The metadata of format version 1.
@@ -96,6 +99,7 @@ impl Metadata {
     ///
     /// # Errors
     /// If a key is missing or has a value that this version does not know.
+    #[doc(hidden)]
     pub fn parse(pairs: &HashMap<String, String>) -> Result<Self> {
         expect(pairs, "format", "wgdenoise")?;
         expect(pairs, "format_version", "1")?;
@@ -114,6 +118,7 @@ impl Metadata {
 
     /// How the network's input is made of images.
     #[must_use]
+    #[doc(hidden)]
     pub fn encoding(&self) -> Encoding {
         let oidn = self.topology != Topology::Unet;
         let transfer_function = self.transfer_function;
@@ -122,6 +127,7 @@ impl Metadata {
 
     /// The network that the metadata describes.
     #[must_use]
+    #[doc(hidden)]
     pub fn network(&self) -> Network {
         match self.topology {
             Topology::Unet => Network::unet(self.inputs.channels(), &self.widths),

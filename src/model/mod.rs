@@ -1,13 +1,15 @@
 //! The network, its weights and what it costs: nothing here knows of a GPU.
 
-pub mod cost;
 mod encoding;
 mod file;
 pub mod fold;
 pub mod fuse;
 mod inputs;
+pub mod macs;
 mod metadata;
 mod oidn;
+pub mod operators;
+mod params;
 mod shown;
 pub mod topology;
 pub mod tza;
@@ -17,5 +19,7 @@ pub use encoding::{Encoding, TransferFunction};
 pub use inputs::Inputs;
 pub use metadata::{MainImage, Metadata, Topology};
 pub use oidn::OidnSize;
-pub use topology::{INPUT, Layer, Network, Op, Shape, TensorId};
-pub use weights::{Params, Quality, Weights};
+pub use operators::Op;
+pub use params::Params;
+pub use topology::{INPUT, Layer, Network, TensorId, TensorShape};
+pub use weights::{Quality, Weights};

@@ -1,6 +1,7 @@
 //! The networks of Open Image Denoise as tables of layers.
 
-use super::topology::{Network, Op};
+use super::operators::Op;
+use super::topology::Network;
 
 /// Which convolutions a network of Open Image Denoise has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

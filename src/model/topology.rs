@@ -1,43 +1,7 @@
 //! The network as a table of layers: the GPU planner, the CPU reference and the cost
 //! counter all read this one description.
 
-/// What a layer computes. Each is one unit: `shaders/`, `ops/`, `reference/`, `tests/ops/`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub enum Op {
-    /// 3×3 convolution, zero padding of 1, then bias, then `max(0, ·)` if `relu`.
-    Conv3x3 {
-        /// Whether negative results become 0.
-        relu: bool,
-    },
-    /// Maximum over 2×2 pixels; halves both sides.
-    MaxPool,
-    /// Transposed convolution, 2×2 kernel, stride 2, plus bias; doubles both sides.
-    ConvTranspose,
-    /// Every pixel four times, as 2×2; doubles both sides.
-    Upsample,
-    /// The channels of the first input, then those of the second.
-    Concat,
-    /// `Conv3x3` over `Concat` of the first input and `ConvTranspose` of the second. Its weights
-    /// are those of the transposed convolution, then those of the 3×3 convolution.
-    UpConv {
-        /// Channels that the transposed convolution makes.
-        ups: usize,
-        /// Whether negative results become 0.
-        relu: bool,
-    },
-    /// 1×1 convolution plus bias.
-    Conv1x1,
-    /// `1 / (1 + exp(−x))`.
-    Sigmoid,
-}
-
-impl Op {
-    /// Whether the weights file holds a weight and a bias for the layer.
-    #[must_use]
-    pub fn has_weights(self) -> bool {
-        !matches!(self, Self::MaxPool | Self::Upsample | Self::Concat | Self::Sigmoid)
-    }
-}
+use super::operators::Op;
 
 /// Names a tensor: 0 is the network's input, `i + 1` is what layer `i` makes.
 pub type TensorId = usize;
@@ -58,7 +22,7 @@ pub struct Layer {
 
 /// Channels and resolution of a tensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Shape {
+pub struct TensorShape {
     /// Number of channels.
     pub channels: usize,
     /// Both sides are the input's divided by `2^level`.
@@ -71,7 +35,7 @@ pub struct Network {
     /// The layers, first to last; the last one's output is the network's.
     pub layers: Vec<Layer>,
     /// The shape of every tensor, by [`TensorId`]; one more than there are layers.
-    pub shapes: Vec<Shape>,
+    pub shapes: Vec<TensorShape>,
 }
 
 impl Network {
@@ -141,7 +105,7 @@ impl Network {
     }
 
     pub(super) fn empty(in_channels: usize) -> Self {
-        Self { layers: Vec::new(), shapes: vec![Shape { channels: in_channels, level: 0 }] }
+        Self { layers: Vec::new(), shapes: vec![TensorShape { channels: in_channels, level: 0 }] }
     }
 
     /// Appends a layer that reads `inputs`, or the tensor before it if there are none named.
@@ -155,13 +119,9 @@ impl Network {
         let before = self.output();
         let inputs = if inputs.is_empty() { vec![before] } else { inputs.to_vec() };
         let level = self.shapes[*inputs.last().expect("every layer reads something")].level;
-        let level = match op {
-            Op::MaxPool => level + 1,
-            Op::ConvTranspose | Op::Upsample | Op::UpConv { .. } => level - 1,
-            Op::Conv3x3 { .. } | Op::Concat | Op::Conv1x1 | Op::Sigmoid => level,
-        };
+        let level = level.saturating_add_signed(op.facts().level);
         self.layers.push(Layer { name, op, inputs });
-        self.shapes.push(Shape { channels, level });
+        self.shapes.push(TensorShape { channels, level });
         self.output()
     }
 }
@@ -175,7 +135,7 @@ mod tests {
         let net = Network::unet(9, &[8, 16, 32, 64, 128]);
         let convs = net.layers.iter().filter(|l| matches!(l.op, Op::Conv3x3 { .. })).count();
         assert_eq!((convs, net.layers.len(), net.alignment()), (18, 18 + 4 + 4 + 4 + 2, 16));
-        assert_eq!(net.shapes[net.output()], Shape { channels: 3, level: 0 });
+        assert_eq!(net.shapes[net.output()], TensorShape { channels: 3, level: 0 });
     }
 
     #[test]

@@ -2,20 +2,15 @@
 
 use std::collections::BTreeMap;
 
-use super::cost::macs_per_pixel;
 use super::file::WeightsFile;
-use super::topology::{Network, Op};
-use super::{Inputs, Metadata, Topology, tza};
+use super::inputs::Inputs;
+use super::macs::macs_per_pixel;
+use super::metadata::{Metadata, Topology};
+use super::operators::{Axes, Op};
+use super::params::Params;
+use super::topology::{Layer, Network};
+use super::tza;
 use crate::error::{Error, Result};
-
-/// Weight and bias of one layer, batch norm folded in.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Params {
-    /// Convolution: `[output][input][ky][kx]`; transposed: `[input][output][ky][kx]`.
-    pub weight: Vec<f32>,
-    /// One value per output channel.
-    pub bias: Vec<f32>,
-}
 
 /// A network with all its weights.
 #[derive(Clone, Debug)]
@@ -132,6 +127,7 @@ impl Weights {
 
     /// The layers.
     #[must_use]
+    #[doc(hidden)]
     pub fn network(&self) -> &Network {
         &self.network
     }
@@ -144,6 +140,7 @@ impl Weights {
 
     /// The weights of a layer; empty for a layer without.
     #[must_use]
+    #[doc(hidden)]
     pub fn params(&self, layer: &str) -> Params {
         self.params.get(layer).cloned().unwrap_or_default()
     }
@@ -158,6 +155,7 @@ impl Weights {
     ///
     /// # Panics
     /// Never: every layer that needs weights has them since the file was read.
+    #[doc(hidden)]
     pub fn for_inputs(&self, inputs: Inputs) -> Result<Self> {
         let trained = self.metadata.inputs;
         if inputs.intersection(trained) != inputs {
@@ -191,27 +189,28 @@ impl Weights {
 fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
     let mut kept = vec![input];
     for (i, layer) in network.layers.iter().enumerate() {
-        let first = &kept[layer.inputs[0]];
-        kept.push(match layer.op {
-            Op::MaxPool | Op::Upsample | Op::Sigmoid => first.clone(),
-            Op::Concat => {
-                let offset = network.shapes[layer.inputs[0]].channels;
-                let second = kept[layer.inputs[1]].iter().map(|c| c + offset);
-                first.iter().copied().chain(second).collect()
-            }
-            Op::Conv3x3 { .. } | Op::ConvTranspose | Op::UpConv { .. } | Op::Conv1x1 => {
-                (0..network.shapes[i + 1].channels).collect()
-            }
-        });
+        let all = (0..network.shapes[i + 1].channels).collect();
+        kept.push(if layer.op.has_weights() { all } else { joined(network, layer, &kept) });
     }
     kept
+}
+
+/// The channels that remain of a layer that only passes its inputs' on, one input behind the other.
+fn joined(network: &Network, layer: &Layer, kept: &[Vec<usize>]) -> Vec<usize> {
+    let mut first = 0;
+    let of_input = |&input: &usize| {
+        let offset = first;
+        first += network.shapes[input].channels;
+        kept[input].iter().map(|c| c + offset).collect::<Vec<_>>()
+    };
+    layer.inputs.iter().flat_map(of_input).collect()
 }
 
 /// A layer's weight without the input channels that are not in `kept`.
 fn slice(op: Op, params: &Params, kept: &[usize], all: usize) -> Vec<f32> {
     let outputs = params.bias.len();
     let per_input = params.weight.len() / all;
-    if op == Op::ConvTranspose {
+    if matches!(op.facts().weights, Some(Axes::InputOutput(_))) {
         let of = |&c: &usize| &params.weight[c * per_input..][..per_input];
         return kept.iter().flat_map(of).copied().collect();
     }

@@ -5,14 +5,14 @@ use std::ops::Range;
 use super::compile::{BoxedOperator, CompiledNetwork, Stem};
 use crate::gpu::kernel::{Context, Dispatch};
 use crate::gpu::tensor::GpuTensor;
-use crate::model::cost::layer_macs_per_pixel;
+use crate::model::macs::layer_macs_per_pixel;
 use crate::model::{INPUT, TensorId, TransferFunction};
 use crate::ops::activity::{Activity, activity};
 use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, input_process};
 use crate::ops::need::Need;
 use crate::ops::operator::Io;
-use crate::ops::output_process::{Images, output_process};
+use crate::ops::output_process::{ResultImages, output_process};
 
 /// One kernel call of a tile.
 #[derive(Debug)]
@@ -138,7 +138,7 @@ fn last_call(
     let bytes = last.bytes(context.precision);
     let Bound { sources, output, blend, .. } = *bound;
     let Sources { tiles, input_scale, color, encoding, .. } = sources;
-    let images = Images { tiles, input_scale, color, output, blend, encoding };
+    let images = ResultImages { tiles, input_scale, color, output, blend, encoding };
     let Some(head) = &network.head else {
         let call = output_process(context, last, &images);
         return Call { bytes, ..Call::per_tile("output_process", call) };

@@ -6,10 +6,12 @@ use crate::gpu::kernel_set::KernelSet;
 use crate::model::fuse::{Fused, HeadParams};
 use crate::model::{Encoding, INPUT, Layer, Network, Op, Params, Weights};
 use crate::ops;
+use crate::ops::build::build;
+use crate::ops::channel_map::{ChannelMap, channel_map};
 use crate::ops::conv_head::{self, conv_head};
 use crate::ops::head::Head;
 use crate::ops::input_conv::{self, InputConv};
-use crate::ops::operator::{ChannelMap, Operator, channel_map};
+use crate::ops::operator::{LayerRequest, Operator};
 use crate::plan::{halo, storage::Storage};
 
 /// A network whose kernels are compiled and whose weights are on the GPU.
@@ -117,8 +119,8 @@ fn operators(
 ) -> Vec<BoxedOperator> {
     let operator = |(i, layer): (usize, &Layer)| {
         let maps: Vec<_> = layer.inputs.iter().map(|&input| &maps[input]).collect();
-        let pools = follows(network, i) == Some(Op::MaxPool);
-        ops::build(context, kernels, layer.op, &params(&layer.name), &maps, pools)
+        let (params, next) = (&params(&layer.name), follows(network, i));
+        build(layer.op, &LayerRequest { context, kernels, params, maps: &maps, next })
     };
     network.layers.iter().enumerate().map(operator).collect()
 }
@@ -145,9 +147,10 @@ fn channel_maps(network: &Network, convolved: bool) -> Vec<ChannelMap> {
     let of_input = if convolved { channel_map } else { ops::input_process::channel_map };
     let mut maps = vec![of_input(network.shapes[INPUT].channels)];
     for (i, layer) in network.layers.iter().enumerate() {
-        maps.push(match layer.op {
-            Op::Concat => ops::concat::channel_map(&maps[layer.inputs[0]], &maps[layer.inputs[1]]),
-            _ => channel_map(network.shapes[i + 1].channels),
+        maps.push(if layer.op.facts().joins {
+            ops::concat::channel_map(&maps[layer.inputs[0]], &maps[layer.inputs[1]])
+        } else {
+            channel_map(network.shapes[i + 1].channels)
         });
     }
     maps

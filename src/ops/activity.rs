@@ -1,10 +1,11 @@
 //! Which blocks of 16×16 pixels the network must work on. See `shaders/activity.wgsl` for what
 //! makes a block clean or active, and for the map of distances to active blocks.
 
-use super::image::ImageFormat;
-use super::input_process::{Sources, TILE, reading, scale_binding, source_names, tile_binding};
+use super::image::{ImageFormat, source_features};
+use super::input_process::{Sources, TILE, scale_binding, source_names, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 pub use crate::plan::halo::BLOCK;
+use crate::shader::ShaderRoot;
 
 /// Finds the even blocks of colour, albedo and normal in these formats.
 #[must_use]
@@ -29,7 +30,8 @@ fn spec(entry: &'static str, workgroup: [u32; 3], formats: [ImageFormat; 3]) -> 
     let (clean, map) = (Binding::BufferMut, Binding::ActivityOut);
     KernelSpec {
         name: format!("activity_{entry} {}", source_names(formats)).into(),
-        source: (reading(formats) + include_str!("../../shaders/activity.wgsl")).into(),
+        source: ShaderRoot::Module("activity"),
+        features: source_features(formats).into(),
         entry,
         bindings: vec![TILE, color, albedo, normal, Binding::Buffer, clean, map].into(),
         overrides: &[

@@ -1,9 +1,10 @@
 //! The scale that brings an image to the exposure the network was trained at.
 //! See `shaders/autoexposure.wgsl` for the definition.
 
-use super::image::{ImageBinding, ImageFormat};
+use super::image::{ImageBinding, ImageFormat, color_features};
 use super::tile::Layout;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::shader::ShaderRoot;
 
 /// Makes the bins of a band of rows of an image in this format.
 #[must_use]
@@ -18,10 +19,10 @@ pub fn reduce_spec(color: ImageFormat) -> KernelSpec {
 }
 
 fn spec(name: String, entry: &'static str, workgroup: [u32; 3], color: ImageFormat) -> KernelSpec {
-    let text = include_str!("../../shaders/autoexposure.wgsl");
     KernelSpec {
         name: name.into(),
-        source: (color.reading("color", 1, "band") + text).into(),
+        source: ShaderRoot::Module("autoexposure"),
+        features: color_features(color).into(),
         entry,
         bindings: vec![
             Binding::Uniform { bytes: size_of::<Band>() as u64, dynamic: false },

@@ -2,7 +2,8 @@
 //! layers of one texture (see [`crate::plan::storage`]), the second at a multiple of four
 //! channels, and the reader's weights follow the [`ChannelMap`] of the result.
 
-use super::operator::{ChannelMap, Io, Operator};
+use super::channel_map::ChannelMap;
+use super::operator::{Io, LayerRequest, Operator};
 use crate::gpu::kernel::Dispatch;
 
 /// The operator.
@@ -21,4 +22,9 @@ impl Operator for Concat {
     fn dispatch(&self, _: &wgpu::Device, _: &Io<'_>) -> Option<Dispatch> {
         None
     }
+}
+
+/// The operator of a layer.
+pub(super) fn operator(_: &LayerRequest<'_>) -> Concat {
+    Concat
 }

@@ -1,23 +1,26 @@
 //! 3×3 convolution with zero padding of 1, bias (into which batch norm is folded), and ReLU.
 
-use super::convolution::{Convolution, Variant, Weights, plain_spec};
-use super::operator::ChannelMap;
+use super::channel_map::ChannelMap;
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant, plain_spec};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{matrix, need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
-use crate::model::Params;
+use crate::model::{Op, Params};
+use crate::shader::ShaderRoot;
+use std::borrow::Cow;
 
 /// The readable definition.
-pub const PLAIN: KernelSpec =
-    plain_spec("conv3x3", include_str!("../../shaders/conv3x3.wgsl"), &["largest", "relu"]);
+pub const PLAIN: KernelSpec = plain_spec("conv3x3", &["largest", "relu"]);
 
 /// The variant for GPUs; `pools` adds the max-pool that follows.
 #[must_use]
 pub fn tiled_spec(pools: bool) -> KernelSpec {
     KernelSpec {
         name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
-        source: if pools { TILED_SOURCE.into() } else { without_pooling(TILED_SOURCE).into() },
+        source: ShaderRoot::Module("conv3x3_tiled"),
+        features: Cow::Borrowed(if pools { &["pools"] } else { &[] }),
         entry: "main",
         bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
         overrides: &["largest", "relu"],
@@ -25,29 +28,8 @@ pub fn tiled_spec(pools: bool) -> KernelSpec {
     }
 }
 
-const TILED_SOURCE: &str = include_str!("../../shaders/conv3x3_tiled.wgsl");
-
-/// What makes the sums in the variant for GPUs, for [`conv_head`](mod@super::conv_head).
-pub(super) fn tiled_sums() -> &'static str {
-    &TILED_SOURCE[place("fn input_size")..place("struct Need")]
-}
-
-/// What follows the input's functions in the variant for GPUs that does not pool, for
-/// [`input_conv`](mod@super::input_conv).
-pub(super) fn tiled_behind_input() -> String {
-    without_pooling(&TILED_SOURCE[place("const TILE")..])
-}
-
-fn place(declaration: &str) -> usize {
-    TILED_SOURCE.find(declaration).expect("the shader has the declaration")
-}
-
-fn without_pooling(source: &str) -> String {
-    source.lines().filter(|line| !line.contains("pooled")).collect::<Vec<_>>().join("\n")
-}
-
 /// What the generated variant binds.
-pub const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
+const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
 
 const TILED: [Binding; 6] = bindings(Binding::Buffer);
 const TILED_POOL: [Binding; 7] = {
@@ -60,8 +42,12 @@ const fn bindings(weights: Binding) -> [Binding; 6] {
     [input, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
 }
 
-/// Output quads of one invocation of the tiled variant.
-const TILED_QUADS: usize = 4;
+/// The generated variant for CPU drivers, for so many output quads per invocation.
+#[must_use]
+pub fn simd_spec(out_quads: usize) -> KernelSpec {
+    let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
+    simd::spec(simd::SimdKernel::Conv3x3, out_quads, bindings, &["largest", "relu"])
+}
 
 /// The operator; weights are `[output][input][ky][kx]`. With `pools` it makes the max-pool of
 /// its output too, where the variant can, which [`Operator::pools`](super::operator::Operator::pools)
@@ -92,18 +78,22 @@ pub fn conv3x3(
 }
 
 fn generated(context: &Context, taps: &Taps<'_>) -> Variant {
-    let shape = simd::Shape::Conv3x3;
-    let spec = simd::conv3x3_spec(shape.quads(taps.outputs));
+    let shape = simd::SimdKernel::Conv3x3;
+    let spec = simd_spec(shape.quads(taps.outputs));
     Variant::simd(spec, shape, generated_weights(context, shape, taps), taps.outputs)
 }
 
 /// A step is a kernel row of an input quad.
-pub(super) fn generated_weights(context: &Context, shape: simd::Shape, taps: &Taps<'_>) -> Weights {
+pub(super) fn generated_weights(
+    context: &Context,
+    shape: simd::SimdKernel,
+    taps: &Taps<'_>,
+) -> PackedWeights {
     let in_quads = taps.in_quads();
     let weight = |step: usize, column: usize, channel: usize, output: usize| {
         taps.at(output, step % in_quads * 4 + channel, step / in_quads * 3 + column)
     };
-    Weights::Texture(simd::pack(context, shape, taps.outputs, 3 * in_quads, weight))
+    PackedWeights::Texture(simd::pack(context, shape, taps.outputs, 3 * in_quads, weight))
 }
 
 fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
@@ -111,11 +101,17 @@ fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
     Variant { pools, ..Variant::tiled(tiled_spec(pools), tiled_weights(context, taps), blocks) }
 }
 
-pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> Weights {
-    Weights::Buffer(storage_buffer(context, "weights", &tiled_matrices(taps)))
+pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {
+    PackedWeights::Buffer(storage_buffer(context, "weights", &tiled_matrices(taps)))
 }
 
 /// `[block of output quads][in_quad][tap][out_quad]` matrices.
 pub(super) fn tiled_matrices(taps: &Taps<'_>) -> Vec<f32> {
     taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS)
+}
+
+/// The operator of a layer, with the max-pool that follows where the variant can include it.
+pub(super) fn operator(layer: &LayerRequest<'_>, relu: bool) -> Convolution {
+    let pools = layer.next == Some(Op::MaxPool);
+    conv3x3(layer.context, layer.kernels, layer.params, layer.maps[0], relu, pools)
 }

@@ -3,14 +3,16 @@
 //!
 //! What stays in registers is not rounded to the tensors' 16 bits.
 
+use super::channel_map::ChannelMap;
+use super::convolution::TILE;
 use super::head::{self, Head, HeadKernel};
-use super::image::ImageFormat;
-use super::operator::ChannelMap;
+use super::image::{ImageFormat, result_features};
 use super::packing::{Taps, storage_buffer};
 use super::{conv3x3, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::model::{Network, Op, Params};
+use crate::shader::ShaderRoot;
 
 /// Channels of the 3×3 convolution that an invocation holds at most.
 const CHANNELS: usize = 16;
@@ -26,10 +28,10 @@ pub fn bindings(color: ImageFormat, output: ImageFormat, weights: Binding) -> Ve
 /// The variant for GPUs, for a noisy colour and a result in these formats.
 #[must_use]
 pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let main = include_str!("../../shaders/conv_head_tiled.wgsl");
     KernelSpec {
         name: head::name("conv_head_tiled", color, output).into(),
-        source: (declarations(color, output) + conv3x3::tiled_sums() + main).into(),
+        source: ShaderRoot::Module("conv_head_tiled"),
+        features: features(color, output).into(),
         entry: "main",
         bindings: bindings(color, output, Binding::Buffer).into(),
         overrides: head::OVERRIDES,
@@ -37,10 +39,20 @@ pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
-/// What both variants begin with.
+/// The generated variant for CPU drivers, for so many output quads of the 3×3 convolution.
 #[must_use]
-pub fn declarations(color: ImageFormat, output: ImageFormat) -> String {
-    head::declarations(color, output) + include_str!("../../shaders/conv_head.wgsl")
+pub fn simd_spec(quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let bindings = bindings(color, output, Binding::WeightTexture).into();
+    let spec = simd::spec(simd::SimdKernel::ConvHead, quads, bindings, head::OVERRIDES);
+    let name = head::name(&spec.name, color, output).into();
+    KernelSpec { name, features: features(color, output).into(), ..spec }
+}
+
+/// The features of both variants.
+fn features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
+    let mut features = result_features(color, output);
+    features.push("conv_head");
+    features
 }
 
 /// Whether the kernel can be the end of a network whose last tensor the head reads.
@@ -71,14 +83,19 @@ pub fn conv_head(
     let inputs = conv.weight.len() / (9 * outputs);
     let weight = |o: usize, i: usize, tap: usize| conv.weight[(o * inputs + i) * 9 + tap];
     let taps = Taps { outputs, taps: 9, map, weight: &weight };
-    let shape = simd::Shape::ConvHead;
+    let shape = simd::SimdKernel::ConvHead;
     let kernels = kernels.resolve(&context.device);
     let (kernel, weights) = match kernels {
         KernelSet::Simd => {
-            let kernel = HeadKernel::ConvSimd { quads: shape.quads(outputs) };
-            (kernel, conv3x3::generated_weights(context, shape, &taps))
+            let (quads, tile) = (shape.quads(outputs), shape.tile());
+            let weights = conv3x3::generated_weights(context, shape, &taps);
+            (HeadKernel { spec: simd_spec, quads, tile }, weights)
         }
-        _ => (HeadKernel::ConvTiled, conv3x3::tiled_weights(context, &taps)),
+        _ => {
+            let spec = |_, color, output| tiled_spec(color, output);
+            let weights = conv3x3::tiled_weights(context, &taps);
+            (HeadKernel { spec, quads: CHANNELS / 4, tile: [TILE; 2] }, weights)
+        }
     };
     Head {
         kernel,

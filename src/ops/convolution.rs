@@ -7,12 +7,17 @@ use super::operator::{Io, Operator};
 use super::packing::{Taps, plain_buffer};
 use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+use crate::shader::ShaderRoot;
+/// Pixels per side of a workgroup of the tiled kernels.
+pub const TILE: u32 = 16;
+/// Output quads of one invocation of the tiled kernels.
+pub const TILED_QUADS: usize = 4;
 
 /// A convolution with its weights, ready for tensors of any size.
 #[derive(Debug)]
 pub struct Convolution {
     kernel: Kernel,
-    weights: Weights,
+    weights: PackedWeights,
     bias: wgpu::Buffer,
     tile: [u32; 2],
     blocks: u32,
@@ -22,14 +27,14 @@ pub struct Convolution {
 
 /// Weights as the chosen variant reads them.
 #[derive(Debug)]
-pub enum Weights {
+pub enum PackedWeights {
     /// 4×4 matrices.
     Buffer(wgpu::Buffer),
     /// Texels for the lanes of a subgroup.
     Texture(wgpu::TextureView),
 }
 
-impl Weights {
+impl PackedWeights {
     /// The weights as what a bind group takes.
     #[must_use]
     pub fn resource(&self) -> wgpu::BindingResource<'_> {
@@ -45,7 +50,7 @@ pub struct Variant {
     /// The kernel.
     pub spec: KernelSpec,
     /// Its weights.
-    pub weights: Weights,
+    pub weights: PackedWeights,
     /// Pixels per workgroup along x and y, of whichever of the first input and the output is
     /// smaller.
     pub tile: [u32; 2],
@@ -62,7 +67,7 @@ impl Variant {
     /// The readable definition: one pixel and one output quad per invocation.
     #[must_use]
     pub fn plain(context: &Context, spec: KernelSpec, taps: &Taps<'_>) -> Self {
-        let weights = Weights::Buffer(plain_buffer(context, taps));
+        let weights = PackedWeights::Buffer(plain_buffer(context, taps));
         let blocks = taps.out_quads() as u32;
         Self { spec, weights, tile: [8, 8], blocks, footprint: None, pools: false }
     }
@@ -70,15 +75,20 @@ impl Variant {
     /// For GPUs: a workgroup makes 16×16 pixels, each invocation 2×2, of one of `blocks` blocks
     /// of output quads.
     #[must_use]
-    pub fn tiled(spec: KernelSpec, weights: Weights, blocks: usize) -> Self {
+    pub fn tiled(spec: KernelSpec, weights: PackedWeights, blocks: usize) -> Self {
         let blocks = blocks as u32;
-        Self { spec, weights, tile: [16, 16], blocks, footprint: Some(16), pools: false }
+        Self { spec, weights, tile: [TILE; 2], blocks, footprint: Some(TILE), pools: false }
     }
 
     /// The generated code for CPU drivers: `spec` for `outputs` channels, with weights that
     /// [`simd::pack`] made.
     #[must_use]
-    pub fn simd(spec: KernelSpec, shape: simd::Shape, weights: Weights, outputs: usize) -> Self {
+    pub fn simd(
+        spec: KernelSpec,
+        shape: simd::SimdKernel,
+        weights: PackedWeights,
+        outputs: usize,
+    ) -> Self {
         let (tile, footprint) = (shape.tile(), Some(shape.pixels()));
         let blocks = simd::blocks(shape, outputs) as u32;
         Self { spec, weights, tile, blocks, footprint, pools: false }
@@ -100,16 +110,13 @@ impl Convolution {
     }
 }
 
-/// A kernel that is the readable definition: all bind the same four things.
+/// The kernel of the module `name`, a readable definition: all bind the same four things.
 #[must_use]
-pub const fn plain_spec(
-    name: &'static str,
-    source: &'static str,
-    overrides: &'static [&'static str],
-) -> KernelSpec {
+pub const fn plain_spec(name: &'static str, overrides: &'static [&'static str]) -> KernelSpec {
     KernelSpec {
         name: Cow::Borrowed(name),
-        source: Cow::Borrowed(source),
+        source: ShaderRoot::Module(name),
+        features: Cow::Borrowed(&[]),
         entry: "main",
         bindings: Cow::Borrowed(&[
             Binding::TensorIn,
@@ -128,16 +135,18 @@ impl Operator for Convolution {
             let need = io.need.expect("the variant asks what is needed");
             (need.map, need.buffer(device, footprint))
         });
-        let mut resources: Vec<_> = io.inputs.iter().map(|input| input.resource()).collect();
-        resources.extend([
+        let (first, second) = io.inputs.split_first().expect("a convolution has an input");
+        let mut resources = vec![
+            first.resource(),
             io.output.resource(),
             self.weights.resource(),
             self.bias.as_entire_binding(),
-        ]);
+        ];
         if let Some((map, need)) = &need {
             resources.push(wgpu::BindingResource::TextureView(map));
             resources.push(need.as_entire_binding());
         }
+        resources.extend(second.iter().map(|input| input.resource()));
         if self.pools {
             resources.push(io.pooled.expect("a pooling convolution has two outputs").resource());
         }

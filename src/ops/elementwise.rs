@@ -2,6 +2,7 @@
 
 use super::operator::{Io, Operator};
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+use crate::shader::ShaderRoot;
 
 /// A kernel that makes one output texel per invocation.
 #[derive(Debug)]
@@ -17,12 +18,13 @@ impl Elementwise {
     }
 }
 
-/// A kernel for [`Elementwise`].
+/// The kernel of the module `name`, for [`Elementwise`].
 #[must_use]
-pub const fn spec(name: &'static str, source: &'static str) -> KernelSpec {
+pub const fn spec(name: &'static str) -> KernelSpec {
     KernelSpec {
         name: std::borrow::Cow::Borrowed(name),
-        source: std::borrow::Cow::Borrowed(source),
+        source: ShaderRoot::Module(name),
+        features: std::borrow::Cow::Borrowed(&[]),
         entry: "main",
         bindings: std::borrow::Cow::Borrowed(&[Binding::TensorIn, Binding::TensorOut]),
         overrides: &[],

@@ -4,23 +4,24 @@
 //! [`output_process`]: mod@super::output_process
 
 use super::activity::Activity;
-use super::convolution::Weights;
-use super::image::{BLEND, ImageFormat};
-use super::input_process::{TILE, scale_binding, tile_binding};
-use super::operator::ChannelMap;
-use super::output_process::Images;
-use super::{conv_head, simd};
+use super::channel_map::ChannelMap;
+use super::convolution::PackedWeights;
+use super::image::{ImageFormat, result_features};
+use super::output_process::{ResultImages, result_bindings};
+use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::Params;
+use crate::shader::ShaderRoot;
 
 /// The variant for GPUs, for a noisy colour and a result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {
         name: name("head", color, output).into(),
-        source: (color.result(output, 5) + SOURCE).into(),
+        source: ShaderRoot::Module("head"),
+        features: result_features(color, output).into(),
         entry: "main",
         bindings: bindings(color, output).into(),
         overrides: OVERRIDES,
@@ -34,9 +35,9 @@ pub const OVERRIDES: &[&str] = &["brightest", "sigmoid", "transfer_function"];
 /// What both variants bind, and [`conv_head`](mod@super::conv_head) before all else.
 #[must_use]
 pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
-    let (input, weights) = (Binding::TensorIn, Binding::WeightTexture);
-    let (color, output) = (color.source_binding(), output.target_binding());
-    vec![TILE, input, weights, Binding::Buffer, Binding::Buffer, color, output, BLEND]
+    let mut bindings = result_bindings(color, output);
+    bindings.extend([Binding::Buffer, Binding::TensorIn, Binding::WeightTexture]);
+    bindings
 }
 
 /// Kernels for other formats have other names.
@@ -45,48 +46,34 @@ pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
     format!("{kernel} {} {}", color.source_name(), output.target_name())
 }
 
-const SOURCE: &str = include_str!("../../shaders/head.wgsl");
-
-/// The shader without its entry point, for the variants with others.
-///
-/// # Panics
-/// Never: the shader has an entry point.
+/// The generated variant for CPU drivers.
 #[must_use]
-pub fn declarations(color: ImageFormat, output: ImageFormat) -> String {
-    let (text, _) = SOURCE.split_once("@compute").expect("the shader has an entry point");
-    color.result(output, 5) + text
+pub fn simd_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let spec = simd::spec(simd::SimdKernel::Head, 1, bindings(color, output).into(), OVERRIDES);
+    let name = name(&spec.name, color, output).into();
+    KernelSpec { name, features: result_features(color, output).into(), ..spec }
 }
 
-/// Which kernel an operator runs.
+/// The kernel of an operator, which depends on the formats of the images.
 #[derive(Clone, Copy, Debug)]
-pub(super) enum HeadKernel {
-    /// [`spec`].
-    Plain,
-    /// The generated one.
-    Simd,
-    /// [`conv_head::tiled_spec`].
-    ConvTiled,
-    /// The generated one of [`conv_head`](mod@super::conv_head), for so many quads.
-    ConvSimd { quads: usize },
+pub(super) struct HeadKernel {
+    /// For a noisy colour and a result in these formats; the number is `quads`.
+    pub(super) spec: fn(usize, ImageFormat, ImageFormat) -> KernelSpec,
+    /// Output quads of the 3×3 convolution.
+    pub(super) quads: usize,
+    /// Pixels per workgroup along x and y.
+    pub(super) tile: [u32; 2],
 }
 
 impl HeadKernel {
-    fn spec(self, color: ImageFormat, output: ImageFormat) -> KernelSpec {
-        match self {
-            Self::Plain => spec(color, output),
-            Self::Simd => simd::head_spec(color, output),
-            Self::ConvTiled => conv_head::tiled_spec(color, output),
-            Self::ConvSimd { quads } => simd::conv_head_spec(quads, color, output),
-        }
-    }
-
-    /// Pixels per workgroup along x and y.
-    fn tile(self) -> [u32; 2] {
-        match self {
-            Self::Plain => [8, 8],
-            Self::ConvTiled => [16, 16],
-            Self::Simd => simd::Shape::Head.tile(),
-            Self::ConvSimd { .. } => simd::Shape::ConvHead.tile(),
+    /// The kernel of a head that stands alone.
+    fn alone(kernels: KernelSet) -> Self {
+        match kernels {
+            KernelSet::Simd => {
+                let tile = simd::SimdKernel::Head.tile();
+                Self { spec: |_, color, output| simd_spec(color, output), quads: 0, tile }
+            }
+            _ => Self { spec: |_, color, output| spec(color, output), quads: 0, tile: [8, 8] },
         }
     }
 }
@@ -100,7 +87,7 @@ pub struct Head {
     /// As [`pack`] makes them.
     pub(super) weights: wgpu::TextureView,
     /// Bias and weights of the 3×3 convolution.
-    pub(super) conv: Option<(wgpu::Buffer, Weights)>,
+    pub(super) conv: Option<(wgpu::Buffer, PackedWeights)>,
     /// Multiply-accumulates per pixel.
     pub(super) macs: usize,
     /// Whether a sigmoid follows the 1×1 convolution, as it does unless this is set to `false`.
@@ -119,17 +106,14 @@ pub(super) fn pack(context: &Context, params: &Params, map: &ChannelMap) -> wgpu
         }
         map[step * 4 + channel].map_or(0.0, |input| params.weight[output * inputs + input])
     };
-    simd::pack(context, simd::Shape::Head, outputs, quads + 1, weight)
+    simd::pack(context, simd::SimdKernel::Head, outputs, quads + 1, weight)
 }
 
 impl Head {
     /// The operator for the 1×1 convolution's weights `[3][input]` and bias.
     #[must_use]
     pub fn new(context: &Context, kernels: KernelSet, params: &Params, map: &ChannelMap) -> Self {
-        let kernel = match kernels.resolve(&context.device) {
-            KernelSet::Simd => HeadKernel::Simd,
-            _ => HeadKernel::Plain,
-        };
+        let kernel = HeadKernel::alone(kernels.resolve(&context.device));
         let weights = pack(context, params, map);
         Self { kernel, weights, conv: None, macs: params.weight.len(), sigmoid: true }
     }
@@ -148,26 +132,23 @@ impl Head {
         context: &Context,
         input: &GpuTensor,
         activity: &Activity,
-        images: &Images<'_>,
+        images: &ResultImages<'_>,
     ) -> Dispatch {
-        let mut resources = vec![
-            tile_binding(images.tiles),
+        let mut resources = images.resources();
+        resources.extend([
+            activity.clean.as_entire_binding(),
             input.resource(),
             wgpu::BindingResource::TextureView(&self.weights),
-            scale_binding(images.input_scale),
-            activity.clean.as_entire_binding(),
-            images.color.resource(),
-            images.output.resource(),
-            images.blend.as_entire_binding(),
-        ];
+        ]);
         if let Some((bias, weights)) = &self.conv {
             resources.extend([bias.as_entire_binding(), weights.resource()]);
         }
-        let spec = self.kernel.spec(images.color.format(), images.output.format());
+        let spec =
+            (self.kernel.spec)(self.kernel.quads, images.color.format(), images.output.format());
         let mut constants = images.encoding.constants().to_vec();
         constants.push(("sigmoid", f64::from(u8::from(self.sigmoid))));
         let kernel = context.kernel(&spec, &constants);
-        let [x, y] = self.kernel.tile();
+        let [x, y] = self.kernel.tile;
         let workgroups = [input.width.div_ceil(x), input.height.div_ceil(y), 1];
         kernel.dispatch_workgroups(kernel.bind(&context.device, &resources), workgroups)
     }

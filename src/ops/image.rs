@@ -1,7 +1,7 @@
 //! Images of a renderer's, as kernels read and write them: textures, or storage buffers of 16-bit
-//! or 32-bit floats. A kernel's text begins with the functions for the kinds of its images
-//! (`shaders/image`), which give and take pixels as 32-bit floats, so that nothing is converted
-//! or copied beforehand.
+//! or 32-bit floats. The modules `color`, `albedo`, `normal` and `output` of `shaders/common` have a
+//! variant for each and give and take pixels as 32-bit floats, so that nothing is converted or
+//! copied beforehand.
 
 use std::num::NonZeroU64;
 
@@ -88,63 +88,6 @@ impl ImageFormat {
     /// 32-bit floats in a buffer, as the blocking call has them.
     pub const F32: Self = Self::Buffer(Element::F32);
 
-    /// The functions `load_…` and `alpha_of_…` for an image called `name`, bound at `binding`. Its
-    /// layout is the member `name` of the variable `uniform`.
-    #[must_use]
-    pub(crate) fn reading(self, name: &str, binding: usize, uniform: &str) -> String {
-        let text = match self {
-            Self::Buffer(Element::F32) => include_str!("../../shaders/image/read_f32.wgsl"),
-            Self::Buffer(Element::F16) => include_str!("../../shaders/image/read_f16.wgsl"),
-            Self::Texture(_) => include_str!("../../shaders/image/read_texture.wgsl"),
-        };
-        let text = text.replace("BINDING", &binding.to_string());
-        text.replace("IMAGE", name).replace("UNIFORM", uniform)
-    }
-
-    /// What the texts of [`filling`](Self::filling) share, once per kernel.
-    pub(crate) const AROUND: &str = include_str!("../../shaders/image/around.wgsl");
-
-    /// The function `filled_…` for an image called `name` that [`reading`](Self::reading) reads.
-    #[must_use]
-    pub(crate) fn filling(name: &str) -> String {
-        include_str!("../../shaders/image/filled.wgsl").replace("IMAGE", name)
-    }
-
-    /// The function `store` for the image `output` bound at `binding`. Its layout is
-    /// `tile.output`. A finite value that the format cannot hold is clamped.
-    ///
-    /// # Panics
-    /// If kernels cannot write textures of the format.
-    #[must_use]
-    pub(crate) fn storing(self, binding: usize) -> String {
-        let text = match self {
-            Self::Buffer(Element::F32) => include_str!("../../shaders/image/store_f32.wgsl").into(),
-            Self::Buffer(Element::F16) => include_str!("../../shaders/image/store_f16.wgsl").into(),
-            Self::Texture(format) => {
-                let text = include_str!("../../shaders/image/store_texture.wgsl");
-                let (name, largest) = storage(format).expect("pass() lets no other format through");
-                text.replace("FORMAT", name).replace("LARGEST)", &format!("{largest})"))
-            }
-        };
-        text.replace("BINDING", &binding.to_string())
-    }
-
-    /// The functions `encode` and `decode`, and the override that chooses among them.
-    pub(crate) const ENCODING: &str = include_str!("../../shaders/image/encoding.wgsl");
-
-    /// The functions `decode`, `store_denoised` and `store_noisy` between the image `color` in this format,
-    /// bound at `binding`, and `output`, bound after it; [`BLEND`] comes third.
-    #[must_use]
-    pub(crate) fn result(self, output: Self, binding: usize) -> String {
-        let text = include_str!("../../shaders/image/result.wgsl");
-        Self::ENCODING.to_string()
-            + &self.reading("color", binding, "tile")
-            + Self::AROUND
-            + &Self::filling("color")
-            + &output.storing(binding + 1)
-            + &text.replace("BINDING", &(binding + 2).to_string())
-    }
-
     /// How an image that is read is bound.
     #[must_use]
     pub(crate) fn source_binding(self) -> Binding {
@@ -163,36 +106,76 @@ impl ImageFormat {
         }
     }
 
+    /// The feature by which kernels read an image in this format, if it is not the default: `buffer`
+    /// for 16-bit floats in a buffer, `texture` for a texture.
+    fn source_feature(self, buffer: &'static str, texture: &'static str) -> Option<&'static str> {
+        match self {
+            Self::Buffer(Element::F32) => None,
+            Self::Buffer(Element::F16) => Some(buffer),
+            Self::Texture(_) => Some(texture),
+        }
+    }
+
+    /// The feature of kernels that write an image in this format, if it is not the default.
+    ///
+    /// # Panics
+    /// If kernels cannot write textures of the format.
+    fn target_feature(self) -> Option<&'static str> {
+        match self {
+            Self::Buffer(Element::F32) => None,
+            Self::Buffer(Element::F16) => Some("output_f16"),
+            Self::Texture(format) => {
+                Some(storage(format).expect("pass() lets no other format through"))
+            }
+        }
+    }
+
     /// The kind as a part of a kernel's name: formats that share a text share a name.
     #[must_use]
     pub(crate) fn source_name(self) -> &'static str {
-        match self {
-            Self::Buffer(Element::F32) => "f32",
-            Self::Buffer(Element::F16) => "f16",
-            Self::Texture(_) => "texture",
-        }
+        self.source_feature("f16", "texture").unwrap_or("f32")
     }
 
     /// The same for an image that is written.
     #[must_use]
     pub(crate) fn target_name(self) -> &'static str {
-        match self {
-            Self::Buffer(_) => self.source_name(),
-            Self::Texture(format) => storage(format).map_or("texture", |(name, _)| name),
-        }
+        self.target_feature().map_or("f32", |feature| feature.trim_start_matches("output_"))
     }
 }
 
 /// The share of the noisy colour in the result: a 32-bit float.
 pub const BLEND: Binding = Binding::Uniform { bytes: 4, dynamic: false };
 
-/// The texture formats that kernels can write, with their names in WGSL and the largest finite
-/// values that they are given.
+/// The features of a kernel that reads a colour in this format.
 #[must_use]
-pub fn storage(format: wgpu::TextureFormat) -> Option<(&'static str, &'static str)> {
+pub(crate) fn color_features(color: ImageFormat) -> Vec<&'static str> {
+    color.source_feature("color_f16", "color_texture").into_iter().collect()
+}
+
+/// The features of a kernel that reads colour, albedo and normal in these formats.
+#[must_use]
+pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<&'static str> {
+    let mut features = color_features(color);
+    features.push("auxiliary");
+    features.extend(albedo.source_feature("albedo_f16", "albedo_texture"));
+    features.extend(normal.source_feature("normal_f16", "normal_texture"));
+    features
+}
+
+/// The features of a kernel that reads a noisy colour and writes a result in these formats.
+#[must_use]
+pub(crate) fn result_features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
+    let mut features = color_features(color);
+    features.extend(output.target_feature());
+    features
+}
+
+/// The feature of kernels that write textures of a format, if they can.
+#[must_use]
+pub fn storage(format: wgpu::TextureFormat) -> Option<&'static str> {
     match format {
-        wgpu::TextureFormat::Rgba16Float => Some(("rgba16float", "65504.0")),
-        wgpu::TextureFormat::Rgba32Float => Some(("rgba32float", "3.4028234e38")),
+        wgpu::TextureFormat::Rgba16Float => Some("output_rgba16float"),
+        wgpu::TextureFormat::Rgba32Float => Some("output_rgba32float"),
         _ => None,
     }
 }

@@ -7,30 +7,31 @@
 //! [`input_process`]: mod@super::input_process
 
 use super::conv3x3;
-use super::image::ImageFormat;
-use super::input_process::{self, Sources, declarations, resources, source_names};
+use super::convolution::TILE;
+use super::image::{ImageFormat, source_features};
+use super::input_process::{self, Sources, resources, source_names};
 use super::need::{self, Need};
 use super::packing::{Taps, bias_table, storage_buffer};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::{INPUT, Network, Op, Params};
+use crate::shader::ShaderRoot;
 
 /// Channels that a workgroup makes. With more, several would encode the same pixels.
 const CHANNELS: usize = 16;
 
-/// Pixels per side of a workgroup.
-const TILE: u32 = 16;
-
 /// The kernel for colour, albedo and normal in these formats.
 #[must_use]
 pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
-    let text = include_str!("../../shaders/input_conv_tiled.wgsl");
     let mut bindings = input_process::bindings(formats);
     bindings.extend([Binding::Buffer, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]);
+    let mut features = source_features(formats);
+    features.push("input_conv");
     KernelSpec {
         name: format!("input_conv {}", source_names(formats)).into(),
-        source: (declarations(formats) + text + &conv3x3::tiled_behind_input()).into(),
+        source: ShaderRoot::Module("input_conv_tiled"),
+        features: features.into(),
         entry: "main",
         bindings: bindings.into(),
         overrides: &[

@@ -1,18 +1,20 @@
 //! From images to the network's input: repair, expose, transfer function, layout, padding.
 
-use super::image::{ImageBinding, ImageFormat};
-use super::operator::ChannelMap;
+use super::channel_map::ChannelMap;
+use super::image::{ImageBinding, ImageFormat, source_features};
 use super::tile::Tile;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
 use crate::model::{Encoding, Inputs};
+use crate::shader::ShaderRoot;
 
 /// The kernel for colour, albedo and normal in these formats.
 #[must_use]
 pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
     KernelSpec {
         name: format!("input_process {}", source_names(formats)).into(),
-        source: (reading(formats) + SOURCE).into(),
+        source: ShaderRoot::Module("input_process"),
+        features: source_features(formats).into(),
         entry: "main",
         bindings: bindings(formats).into(),
         overrides: &OVERRIDES,
@@ -20,19 +22,11 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
     }
 }
 
-const SOURCE: &str = include_str!("../../shaders/input_process.wgsl");
-
 /// What say which images there are, and what they become.
 pub(super) const OVERRIDES: [&str; 6] =
     ["brightest", "has_albedo", "has_normal", "transfer_function", "unorm_normal", "zero_padding"];
 
-/// The shader without its entry point, for [`input_conv`](mod@super::input_conv).
-pub(super) fn declarations(formats: [ImageFormat; 3]) -> String {
-    let (text, _) = SOURCE.split_once("@compute").expect("the shader has an entry point");
-    reading(formats) + text
-}
-
-/// What [`declarations`] bind.
+/// What this kernel binds, and [`input_conv`](mod@super::input_conv) before all else.
 pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
     let [color, albedo, normal] = formats.map(ImageFormat::source_binding);
     vec![TILE, color, albedo, normal, Binding::Buffer, Binding::TensorOut]
@@ -41,18 +35,6 @@ pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
 /// [`Tile`]s as kernels bind them.
 pub(super) const TILE: Binding =
     Binding::Uniform { bytes: size_of::<Tile>() as u64, dynamic: true };
-
-/// How a kernel reads all three images at bindings 1 to 3, filled and repaired, and encodes.
-pub(super) fn reading(formats: [ImageFormat; 3]) -> String {
-    let image = |(i, name): (usize, &str)| {
-        formats[i].reading(name, i + 1, "tile") + &ImageFormat::filling(name)
-    };
-    let images: String = ["color", "albedo", "normal"].into_iter().enumerate().map(image).collect();
-    images
-        + ImageFormat::AROUND
-        + include_str!("../../shaders/image/repaired.wgsl")
-        + ImageFormat::ENCODING
-}
 
 /// What tells kernels apart that read other formats.
 pub(super) fn source_names(formats: [ImageFormat; 3]) -> String {

@@ -3,6 +3,8 @@
 
 pub mod activity;
 pub mod autoexposure;
+pub mod build;
+pub mod channel_map;
 pub mod concat;
 pub mod conv1x1;
 pub mod conv3x3;
@@ -27,41 +29,9 @@ pub mod up_conv;
 pub mod upsample;
 
 use self::image::{Element, ImageFormat};
-use self::operator::{ChannelMap, Operator};
-use crate::gpu::kernel::{Context, KernelSpec};
-use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::kernel::KernelSpec;
 use crate::gpu::matrix_shape::Factor::{F16, F32};
 use crate::gpu::matrix_shape::MatrixShape;
-use crate::model::{Op, Params};
-
-/// The operator of a layer; `pools` if nothing but a max-pool and later layers follow, which it
-/// may then include. `maps` say how each of the layer's inputs is stored; `params` are
-/// its weights, which every layer with [`Op::has_weights`] needs.
-#[must_use]
-pub fn build(
-    context: &Context,
-    kernels: KernelSet,
-    op: Op,
-    params: &Params,
-    maps: &[&ChannelMap],
-    pools: bool,
-) -> Box<dyn Operator> {
-    match op {
-        Op::Conv3x3 { relu } => {
-            Box::new(conv3x3::conv3x3(context, kernels, params, maps[0], relu, pools))
-        }
-        Op::UpConv { ups, relu } => {
-            let maps = [maps[0], maps[1]];
-            Box::new(up_conv::up_conv(context, kernels, params, maps, ups, relu))
-        }
-        Op::ConvTranspose => Box::new(conv_transpose::conv_transpose(context, params, maps[0])),
-        Op::Conv1x1 => Box::new(conv1x1::conv1x1(context, params, maps[0])),
-        Op::MaxPool => Box::new(max_pool::max_pool(context)),
-        Op::Upsample => Box::new(upsample::upsample(context)),
-        Op::Sigmoid => Box::new(sigmoid::sigmoid(context)),
-        Op::Concat => Box::new(concat::Concat),
-    }
-}
 
 /// Every shader variant there is, for the test that holds declarations against sources.
 #[must_use]
@@ -70,8 +40,8 @@ pub fn all_specs() -> Vec<KernelSpec> {
     specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
     specs.extend([false, true].map(conv3x3::tiled_spec));
     specs.push(up_conv::TILED);
-    specs.extend(simd::Shape::Conv3x3.all_quads().map(simd::conv3x3_spec));
-    specs.extend(simd::Shape::UpConv.all_quads().map(simd::up_conv_spec));
+    specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
+    specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
     for (side, factor) in [(8, F16), (8, F32), (16, F16)] {
         let shape = MatrixShape { side, factor, lanes: 32 };
         specs.extend([16, 32].map(|channels| matrix::spec(shape, channels)));
@@ -97,10 +67,10 @@ fn image_specs() -> Vec<KernelSpec> {
         specs.extend([input_process::spec(images), input_conv::spec(images)]);
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(output_process::spec(color, output));
-            specs.extend([head::spec(color, output), simd::head_spec(color, output)]);
+            specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
             specs.push(conv_head::tiled_spec(color, output));
-            let quads = simd::Shape::ConvHead.all_quads();
-            specs.extend(quads.map(|quads| simd::conv_head_spec(quads, color, output)));
+            let quads = simd::SimdKernel::ConvHead.all_quads();
+            specs.extend(quads.map(|quads| conv_head::simd_spec(quads, color, output)));
         }
     }
     specs

@@ -1,18 +1,11 @@
 //! What every operator of a network is to its host: something that gives a call for tensors.
 
+use super::channel_map::ChannelMap;
 use super::need::Need;
-use crate::gpu::kernel::Dispatch;
+use crate::gpu::kernel::{Context, Dispatch};
+use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
-
-/// For each stored channel of a tensor, which channel it is; `None` for padding to four.
-/// The second input of a concat starts at a multiple of four, so padding can stand inside.
-pub type ChannelMap = Vec<Option<usize>>;
-
-/// The map of a tensor of `channels` channels that was not concatenated.
-#[must_use]
-pub fn channel_map(channels: usize) -> ChannelMap {
-    (0..channels.next_multiple_of(4)).map(|c| (c < channels).then_some(c)).collect()
-}
+use crate::model::{Op, Params};
 
 /// What an operator is bound to.
 #[derive(Clone, Copy, Debug)]
@@ -41,4 +34,19 @@ pub trait Operator: Send + Sync + std::fmt::Debug {
     fn pools(&self) -> bool {
         false
     }
+}
+
+/// A layer of a network, to be made ready for a device.
+#[derive(Clone, Copy, Debug)]
+pub struct LayerRequest<'a> {
+    /// Where its kernel is compiled and its weights go.
+    pub context: &'a Context,
+    /// Which variant of the convolutions runs.
+    pub kernels: KernelSet,
+    /// Its weights; empty for a layer without.
+    pub params: &'a Params,
+    /// How each of its inputs is stored.
+    pub maps: &'a [&'a ChannelMap],
+    /// The next layer, if that reads what this one makes: it may be made by the same kernel.
+    pub next: Option<Op>,
 }

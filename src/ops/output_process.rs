@@ -1,29 +1,37 @@
 //! From the network's output to the image: inverse transfer function, exposure, crop, store.
 
-use super::image::{BLEND, ImageBinding, ImageFormat};
+use super::image::ImageBinding;
+use super::image::{BLEND, ImageFormat, result_features};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
 use crate::model::Encoding;
+use crate::shader::ShaderRoot;
 
 /// The kernel for a noisy colour and a result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let images = [color.source_binding(), output.target_binding(), BLEND];
-    let text = include_str!("../../shaders/output_process.wgsl");
+    let mut bindings = result_bindings(color, output);
+    bindings.push(Binding::TensorIn);
     KernelSpec {
         name: format!("output_process {} {}", color.source_name(), output.target_name()).into(),
-        source: (color.result(output, 3) + text).into(),
+        source: ShaderRoot::Module("output_process"),
+        features: result_features(color, output).into(),
         entry: "main",
-        bindings: [TILE, Binding::TensorIn, Binding::Buffer].into_iter().chain(images).collect(),
+        bindings: bindings.into(),
         overrides: &["brightest", "transfer_function"],
         workgroup: [8, 8, 1],
     }
 }
 
+/// What this kernel binds before its input, and [`head`](mod@super::head) before all else.
+pub(super) fn result_bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
+    vec![TILE, color.source_binding(), output.target_binding(), BLEND, Binding::Buffer]
+}
+
 /// The images at the end of the network, and what it takes to make one of the other.
 #[derive(Clone, Copy, Debug)]
-pub struct Images<'a> {
+pub struct ResultImages<'a> {
     /// [`Tile`](super::tile::Tile)s, one at each dynamic offset.
     pub tiles: &'a wgpu::Buffer,
     /// The 32-bit float that colour was multiplied by.
@@ -38,19 +46,26 @@ pub struct Images<'a> {
     pub encoding: Encoding,
 }
 
+impl<'a> ResultImages<'a> {
+    /// What [`result_bindings`] are.
+    pub(super) fn resources(&self) -> Vec<wgpu::BindingResource<'a>> {
+        vec![
+            tile_binding(self.tiles),
+            self.color.resource(),
+            self.output.resource(),
+            self.blend.as_entire_binding(),
+            scale_binding(self.input_scale),
+        ]
+    }
+}
+
 /// The call that stores `input` into an image; choose the tile with [`Dispatch::record_at`].
 #[must_use]
-pub fn output_process(context: &Context, input: &GpuTensor, images: &Images<'_>) -> Dispatch {
+pub fn output_process(context: &Context, input: &GpuTensor, images: &ResultImages<'_>) -> Dispatch {
     let spec = spec(images.color.format(), images.output.format());
     let kernel = context.kernel(&spec, &images.encoding.constants());
-    let resources = [
-        tile_binding(images.tiles),
-        input.resource(),
-        scale_binding(images.input_scale),
-        images.color.resource(),
-        images.output.resource(),
-        images.blend.as_entire_binding(),
-    ];
+    let mut resources = images.resources();
+    resources.push(input.resource());
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [input.width, input.height, 1])
 }

@@ -2,7 +2,7 @@
 
 use wgpu::util::DeviceExt as _;
 
-use super::operator::ChannelMap;
+use super::channel_map::ChannelMap;
 use crate::gpu::kernel::Context;
 
 /// Weights by `(output channel, input channel, tap)`, from whatever layout the file has.

@@ -1,12 +1,12 @@
 //! How far an output pixel sees: the tile overlap that makes tiling exact.
 
-use crate::model::{INPUT, Network, Op};
+use crate::model::{INPUT, Network};
 
 /// Pixels per side of the blocks that [`reach`] and the operator `activity` count in.
 pub const BLOCK: u32 = 16;
 
-/// How many pixels around a pixel the repair of bad ones looks at (`shaders/image/filled.wgsl`).
-const REPAIR: i64 = 2;
+/// How many pixels around a pixel the repair of bad ones looks at (`shaders/common/fill.wgsl`).
+pub const REPAIR: i64 = 2;
 
 /// Pixels that a tile must reach beyond what it stores, on every side, so that what it stores
 /// equals the whole image's result bit for bit. A multiple of the network's alignment.
@@ -52,17 +52,9 @@ fn needed(network: &Network, output: std::ops::Range<i64>) -> Vec<(i64, i64)> {
     let mut needed = vec![(i64::MAX, i64::MIN); network.shapes.len()];
     needed[network.output()] = (output.start, output.end);
     for (i, layer) in network.layers.iter().enumerate().rev() {
-        let (begin, end) = needed[i + 1];
-        let around = (begin - 1, end + 1);
-        let below = |(begin, end): (i64, i64)| (begin.div_euclid(2), (end + 1).div_euclid(2));
-        let of_inputs = match layer.op {
-            Op::Conv3x3 { .. } => [around; 2],
-            Op::UpConv { .. } => [around, below(around)],
-            Op::MaxPool => [(begin * 2, end * 2); 2],
-            Op::ConvTranspose | Op::Upsample => [below((begin, end)); 2],
-            Op::Concat | Op::Conv1x1 | Op::Sigmoid => [(begin, end); 2],
-        };
-        for (&input, (begin, end)) in layer.inputs.iter().zip(of_inputs) {
+        let output = needed[i + 1];
+        for (place, &input) in layer.inputs.iter().enumerate() {
+            let (begin, end) = (layer.op.facts().sees)(place, output);
             let seen = &mut needed[input];
             *seen = (seen.0.min(begin), seen.1.max(end));
         }

@@ -7,7 +7,7 @@ use proptest::prelude::*;
 use super::halo::{halo, reach};
 use super::memory::Footprint;
 use super::storage::{Placement, Storage};
-use super::tiles::{Constraints, Placed, TilePlan};
+use super::tiles::{Constraints, PlacedTile, TilePlan};
 use crate::model::{INPUT, Network, OidnSize, Op, TensorId};
 use crate::plan::tiles::MAX_SIDE;
 
@@ -47,7 +47,7 @@ fn fits(tile: [u32; 2], limits: &Constraints) -> bool {
 
 /// Along one axis: what the tiles store follows on from one to the next, from the first pixel to
 /// the last, and lies a halo inside of the tile unless the image ends there.
-fn check_axis(axis: usize, line: &[Placed], side: u32, tile: u32, limits: &Constraints) {
+fn check_axis(axis: usize, line: &[PlacedTile], side: u32, tile: u32, limits: &Constraints) {
     let Constraints { alignment, halo, .. } = *limits;
     let padded = side.next_multiple_of(alignment);
     let mut next = 0;

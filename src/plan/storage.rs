@@ -3,7 +3,7 @@
 //! Tensors that are concatenated share a texture, side by side, so that concat moves no data.
 //! Textures ("slots") are reused as soon as nothing reads what is in them.
 
-use crate::model::{INPUT, Network, Op, TensorId};
+use crate::model::{INPUT, Network, TensorId};
 
 /// A texture that tensors of one resolution take turns in.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Groups {
         let mut root: Vec<_> = (0..network.shapes.len()).map(|t| (t, 0)).collect();
         // From the last concat to the first, so that an inner one finds its place known.
         for (i, layer) in network.layers.iter().enumerate().rev() {
-            if layer.op == Op::Concat {
+            if layer.op.facts().joins {
                 let (group, mut next) = root[i + 1];
                 for &input in &layer.inputs {
                     assert!(root[input] == (input, 0), "a tensor is concatenated only once");
@@ -109,9 +109,10 @@ impl Groups {
 fn quads(network: &Network, input_quads: u32) -> Vec<u32> {
     let mut quads = vec![input_quads];
     for (i, layer) in network.layers.iter().enumerate() {
-        quads.push(match layer.op {
-            Op::Concat => layer.inputs.iter().map(|&input| quads[input]).sum(),
-            _ => network.shapes[i + 1].channels.div_ceil(4) as u32,
+        quads.push(if layer.op.facts().joins {
+            layer.inputs.iter().map(|&input| quads[input]).sum()
+        } else {
+            network.shapes[i + 1].channels.div_ceil(4) as u32
         });
     }
     quads
@@ -135,6 +136,7 @@ fn life(network: &Network, root: &[(TensorId, u32)]) -> Vec<(usize, usize)> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::model::Op;
 
     #[test]
     fn no_layer_writes_over_a_tensor_that_is_still_read() {

@@ -1,24 +1,9 @@
 //! How an image is cut into tiles that overlap by the receptive field.
 
+use crate::image::Rect;
+
 /// Longest side of an image, so that no kernel's arithmetic leaves 32 bits.
 pub const MAX_SIDE: u32 = 1 << 16;
-
-/// A rectangle of pixels, `begin` inclusive and `end` exclusive, x first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Rect {
-    /// First column and row.
-    pub begin: [u32; 2],
-    /// One past the last column and row.
-    pub end: [u32; 2],
-}
-
-impl Rect {
-    /// Columns and rows.
-    #[must_use]
-    pub fn size(&self) -> [u32; 2] {
-        [self.end[0] - self.begin[0], self.end[1] - self.begin[1]]
-    }
-}
 
 /// What tiles must respect.
 #[derive(Clone, Copy, Debug)]
@@ -55,12 +40,12 @@ pub struct TilePlan {
     /// Size of every tile with its overlap, width first; a multiple of the alignment.
     pub tile: [u32; 2],
     /// The tiles, row by row.
-    pub tiles: Vec<Placed>,
+    pub tiles: Vec<PlacedTile>,
 }
 
 /// One tile of the plan.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Placed {
+pub struct PlacedTile {
     /// First pixel of the tile in the image. The tile may reach beyond the image's right and
     /// bottom edge by less than the alignment.
     pub origin: [u32; 2],
@@ -72,6 +57,7 @@ impl TilePlan {
     /// The plan that processes the fewest pixels, overlap included; `None` if even the
     /// smallest tile breaks a constraint.
     #[must_use]
+    #[doc(hidden)]
     pub fn new(size: [u32; 2], constraints: &Constraints) -> Option<Self> {
         let candidates = size.map(|side| candidates(side, constraints));
         let pairs = candidates[0].iter().flat_map(|x| candidates[1].iter().map(move |y| [x, y]));
@@ -92,7 +78,7 @@ impl TilePlan {
     /// either cover the image or leave pixels between the overlaps.
     fn with_tile(size: [u32; 2], tile: [u32; 2], constraints: &Constraints) -> Self {
         let axes = [0, 1].map(|axis| spans(size[axis], tile[axis], constraints));
-        let place = |y: &Span, x: &Span| Placed {
+        let place = |y: &Span, x: &Span| PlacedTile {
             origin: [x.origin, y.origin],
             stores: Rect { begin: [x.begin, y.begin], end: [x.end, y.end] },
         };
@@ -153,7 +139,7 @@ fn spans(size: u32, tile: u32, constraints: &Constraints) -> Vec<Span> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::cost::largest_layer_macs_per_pixel;
+    use crate::model::macs::largest_layer_macs_per_pixel;
     use crate::model::{Network, Quality, Weights, fuse::Fused};
     use crate::plan::halo::halo;
 

@@ -1,18 +1,16 @@
 //! Which blocks of an image a network must work on, and how far the others are from those.
 
 use super::input_process::encode_color;
-use super::repair;
-use crate::denoiser::frame::Frame;
-use crate::image::Image;
+use super::repair::repair;
+use crate::image::{Image, Rect};
 use crate::model::{Encoding, TransferFunction};
-use crate::plan::tiles::Placed;
 
 /// Pixels per side of a block.
 const BLOCK: usize = 16;
 /// The most that a clean block bends, in the network's numbers.
-const T: f64 = 1.0 / 1024.0;
+pub const BEND: f64 = 1.0 / 1024.0;
 /// What a dark block's first pixel is at most, times the input scale.
-const DARK: f64 = 2e-6;
+pub const DARK: f64 = 2e-6;
 /// The distance where no active block is within the radius.
 const FAR: u32 = 255;
 /// Layer `m` of the map has one value for `2^m × 2^m` blocks.
@@ -25,6 +23,28 @@ pub struct Activity {
     pub clean: Vec<bool>,
     /// The map's layers, each with its rows of distances.
     pub map: Vec<Vec<Vec<u32>>>,
+}
+
+/// The images of one view, all of one size.
+#[derive(Clone, Copy, Debug)]
+pub struct View<'a> {
+    /// Linear colour.
+    pub color: &'a Image,
+    /// Albedo in `[0, 1]`, if there is one.
+    pub albedo: Option<&'a Image>,
+    /// Normal in `[−1, 1]`, if there is one.
+    pub normal: Option<&'a Image>,
+}
+
+/// A tile of a view.
+#[derive(Clone, Copy, Debug)]
+pub struct TileOfView {
+    /// First pixel of the tile.
+    pub origin: [u32; 2],
+    /// Columns and rows; multiples of 16.
+    pub size: [u32; 2],
+    /// The pixels that the tile stores, in the view.
+    pub stores: Rect,
 }
 
 /// How colour becomes what is compared.
@@ -48,13 +68,13 @@ impl Light {
 
 /// What a block of the image is by itself.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Kind {
+enum BlockKind {
     Noisy,
     Dark,
     Clean,
 }
 
-/// The blocks of a tile of `size` pixels, width first, a multiple of 16, placed in an image.
+/// The blocks of a tile of `size` pixels, width first, a multiple of 16, tile in an image.
 ///
 /// A block is even if its pixels, [repaired](repair), are all the same; or if it has at least three
 /// in both directions with no second difference above 1/1024 along rows and columns, in each
@@ -72,25 +92,24 @@ enum Kind {
 /// steps included, or 255 if that is above `radius`; layer `m` the least of `2^m × 2^m` blocks.
 #[must_use]
 pub fn activity(
-    frame: &Frame<'_>,
+    view: &View<'_>,
     encoding: Encoding,
     input_scale: f32,
-    placed: &Placed,
-    size: [u32; 2],
+    tile: &TileOfView,
     radius: u32,
     skip: bool,
 ) -> Activity {
-    let [columns, rows] = size.map(|side| side as usize / BLOCK);
+    let [columns, rows] = tile.size.map(|side| side as usize / BLOCK);
     let blocks = || (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
     let light = Light { encoding, input_scale };
-    let repaired = repair(frame.color, input_scale);
-    let frame = Frame { color: &repaired, ..*frame };
-    let kind = |block| if skip { kind(&frame, placed, block, light) } else { Kind::Noisy };
-    let in_image = |block: &[usize; 2]| !pixels(frame.color, placed, *block).is_empty();
+    let repaired = repair(view.color, input_scale);
+    let view = View { color: &repaired, ..*view };
+    let kind = |block| if skip { kind(&view, tile, block, light) } else { BlockKind::Noisy };
+    let in_image = |block: &[usize; 2]| !pixels(view.color, tile, *block).is_empty();
     let kinds: Vec<_> = blocks().filter(in_image).map(|block| (block, kind(block))).collect();
     let is_clean = |block| is_clean(&kinds, block);
     let clean: Vec<bool> = blocks().map(is_clean).collect();
-    let is_active = |&[x, y]: &[usize; 2]| !clean[y * columns + x] && stores(placed, [x, y]);
+    let is_active = |&[x, y]: &[usize; 2]| !clean[y * columns + x] && stores(tile, [x, y]);
     let active: Vec<_> = blocks().filter(is_active).collect();
     let distances = (0..rows)
         .map(|y| (0..columns).map(|x| distance([x, y], &active, radius)).collect::<Vec<_>>())
@@ -99,21 +118,21 @@ pub fn activity(
 }
 
 /// Whether a block is clean among those that lie in the image.
-fn is_clean(kinds: &[([usize; 2], Kind)], block: [usize; 2]) -> bool {
+fn is_clean(kinds: &[([usize; 2], BlockKind)], block: [usize; 2]) -> bool {
     let is_near = |other: [usize; 2]| (0..2).all(|axis| other[axis].abs_diff(block[axis]) <= 1);
     match kinds.iter().find(|(other, _)| *other == block) {
-        None | Some((_, Kind::Noisy)) => false,
-        Some((_, Kind::Clean)) => true,
-        Some((_, Kind::Dark)) => {
-            kinds.iter().all(|&(other, kind)| kind != Kind::Noisy || !is_near(other))
+        None | Some((_, BlockKind::Noisy)) => false,
+        Some((_, BlockKind::Clean)) => true,
+        Some((_, BlockKind::Dark)) => {
+            kinds.iter().all(|&(other, kind)| kind != BlockKind::Noisy || !is_near(other))
         }
     }
 }
 
 /// The rows of a block's pixels that lie in the image, at least three of three if there are any and
 /// the image has so many.
-fn pixels(image: &Image, placed: &Placed, block: [usize; 2]) -> Vec<Vec<[f32; 3]>> {
-    let [left, top] = first(placed, block);
+fn pixels(image: &Image, tile: &TileOfView, block: [usize; 2]) -> Vec<Vec<[f32; 3]>> {
+    let [left, top] = first(tile, block);
     let (width, height) = (image.width() as usize, image.height() as usize);
     if left >= width || top >= height {
         return Vec::new();
@@ -126,36 +145,35 @@ fn pixels(image: &Image, placed: &Placed, block: [usize; 2]) -> Vec<Vec<[f32; 3]
 }
 
 /// A block's first pixel in the image.
-fn first(placed: &Placed, block: [usize; 2]) -> [usize; 2] {
-    [0, 1].map(|axis| placed.origin[axis] as usize + block[axis] * BLOCK)
+fn first(tile: &TileOfView, block: [usize; 2]) -> [usize; 2] {
+    [0, 1].map(|axis| tile.origin[axis] as usize + block[axis] * BLOCK)
 }
 
-fn stores(placed: &Placed, block: [usize; 2]) -> bool {
-    let first = first(placed, block);
+fn stores(tile: &TileOfView, block: [usize; 2]) -> bool {
+    let first = first(tile, block);
     (0..2).all(|axis| {
-        let stored = placed.stores.begin[axis] as usize..placed.stores.end[axis] as usize;
+        let stored = tile.stores.begin[axis] as usize..tile.stores.end[axis] as usize;
         (first[axis]..first[axis] + BLOCK).any(|pixel| stored.contains(&pixel))
     })
 }
 
-fn kind(frame: &Frame<'_>, placed: &Placed, block: [usize; 2], light: Light) -> Kind {
-    let rows = pixels(frame.color, placed, block);
+fn kind(view: &View<'_>, tile: &TileOfView, block: [usize; 2], light: Light) -> BlockKind {
+    let rows = pixels(view.color, tile, block);
     let (width, height) = (rows[0].len(), rows.len());
     let wide = width >= 3 && height >= 3;
     let even = width * height < 3 || same(&rows) || wide && !bends(&rows, light);
     let dark = || rows[0][0].iter().all(|&v| f64::from(v) * f64::from(light.input_scale) <= DARK);
     match even {
-        false => Kind::Noisy,
-        true if dark() && !is_empty(frame, placed, block) => Kind::Dark,
-        true => Kind::Clean,
+        false => BlockKind::Noisy,
+        true if dark() && !is_empty(view, tile, block) => BlockKind::Dark,
+        true => BlockKind::Clean,
     }
 }
 
 /// Whether albedo and normal, where given, say that there is no surface.
-fn is_empty(frame: &Frame<'_>, placed: &Placed, block: [usize; 2]) -> bool {
-    let given: Vec<_> = [frame.albedo, frame.normal].into_iter().flatten().collect();
-    let zero =
-        |image: &Image| pixels(image, placed, block).iter().flatten().all(|p| *p == [0.0; 3]);
+fn is_empty(view: &View<'_>, tile: &TileOfView, block: [usize; 2]) -> bool {
+    let given: Vec<_> = [view.albedo, view.normal].into_iter().flatten().collect();
+    let zero = |image: &Image| pixels(image, tile, block).iter().flatten().all(|p| *p == [0.0; 3]);
     !given.is_empty() && given.into_iter().all(zero)
 }
 
@@ -167,10 +185,10 @@ fn bends(rows: &[Vec<[f32; 3]>], light: Light) -> bool {
     let v = |x: usize, y: usize, c: usize| light.encode(rows[y][x][c]);
     let (width, height) = (rows[0].len(), rows.len());
     let along_rows = |y: usize, c: usize| {
-        (2..width).any(|x| (v(x - 2, y, c) - 2.0 * v(x - 1, y, c) + v(x, y, c)).abs() > T)
+        (2..width).any(|x| (v(x - 2, y, c) - 2.0 * v(x - 1, y, c) + v(x, y, c)).abs() > BEND)
     };
     let along_columns = |x: usize, c: usize| {
-        (2..height).any(|y| (v(x, y - 2, c) - 2.0 * v(x, y - 1, c) + v(x, y, c)).abs() > T)
+        (2..height).any(|y| (v(x, y - 2, c) - 2.0 * v(x, y - 1, c) + v(x, y, c)).abs() > BEND)
     };
     (0..3).any(|c| (0..height).any(|y| along_rows(y, c)) || (0..width).any(|x| along_columns(x, c)))
 }
@@ -193,7 +211,6 @@ fn least(distances: &[Vec<u32>], side: usize) -> Vec<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plan::tiles::Rect;
     use crate::reference::pu_inverse;
 
     fn image(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 3]) -> Image {
@@ -201,8 +218,8 @@ mod tests {
         Image::new(width, height, pixels).expect("a valid image")
     }
 
-    fn color(color: &Image) -> Frame<'_> {
-        Frame { color, albedo: None, normal: None, input_scale: None }
+    fn color(color: &Image) -> View<'_> {
+        View { color, albedo: None, normal: None }
     }
 
     #[test]
@@ -211,7 +228,7 @@ mod tests {
         let color = image(32, 16, |x, y| [[0.0, 1.0][usize::from((x, y) == (20, 3))]; 3]);
         let surface = image(32, 16, |x, y| [0.0, [0.0, 0.6][usize::from((x, y) == (9, 15))], 0.0]);
         let stores = Rect { begin: [0, 0], end: [32, 16] };
-        let placed = Placed { origin: [0, 0], stores };
+        let tile = TileOfView { origin: [0, 0], size: [32, 16], stores };
         for (albedo, normal, clean) in [
             (None, None, false),
             (Some(&black), None, true),
@@ -220,9 +237,8 @@ mod tests {
             (Some(&surface), None, false),
             (Some(&black), Some(&surface), false),
         ] {
-            let frame = Frame { albedo, normal, color: &color, input_scale: None };
-            let found =
-                activity(&frame, Encoding::default(), 1.0, &placed, [32, 16], 2, true).clean;
+            let view = View { albedo, normal, color: &color };
+            let found = activity(&view, Encoding::default(), 1.0, &tile, 2, true).clean;
             assert_eq!(found, [clean, false]);
         }
     }
@@ -242,8 +258,8 @@ mod tests {
         let (width, height) = image.size();
         let stores = Rect { begin: [0, 0], end: [width, height] };
         let size = [width, height].map(|side| side.next_multiple_of(16));
-        let placed = Placed { origin: [0, 0], stores };
-        activity(&color(image), Encoding::default(), 1.0, &placed, size, 2, true)
+        let tile = TileOfView { origin: [0, 0], size, stores };
+        activity(&color(image), Encoding::default(), 1.0, &tile, 2, true)
     }
 
     #[test]
@@ -269,7 +285,7 @@ mod tests {
     #[test]
     fn a_block_may_bend_by_the_threshold_along_either_axis() {
         let bent = |c: f64, x: u32| [pu_inverse(0.3 + c / 2.0 * f64::from(x * x)) as f32; 3];
-        for (c, clean) in [(0.99 * T, true), (1.01 * T, false)] {
+        for (c, clean) in [(0.99 * BEND, true), (1.01 * BEND, false)] {
             assert_eq!(whole(&image(16, 16, |x, _| bent(c, x))).clean, [clean], "rows, {c}");
             assert_eq!(whole(&image(16, 16, |_, y| bent(c, y))).clean, [clean], "columns, {c}");
         }
@@ -315,10 +331,9 @@ mod tests {
     fn only_blocks_that_the_tile_stores_are_active() {
         let noise = image(100, 64, |x, y| [((x * 7 + y * 5) % 11) as f32; 3]);
         let stores = Rect { begin: [48, 16], end: [65, 32] };
-        let placed = Placed { origin: [16, 0], stores };
+        let tile = TileOfView { origin: [16, 0], size: [80, 64], stores };
         for skip in [true, false] {
-            let found =
-                activity(&color(&noise), Encoding::default(), 1.0, &placed, [80, 64], 1, skip);
+            let found = activity(&color(&noise), Encoding::default(), 1.0, &tile, 1, skip);
             assert_eq!(found.clean, [false; 20]);
             let near = [FAR, 1, 1, 1, 1];
             assert_eq!(found.map[0], [near, [FAR, 1, 0, 0, 1], near, [FAR; 5]]);

@@ -1,20 +1,14 @@
 //! The input scale that brings an image's average luminance to middle grey.
 
-use super::repair::{is_finite, luminance};
+use super::repair::{GREY, MOST, OUTLIER, is_finite, luminance};
 use crate::image::Image;
 
 /// The largest side of a bin, in pixels.
 const BIN: usize = 16;
-/// What the average luminance becomes: photography's middle grey.
-const KEY: f64 = 0.18;
 /// A bin this many times as dark as the brightest is black, and says nothing of the exposure.
 const RANGE: f64 = (1_u64 << 33) as f64;
-/// Brighter values count as this, so that sums of a bin stay within f32.
-const BRIGHTEST: f32 = 1e30;
 /// Darker bins are black: many GPUs take smaller values for 0.
 const DARKEST: f64 = f32::MIN_POSITIVE as f64;
-/// How many times as bright as the next brightest of its bin a pixel may be.
-const OUTLIER: f64 = 16.0;
 
 /// `0.18 / 2^m`, where `m` is the mean of `log₂` of the luminance of all bins that are lit; 1 if
 /// none is. Positive and finite for any image.
@@ -43,7 +37,7 @@ pub fn autoexposure(color: &Image) -> f32 {
     if logs.is_empty() {
         return 1.0;
     }
-    (KEY / (logs.iter().sum::<f64>() / logs.len() as f64).exp2()) as f32
+    (GREY / (logs.iter().sum::<f64>() / logs.len() as f64).exp2()) as f32
 }
 
 struct Bin {
@@ -62,7 +56,7 @@ fn bin(color: &Image, rows: std::ops::Range<usize>, columns: std::ops::Range<usi
     let pixels = rows.flat_map(|y| color.row(y as u32)[columns.clone()].to_vec());
     let finite = pixels.filter(|pixel| is_finite(*pixel));
     let mut lights: Vec<f64> =
-        finite.map(|pixel| luminance(pixel.map(|v| v.clamp(0.0, BRIGHTEST)))).collect();
+        finite.map(|pixel| luminance(pixel.map(|v| v.clamp(0.0, MOST)))).collect();
     lights.sort_by(|a, b| b.total_cmp(a));
     let lone = lights.len() > 1 && lights[0] > 0.0 && lights[1] == 0.0;
     if lights.len() > 1 && !lone {

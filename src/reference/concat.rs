@@ -1,6 +1,7 @@
 //! The skip connection, as `torch.cat((first, second), dim=1)`.
 
-use super::Tensor;
+use super::tensor::Tensor;
+use crate::model::Params;
 
 /// The channels of `first`, then those of `second`: `[a, h, w]` and `[b, h, w]` become
 /// `[a + b, h, w]`.
@@ -14,6 +15,11 @@ pub fn concat(first: &Tensor, second: &Tensor) -> Tensor {
     Tensor::from_fn(first.channels + second.channels, height, width, |c, y, x| {
         if c < first.channels { first.at(c, y, x) } else { second.at(c - first.channels, y, x) }
     })
+}
+
+/// [`concat`] as a layer.
+pub(super) fn apply(_: &Params, inputs: &[&Tensor]) -> Tensor {
+    concat(inputs[0], inputs[1])
 }
 
 #[cfg(test)]

@@ -1,6 +1,7 @@
 //! 1×1 convolution, as `torch.nn.Conv2d(…, kernel_size=1)`.
 
-use super::Tensor;
+use super::tensor::Tensor;
+use crate::model::Params;
 
 /// Mixes the channels of each pixel: `result(o, y, x) = bias(o) + Σ weight(o, i) · input(i, y, x)`.
 ///
@@ -19,6 +20,11 @@ pub fn conv1x1(input: &Tensor, weight: &[f32], bias: &[f32]) -> Tensor {
         }
         sum as f32
     })
+}
+
+/// [`conv1x1`] as a layer.
+pub(super) fn apply(params: &Params, inputs: &[&Tensor]) -> Tensor {
+    conv1x1(inputs[0], &params.weight, &params.bias)
 }
 
 #[cfg(test)]

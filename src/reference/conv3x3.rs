@@ -1,6 +1,7 @@
 //! 3×3 convolution, as `torch.nn.Conv2d(…, kernel_size=3, padding=1)`.
 
-use super::Tensor;
+use super::tensor::Tensor;
+use crate::model::Params;
 
 /// Convolves with 3×3 kernels over a border of zeros, adds the bias, and if `relu` turns
 /// negative results into 0. Like every deep-learning framework it correlates: the kernel
@@ -33,6 +34,11 @@ pub fn conv3x3(input: &Tensor, weight: &[f32], bias: &[f32], relu: bool) -> Tens
 fn zero_padded(input: &Tensor, c: usize, y: usize, x: usize) -> f64 {
     let inside = (1..=input.height).contains(&y) && (1..=input.width).contains(&x);
     if inside { f64::from(input.at(c, y - 1, x - 1)) } else { 0.0 }
+}
+
+/// [`conv3x3`] as a layer.
+pub(super) fn apply(params: &Params, inputs: &[&Tensor], relu: bool) -> Tensor {
+    conv3x3(inputs[0], &params.weight, &params.bias, relu)
 }
 
 #[cfg(test)]

@@ -1,6 +1,8 @@
 //! See [`conv_head`].
 
-use super::{Tensor, conv3x3, head};
+use super::conv3x3::conv3x3;
+use super::head::head;
+use super::tensor::Tensor;
 use crate::Image;
 use crate::model::Params;
 

@@ -1,6 +1,7 @@
 //! Learned upsampling, as `torch.nn.ConvTranspose2d(…, kernel_size=2, stride=2)`.
 
-use super::Tensor;
+use super::tensor::Tensor;
+use crate::model::Params;
 
 /// Spreads each pixel over the 2×2 pixels it becomes, which never overlap:
 /// `result(o, y, x) = bias(o) + Σ weight(i, o, y mod 2, x mod 2) · input(i, y / 2, x / 2)`.
@@ -22,6 +23,11 @@ pub fn conv_transpose(input: &Tensor, weight: &[f32], bias: &[f32]) -> Tensor {
         }
         sum as f32
     })
+}
+
+/// [`conv_transpose`] as a layer.
+pub(super) fn apply(params: &Params, inputs: &[&Tensor]) -> Tensor {
+    conv_transpose(inputs[0], &params.weight, &params.bias)
 }
 
 #[cfg(test)]

@@ -1,6 +1,9 @@
 //! See [`head`].
 
-use super::{Tensor, conv1x1, fill, output_process};
+use super::conv1x1::conv1x1;
+use super::output_process::output_process;
+use super::repair::fill;
+use super::tensor::Tensor;
 use crate::Image;
 use crate::model::Params;
 

@@ -1,6 +1,8 @@
 //! See [`input_conv`].
 
-use super::{Tensor, conv3x3, input_process};
+use super::conv3x3::conv3x3;
+use super::input_process::input_process;
+use super::tensor::Tensor;
 use crate::Image;
 use crate::model::Params;
 

@@ -1,7 +1,9 @@
 //! From images to the tensor that the network reads.
 
+use super::repair::fill;
+use super::repair::repair;
+use super::tensor::Tensor;
 use super::transfer_function::encode;
-use super::{Tensor, fill, repair};
 use crate::image::Image;
 use crate::model::{Encoding, TransferFunction};
 

@@ -1,6 +1,7 @@
 //! Downsampling, as `torch.nn.MaxPool2d(2)`.
 
-use super::Tensor;
+use super::tensor::Tensor;
+use crate::model::Params;
 
 /// The largest of each 2×2 pixels: `[c, h, w]` becomes `[c, h / 2, w / 2]`.
 ///
@@ -18,6 +19,11 @@ pub fn max_pool(input: &Tensor) -> Tensor {
         let row = |y| input.at(c, y, 2 * x).max(input.at(c, y, 2 * x + 1));
         row(2 * y).max(row(2 * y + 1))
     })
+}
+
+/// [`max_pool`] as a layer.
+pub(super) fn apply(_: &Params, inputs: &[&Tensor]) -> Tensor {
+    max_pool(inputs[0])
 }
 
 #[cfg(test)]

@@ -1,13 +1,9 @@
 //! The whole network, layer by layer.
 
-use std::num::NonZero;
-use std::ops::Range;
-use std::thread;
-
-use super::{
-    Tensor, concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample,
-};
-use crate::model::{INPUT, Layer, Network, Op, Params};
+use super::tensor::Tensor;
+use super::{concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample};
+use crate::model::operators::for_each_operator;
+use crate::model::{INPUT, Network, Op, Params};
 
 /// Runs every layer of the table in order and returns what the last one makes.
 ///
@@ -19,11 +15,25 @@ use crate::model::{INPUT, Layer, Network, Op, Params};
 /// If the input or a layer's weights do not have the shape that the network declares.
 #[must_use]
 pub fn run(network: &Network, params: impl Fn(&str) -> Params, input: &Tensor) -> Tensor {
+    run_by(network, params, input, apply)
+}
+
+/// The same, with every layer computed by `apply`, from its operator, weights and inputs.
+///
+/// # Panics
+/// As [`run`].
+pub fn run_by(
+    network: &Network,
+    params: impl Fn(&str) -> Params,
+    input: &Tensor,
+    apply: impl Fn(Op, &Params, &[&Tensor]) -> Tensor,
+) -> Tensor {
     let mut tensors = vec![input.clone()];
     assert_eq!(input.channels, network.shapes[INPUT].channels, "channels of the network's input");
     for (layer, shape) in network.layers.iter().zip(&network.shapes[1..]) {
         let inputs: Vec<&Tensor> = layer.inputs.iter().map(|&id| &tensors[id]).collect();
-        let made = run_layer(layer, &params, &inputs);
+        let weights = layer.op.has_weights().then(|| params(&layer.name)).unwrap_or_default();
+        let made = apply(layer.op, &weights, &inputs);
         let declared = (shape.channels, input.height >> shape.level, input.width >> shape.level);
         assert_eq!(made.shape(), declared, "shape of what {} makes", layer.name);
         tensors.push(made);
@@ -31,37 +41,25 @@ pub fn run(network: &Network, params: impl Fn(&str) -> Params, input: &Tensor) -
     tensors.swap_remove(network.output())
 }
 
-fn run_layer(layer: &Layer, params: impl Fn(&str) -> Params, inputs: &[&Tensor]) -> Tensor {
-    let params = if layer.op.has_weights() { params(&layer.name) } else { Params::default() };
-    let Params { weight, bias } = &params;
-    match layer.op {
-        Op::Conv3x3 { relu } => shared(bias.len(), |outputs| {
-            let weights_of = |outputs: usize| weight.len() / bias.len() * outputs;
-            let weight = &weight[weights_of(outputs.start)..weights_of(outputs.end)];
-            conv3x3(inputs[0], weight, &bias[outputs], relu)
-        }),
-        Op::MaxPool => max_pool(inputs[0]),
-        Op::UpConv { ups, relu } => up_conv(inputs[0], inputs[1], &params, ups, relu),
-        Op::ConvTranspose => conv_transpose(inputs[0], weight, bias),
-        Op::Upsample => upsample(inputs[0]),
-        Op::Concat => concat(inputs[0], inputs[1]),
-        Op::Conv1x1 => conv1x1(inputs[0], weight, bias),
-        Op::Sigmoid => sigmoid(inputs[0]),
-    }
+macro_rules! define_apply {
+    ($($(#[$doc:meta])* $module:ident: $variant:ident $({
+        $($(#[$field_doc:meta])* $field:ident: $type:ty),*
+    })? = $facts:expr;)*) => {
+        /// What an operator makes of its inputs.
+        ///
+        /// # Panics
+        /// If a shape does not fit.
+        #[must_use]
+        pub fn apply(op: Op, params: &Params, inputs: &[&Tensor]) -> Tensor {
+            match op {
+                $(Op::$variant { $($($field),*)? } => {
+                    $module::apply(params, inputs $($(, $field)*)?)
+                })*
+            }
+        }
+    };
 }
-
-/// All output channels of a layer: as they do not depend on each other, the cores share them.
-fn shared(outputs: usize, make: impl Fn(Range<usize>) -> Tensor + Sync) -> Tensor {
-    let share = outputs.div_ceil(thread::available_parallelism().map_or(1, NonZero::get));
-    let parts: Vec<Tensor> = thread::scope(|scope| {
-        let make = &make;
-        let part = |begin| scope.spawn(move || make(begin..(begin + share).min(outputs)));
-        let parts: Vec<_> = (0..outputs).step_by(share).map(part).collect();
-        parts.into_iter().map(|part| part.join().expect("the reference does not panic")).collect()
-    });
-    let (height, width) = (parts[0].height, parts[0].width);
-    Tensor::new(outputs, height, width, parts.into_iter().flat_map(|part| part.data).collect())
-}
+for_each_operator!(define_apply);
 
 #[cfg(test)]
 mod tests {

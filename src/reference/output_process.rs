@@ -1,6 +1,6 @@
 //! From the tensor that the network makes to an image.
 
-use super::Tensor;
+use super::tensor::Tensor;
 use super::transfer_function::decode;
 use crate::image::Image;
 use crate::model::Encoding;

@@ -3,11 +3,11 @@
 use crate::image::Image;
 
 /// The luminance that the image's average becomes, times the input scale.
-const GREY: f64 = 0.18;
+pub const GREY: f64 = 0.18;
 /// How many times as bright as its surroundings a pixel may be.
-const OUTLIER: f64 = 16.0;
+pub const OUTLIER: f64 = 16.0;
 /// Larger values count as this, of either sign, so that no sum and no quotient leaves 32 bits.
-const MOST: f32 = 1e30;
+pub const MOST: f32 = 1e30;
 
 /// The image without bad pixels: each that is not finite in all channels is the mean of the finite
 /// ones among the eight around it, if there are any, else among the 24 around it, else black.

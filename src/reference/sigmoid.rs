@@ -1,6 +1,7 @@
 //! The network's last step, as `torch.sigmoid`.
 
-use super::Tensor;
+use super::tensor::Tensor;
+use crate::model::Params;
 
 /// `1 / (1 + exp(−v))` of every value, in `[0, 1]`; same shape as the input.
 ///
@@ -9,6 +10,11 @@ use super::Tensor;
 pub fn sigmoid(input: &Tensor) -> Tensor {
     let value = |&v: &f32| (1.0 / (1.0 + (-f64::from(v)).exp())) as f32;
     Tensor { data: input.data.iter().map(value).collect(), ..*input }
+}
+
+/// [`sigmoid`] as a layer.
+pub(super) fn apply(_: &Params, inputs: &[&Tensor]) -> Tensor {
+    sigmoid(inputs[0])
 }
 
 #[cfg(test)]

@@ -1,6 +1,9 @@
 //! See [`up_conv`].
 
-use super::{Tensor, concat, conv_transpose, conv3x3};
+use super::concat::concat;
+use super::conv_transpose::conv_transpose;
+use super::conv3x3::conv3x3;
+use super::tensor::Tensor;
 use crate::model::Params;
 
 /// A 3×3 convolution over the skip and, behind it, the upsampled low-resolution tensor: the
@@ -18,4 +21,9 @@ pub fn up_conv(skip: &Tensor, low: &Tensor, params: &Params, ups: usize, relu: b
     let (up_bias, bias) = params.bias.split_at(ups);
     let up = conv_transpose(low, up_weight, up_bias);
     conv3x3(&concat(skip, &up), weight, bias, relu)
+}
+
+/// [`up_conv`] as a layer.
+pub(super) fn apply(params: &Params, inputs: &[&Tensor], ups: usize, relu: bool) -> Tensor {
+    up_conv(inputs[0], inputs[1], params, ups, relu)
 }

@@ -1,6 +1,7 @@
 //! Nearest upsampling, as `torch.nn.Upsample(scale_factor=2)`.
 
-use super::Tensor;
+use super::tensor::Tensor;
+use crate::model::Params;
 
 /// Every pixel four times: `[c, h, w]` becomes `[c, 2h, 2w]`.
 #[must_use]
@@ -8,6 +9,11 @@ pub fn upsample(input: &Tensor) -> Tensor {
     Tensor::from_fn(input.channels, 2 * input.height, 2 * input.width, |c, y, x| {
         input.at(c, y / 2, x / 2)
     })
+}
+
+/// [`upsample`] as a layer.
+pub(super) fn apply(_: &Params, inputs: &[&Tensor]) -> Tensor {
+    upsample(inputs[0])
 }
 
 #[cfg(test)]

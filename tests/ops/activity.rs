@@ -1,11 +1,12 @@
 use std::collections::BTreeSet;
 
+use wgdenoise::Rect;
 use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::activity::{Activity, FAR, LAYERS, activity};
 use wgdenoise::internals::ops::input_process::Sources;
 use wgdenoise::internals::ops::tile::{Layout, Tile};
-use wgdenoise::internals::plan::tiles::{Placed, Rect};
-use wgdenoise::internals::reference;
+use wgdenoise::internals::plan::tiles::PlacedTile;
+use wgdenoise::internals::reference::{self, TileOfView, View};
 use wgdenoise::{Frame, Image, Precision, wgpu};
 
 use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
@@ -112,7 +113,7 @@ fn a_tile_sees_its_own_part_and_only_what_it_stores_is_active() {
     ];
     let cases = tiles.iter().flat_map(|tile| [true, false].map(|skip| (tile, skip)));
     run_cases(cases, |&(&(origin, tile, stores), skip)| {
-        let placed = Placed { origin, stores };
+        let placed = PlacedTile { origin, stores };
         for color in [Layout::packed(200), Layout::new(11, 1203, 4)] {
             for radius in [0, 2, 7] {
                 let encoding = Encoding::default();
@@ -193,7 +194,7 @@ fn what_is_black_beside_noise_is_clean_only_where_albedo_and_normal_are() {
 /// One tile of an image, and what is asked of it.
 #[derive(Clone, Copy)]
 struct Setup {
-    placed: Placed,
+    placed: PlacedTile,
     tile: [u32; 2],
     radius: u32,
     skip: bool,
@@ -204,7 +205,7 @@ struct Setup {
 impl Setup {
     fn whole(size: [u32; 2]) -> Self {
         Self {
-            placed: Placed { origin: [0, 0], stores: Rect { begin: [0, 0], end: size } },
+            placed: PlacedTile { origin: [0, 0], stores: Rect { begin: [0, 0], end: size } },
             tile: size.map(|side| side.next_multiple_of(16)),
             radius: RADIUS,
             skip: true,
@@ -249,7 +250,9 @@ fn compare_frame(
     setup: &Setup,
 ) -> Result<(), String> {
     let Setup { placed, tile, radius, skip, encoding, .. } = setup;
-    let expected = reference::activity(frame, *encoding, SCALE, placed, *tile, *radius, *skip);
+    let view = View { color: frame.color, albedo: frame.albedo, normal: frame.normal };
+    let tile = TileOfView { origin: placed.origin, size: *tile, stores: placed.stores };
+    let expected = reference::activity(&view, *encoding, SCALE, &tile, *radius, *skip);
     let message = || format!("found {found:?}, expected {expected:?}");
     (*found == expected).then_some(()).ok_or_else(message)
 }
@@ -262,7 +265,7 @@ fn run(image: &Image, setup: &Setup) -> reference::Activity {
 fn run_frame(frame: &Frame<'_>, setup: &Setup) -> reference::Activity {
     let context = context(Precision::F32);
     let (width, height) = frame.color.size();
-    let Placed { origin, stores } = setup.placed;
+    let PlacedTile { origin, stores } = setup.placed;
     let tile = Tile {
         image_size: [width, height],
         origin,

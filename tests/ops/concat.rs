@@ -2,7 +2,8 @@ use proptest::prelude::*;
 use wgdenoise::Precision;
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::Params;
-use wgdenoise::internals::ops::operator::{Io, Operator as _, channel_map};
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::operator::{Io, Operator as _};
 use wgdenoise::internals::ops::{concat, conv1x1::conv1x1};
 use wgdenoise::internals::reference;
 

@@ -2,8 +2,8 @@ use proptest::prelude::*;
 use proptest::sample;
 use wgdenoise::Precision;
 use wgdenoise::internals::model::Params;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::conv1x1::conv1x1;
-use wgdenoise::internals::ops::operator::channel_map;
 use wgdenoise::internals::reference;
 
 use wgdenoise_testing::gpu::{PRECISIONS, context, stored, sum_tolerance};

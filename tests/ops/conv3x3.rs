@@ -1,8 +1,9 @@
 use proptest::prelude::*;
 use proptest::sample;
 use wgdenoise::internals::model::Params;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::need::Need;
-use wgdenoise::internals::ops::operator::{Operator as _, channel_map};
+use wgdenoise::internals::ops::operator::Operator as _;
 use wgdenoise::internals::ops::{concat, conv3x3::conv3x3};
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};

@@ -1,9 +1,9 @@
 use proptest::prelude::*;
 use proptest::sample;
 use wgdenoise::internals::model::{Network, Params};
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::conv_head::conv_head;
 use wgdenoise::internals::ops::need::Need;
-use wgdenoise::internals::ops::operator::channel_map;
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::ops::{conv3x3::conv3x3, head::Head};
 use wgdenoise::internals::plan::halo;

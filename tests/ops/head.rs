@@ -1,10 +1,10 @@
 use wgdenoise::internals::gpu::kernel::Context;
 use wgdenoise::internals::model::{Encoding, Params};
 use wgdenoise::internals::ops::activity::Activity;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::head::Head;
 use wgdenoise::internals::ops::need::everything;
-use wgdenoise::internals::ops::operator::channel_map;
-use wgdenoise::internals::ops::output_process::Images;
+use wgdenoise::internals::ops::output_process::ResultImages;
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, KernelSet, Precision};
@@ -86,7 +86,7 @@ pub(crate) fn store(
     };
     let output = buffer(context, bytemuck::cast_slice(&vec![-1.0_f32; count]));
     let color = buffer(context, bytemuck::cast_slice(color));
-    let images = Images {
+    let images = ResultImages {
         tiles: &buffer(context, bytemuck::bytes_of(tile)),
         input_scale: &buffer(context, bytemuck::bytes_of(&2.5_f32)),
         color: (&color).into(),

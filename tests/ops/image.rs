@@ -2,10 +2,10 @@
 
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::Encoding;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::image::{Element, ImageBinding, ImageFormat};
 use wgdenoise::internals::ops::input_process::{self, Sources, input_process};
-use wgdenoise::internals::ops::operator::channel_map;
-use wgdenoise::internals::ops::output_process::{Images, output_process};
+use wgdenoise::internals::ops::output_process::{ResultImages, output_process};
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::wgpu::TextureFormat as Texture;
@@ -110,7 +110,7 @@ fn every_format_is_written_with_the_blend_and_the_alpha_of_the_colour() {
         let images = [noisy.as_pass(), output.as_pass()];
         let views = images.each_ref().map(view);
         let tile = Tile { image_size: SIZE, end: SIZE, output: layout, ..Tile::default() };
-        let images = Images {
+        let images = ResultImages {
             tiles: &buffer(context, bytemuck::bytes_of(&tile)),
             input_scale: &buffer(context, bytemuck::bytes_of(&0.5_f32)),
             color: binding(&images[0], views[0].as_ref()),

@@ -2,11 +2,11 @@
 
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::{Encoding, Params};
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::conv3x3::conv3x3;
 use wgdenoise::internals::ops::input_conv::InputConv;
 use wgdenoise::internals::ops::input_process::{self, Sources, input_process};
 use wgdenoise::internals::ops::need::{Need, everything};
-use wgdenoise::internals::ops::operator::channel_map;
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, Inputs, KernelSet, Precision};

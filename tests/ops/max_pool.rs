@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 use wgdenoise::Precision;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::max_pool::max_pool;
-use wgdenoise::internals::ops::operator::channel_map;
 use wgdenoise::internals::reference;
 
 use wgdenoise_testing::gpu::{context, stored};

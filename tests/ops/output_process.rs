@@ -1,7 +1,7 @@
 use wgdenoise::Precision;
 use wgdenoise::internals::model::{Encoding, TransferFunction};
-use wgdenoise::internals::ops::operator::channel_map;
-use wgdenoise::internals::ops::output_process::{Images, output_process};
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::output_process::{ResultImages, output_process};
 use wgdenoise::internals::ops::tile::{Layout, Tile};
 use wgdenoise::internals::reference;
 
@@ -97,7 +97,7 @@ fn store(
     let tiles = buffer(context, bytemuck::bytes_of(tile));
     let scale = buffer(context, bytemuck::bytes_of(&input_scale));
     let color = buffer(context, bytemuck::cast_slice(&vec![0.0_f32; count]));
-    let images = Images {
+    let images = ResultImages {
         tiles: &tiles,
         input_scale: &scale,
         color: (&color).into(),

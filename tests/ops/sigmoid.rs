@@ -1,6 +1,6 @@
 use proptest::prelude::*;
 use wgdenoise::Precision;
-use wgdenoise::internals::ops::operator::channel_map;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::sigmoid::sigmoid;
 use wgdenoise::internals::reference;
 

@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 use proptest::sample;
 use wgdenoise::internals::model::Params;
-use wgdenoise::internals::ops::operator::channel_map;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::up_conv::up_conv;
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};

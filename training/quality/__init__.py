@@ -1,1 +1,1 @@
-"""Quality of the shipped weights beside Intel Open Image Denoise; `python -m quality --help` says how."""
+"""Compares the shipped weights with Intel Open Image Denoise; see `python -m quality --help`."""

@@ -3,9 +3,9 @@
     python -m quality --test Cycles=DIR --test LuxCore=DIR --test "Mitsuba, Gaussian filter"=DIR \\
         --weights ../weights/*.safetensors
 
-Every view (*_v*.npz) of the folders is measured: give renders that training never saw. The first test set also runs
-the protocol of the thesis, and half precision through the program. Figures are kept in docs/quality; with --stored,
-page and pictures are made from those that are there. `python -m quality.speed` measures the milliseconds before.
+Measures every view (*_v*.npz) in the folders, which must hold renders that training never saw. The first test set also
+runs the thesis's protocol, and half precision through the program. The figures are stored in docs/quality; --stored
+rebuilds the page and images from them. Run `python -m quality.speed` first: it measures the times.
 """
 
 import argparse
@@ -25,9 +25,9 @@ def arguments():
     p.add_argument("--test", action="append", required=True, metavar="NAME=DIR", help="test set; the first is the main")
     p.add_argument("--weights", nargs="+", required=True, help="weights files")
     p.add_argument("--program", type=Path, default=Path("../target/release/wgdenoise"))
-    p.add_argument("--program-views", type=int, default=8, help="renders for half precision")
+    p.add_argument("--program-views", type=int, default=8, help="number of renders for half precision")
     p.add_argument("--docs", type=Path, default=Path("../docs"))
-    p.add_argument("--stored", action="store_true", help="measure nothing, write the page again")
+    p.add_argument("--stored", action="store_true", help="rewrite the page from the stored figures")
     p.add_argument("--threads", type=int, default=1)
     return p.parse_args()
 
@@ -37,13 +37,13 @@ def folders_of(tests):
     for test in tests:
         name, _, folder = test.partition("=")
         if not (name and folder):
-            raise SystemExit(f"--test {test}: give a name and a folder as NAME=DIR")
+            raise SystemExit(f"--test {test}: expected NAME=DIR")
         folders[name] = Path(folder)
     return folders
 
 
 def measure_all(o, folders, networks, oidn, out):
-    """Every figure of the page but the milliseconds."""
+    """Measures and stores all figures except the times."""
     out.mkdir(parents=True, exist_ok=True)
     first = next(iter(folders.values()))
     store.save(out / "weights.csv", [n.row() for n in networks])
@@ -60,9 +60,9 @@ def main():
     folders = folders_of(o.test)
     networks = load_all(o.weights)
     if page.SHOWN not in [n.name for n in networks]:
-        raise SystemExit(f"--weights: no file of the net `{page.SHOWN}`, which the page is about")
+        raise SystemExit(f"--weights: the page needs the weights of `{page.SHOWN}`")
     oidn = [Oidn(q, o.threads) for q in QUALITIES]
-    page.speed_of(o.docs)  # ends here if there are none, not after the measuring
+    page.speed_of(o.docs)  # fails now, not after the measurements, if the times are missing
     if o.stored:
         store.same_weights(o.docs / "quality" / "weights.csv", networks)
     else:

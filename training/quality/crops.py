@@ -1,4 +1,4 @@
-"""Pictures side by side: noisy, denoised, Open Image Denoise, reference."""
+"""Images side by side: noisy, denoised, Open Image Denoise, reference."""
 
 import numpy as np
 import torch
@@ -13,7 +13,7 @@ CROP, GAP = 96, 4  # pixels
 
 
 def strip(images, ref):
-    """Linear images [3,H,W] in a row, exposed as the reference is for display: uint8 [H,W,3]."""
+    """Linear images [3,H,W] side by side at the reference's display exposure, as uint8 [H,W,3]."""
     shown = [display(i * exposure_of(ref)) for i in images]
     gap = torch.ones(3, ref.shape[1], GAP)
     row = torch.cat([part for s in shown for part in (s, gap)][:-1], 2)
@@ -22,7 +22,7 @@ def strip(images, ref):
 
 @torch.no_grad()
 def save_crops(chosen, folders, ours, other, path, zoom=2):
-    """One row per chosen render (pairs of ratio and row): where the two denoisers' errors differ most."""
+    """One row per chosen render (pairs of ratio and row), cropped where the two denoisers' errors differ most."""
     rows = [_row(ratio, r, folders[r["set"]], ours, other) for ratio, r in chosen]
     gap = np.full((GAP, rows[0].shape[1], 3), 255, np.uint8)
     picture = np.concatenate([part for r in rows for part in (r, gap)][:-1])
@@ -30,7 +30,7 @@ def save_crops(chosen, folders, ours, other, path, zoom=2):
 
 
 def save_png(path, picture, zoom=1):
-    """`picture` is uint8 [H,W,3]; `zoom` repeats its pixels."""
+    """Saves uint8 [H,W,3]; `zoom` repeats the pixels."""
     size = picture.shape[1] * zoom, picture.shape[0] * zoom
     Image.fromarray(picture).resize(size, Image.Resampling.NEAREST).save(path, optimize=True)
 
@@ -52,7 +52,7 @@ def _cut(picture, y, x, size):
 
 
 def _place(worse, better, ref):
-    """Upper left corner of the crop in which `worse` loses most to `better`."""
+    """Top-left corner of the crop in which `worse` loses most to `better`."""
     scale = exposure_of(ref)
     shown = [display(i * scale) for i in (worse, better, ref)]
     loss = ((shown[0] - shown[2]).abs() - (shown[1] - shown[2]).abs()).mean(0)

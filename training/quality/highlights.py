@@ -1,10 +1,10 @@
-"""What the repair of outliers (transfer.repair) does to renders and to their highlights.
+"""Measures how the repair of outliers (transfer.repair) affects renders and their highlights.
 
     python -m quality.highlights WEIGHTS FOLDER [FOLDER ...]
 
-prints, over the renders (*_v*.npz) of the folders by samples per pixel, how many pixels are darkened, and the error
-and the light of the denoised picture where the reference is brightest (one pixel in a hundred, as a share of the
-reference's), without the repair and with it; and how much of that light the converged references keep themselves.
+For the renders (*_v*.npz) of the folders, by samples per pixel, prints the share of darkened pixels, and the error and
+highlights of the denoised image with and without the repair. Highlights are the light in the reference's brightest 1 %
+of pixels, as a share of the reference's. Also prints how much of that light the converged references keep.
 """
 
 import math

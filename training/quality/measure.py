@@ -1,4 +1,4 @@
-"""Errors of every denoiser on every test render, and what the test sets are."""
+"""Errors of every denoiser on every test render, and a description of the test sets."""
 
 import sys
 from pathlib import Path
@@ -15,12 +15,12 @@ COUNTS = (2, 8, 32, 128)
 def paths_of(folder):
     paths = sorted(Path(folder).glob("*_v*.npz"))
     if not paths:
-        raise SystemExit(f"no views (*_v*.npz) in {folder}: give a folder of rendered test views")
+        raise SystemExit(f"{folder}: no views (*_v*.npz); expected a folder of rendered test views")
     return paths
 
 
 def describe(name, folder):
-    """One row per view of a test set: its size, kind and the estimated relative error of its reference."""
+    """One row per view of a test set: size, kind and estimated relative error of the reference."""
     views = map(read_view, paths_of(folder))
     return [dict(set=name, view=v["name"], kind=v["kind"], width=v["ref"].shape[2], height=v["ref"].shape[1],
                  relerr=v["relerr"]) for v in views]
@@ -28,7 +28,7 @@ def describe(name, folder):
 
 @torch.no_grad()
 def measure(name, folder, denoisers):
-    """Rows of a test set: noisy, and each denoiser with colour alone and with all inputs."""
+    """Rows of a test set: noisy, then each denoiser with colour alone and with all inputs."""
     rows, paths = [], paths_of(folder)
     for i, path in enumerate(paths, 1):
         print(f"{name}: view {i} of {len(paths)}", file=sys.stderr, flush=True)
@@ -38,7 +38,7 @@ def measure(name, folder, denoisers):
                 about = dict(set=name, view=view["name"], spp=spp)
                 rows += [about | row for row in _render(image, view["ref"][:3].float(), denoisers)]
     if not rows:
-        raise SystemExit(f"{folder}: no render of {', '.join(map(str, COUNTS))} samples")
+        raise SystemExit(f"{folder}: no render with {', '.join(map(str, COUNTS))} samples")
     return rows
 
 

@@ -1,4 +1,4 @@
-"""The shipped networks: weights files read back into PyTorch, so that what is measured is what the program loads."""
+"""The shipped networks, read from their weights files, so that PyTorch measures what the program loads."""
 
 import hashlib
 import re
@@ -12,7 +12,7 @@ from model import UNet, parameter_count
 
 
 class Network:
-    """A weights file; called with a render [9,H,W] and the inputs to use, gives linear colour [3,H,W]."""
+    """A weights file. Called with a render [9,H,W] and the inputs to use, returns linear colour [3,H,W]."""
 
     def __init__(self, path):
         self.path = Path(path)
@@ -27,37 +27,37 @@ class Network:
         return denoise(self.model, image, inputs)
 
     def row(self):
-        """What tells this network from others."""
+        """Identifies this network in the tables."""
         return dict(method=self.name, file=self.path.name, digest=self.digest, parameters=self.parameters,
                     macs=self.macs)
 
 
 def load_all(paths):
-    """The networks of weights files, the cheapest first."""
+    """The networks of the weights files, cheapest first."""
     return sorted(map(Network, paths), key=lambda n: n.macs)
 
 
 def _read(path):
-    """Metadata and tensors, in float32, of a weights file."""
+    """Metadata and float32 tensors of a weights file."""
     try:
         with safe_open(path, "pt") as f:
             metadata, state = f.metadata() or {}, {k: f.get_tensor(k).float() for k in f.keys()}
     except (OSError, SafetensorError) as e:
-        raise SystemExit(f"{path}: cannot be read as a weights file: {e}") from None
+        raise SystemExit(f"{path}: not a readable weights file: {e}") from None
     if metadata.get("format") != "wgdenoise":
-        raise SystemExit(f"{path}: not a weights file of wgdenoise; export.py writes them")
+        raise SystemExit(f"{path}: not a wgdenoise weights file; export.py writes them")
     return metadata, state
 
 
 def _fill(model, state, path):
     missing = {k for k in model.state_dict() if not k.endswith("num_batches_tracked")} ^ state.keys()
     if missing:
-        raise SystemExit(f"{path}: {min(missing)} is only in the file or only in the network; export it again")
+        raise SystemExit(f"{path}: {min(missing)} is missing from the file or unknown to the network; export it again")
     model.load_state_dict(state, strict=False)
 
 
 def macs_per_pixel(model):
-    """Multiply-adds per pixel of the whole image, all inputs given. `wgdenoise info` and `bench` count the same."""
+    """Multiply-adds per pixel of the image with all inputs, as `wgdenoise info` and `bench` count them."""
     total = 0
     for name, layer in model.named_modules():
         if isinstance(layer, (torch.nn.Conv2d, torch.nn.ConvTranspose2d)):

@@ -1,4 +1,4 @@
-"""Intel Open Image Denoise 2.5.1, the comparison: the library inside the package pyoidn, on the CPU."""
+"""Intel Open Image Denoise 2.5.1 on the CPU, from the package pyoidn, for comparison."""
 
 from pathlib import Path
 
@@ -9,14 +9,13 @@ import torch
 QUALITIES = dict(fast=pyoidn.OIDN_QUALITY_FAST, balanced=pyoidn.OIDN_QUALITY_BALANCED, high=pyoidn.OIDN_QUALITY_HIGH)
 HOME = Path(pyoidn.__file__).parent / "oidn"
 
-# Multiply-adds per pixel with colour, albedo and normal, counted from the shapes of the weights inside the library:
-# `fast` runs a small U-Net of 320 thousand weights, `balanced` and `high` one of 920 thousand; there is no larger one
-# for noisy features.
+# Multiply-adds per pixel with colour, albedo and normal, counted from the weight shapes in the library. `fast` runs a
+# small U-Net of 320 thousand weights, `balanced` and `high` one of 920 thousand, the largest for noisy features.
 MACS = dict(fast=62136, balanced=125406, high=125406)
 
 
 class Oidn:
-    """One quality mode; called like a Network. The features count as noisy (`cleanAux` off), as they are."""
+    """One quality mode, called like a Network. `cleanAux` is off because the features are noisy."""
 
     def __init__(self, quality, threads=1):
         self.name, self.quality = f"OIDN {quality}", QUALITIES[quality]

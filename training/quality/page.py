@@ -1,4 +1,4 @@
-"""Puts figures, plots and pictures into the page. Its prose is template.md, nowhere else."""
+"""Fills template.md, which holds all the text of the page, with figures, plots and images."""
 
 import json
 from pathlib import Path
@@ -7,19 +7,19 @@ from string import Template
 from quality import crops, plots, tables
 from quality.store import distinct, load, mean, ranked, select
 
-SHOWN = "balanced"  # the tier of the pictures, and of the tables of worst and best renders
-PLOT_COUNT = 8  # samples per pixel of the plot of error against cost
-LISTED, LOSSES, WINS = 3, 2, 1  # renders of each test set: in the tables; in the picture of losses; in that of wins
+SHOWN = "balanced"  # the tier shown in the images and in the tables of the worst and best renders
+PLOT_COUNT = 8  # samples per pixel in the plot of error against cost
+LISTED, LOSSES, WINS = 3, 2, 1  # renders of each test set in the tables and in the images of losses and wins
 
 
 def write(docs, folders, networks, oidn, command):
-    """docs/quality.md and its pictures, from the figures stored in docs/quality. `oidn` is its high quality mode."""
+    """Writes docs/quality.md and its images from the figures in docs/quality. `oidn` is the high quality mode."""
     store = docs / "quality"
     names = "errors", "views", "weights", "thesis", "precision"
     errors, views, weights, thesis, precision = (load(store / f"{n}.csv") for n in names)
     speed = speed_of(docs)
     if missing := set(distinct(errors, "set")) - folders.keys():
-        raise SystemExit(f"--test: no folder for {min(missing)}, of which there are stored figures")
+        raise SystemExit(f"--test: no folder for {min(missing)}, which has stored figures")
     network = next(n for n in networks if n.name == SHOWN)
     captions = _pictures(store, errors, folders, network, oidn)
     _plots(store, errors, speed, precision)
@@ -29,21 +29,21 @@ def write(docs, folders, networks, oidn, command):
 
 
 def speed_of(docs):
-    """What quality.speed measured."""
+    """The results of quality.speed."""
     path = docs / "quality" / "speed.json"
     if not path.exists():
-        raise SystemExit(f"{path}: no milliseconds measured yet; `python -m quality.speed` does it")
+        raise SystemExit(f"{path}: no times measured yet; run `python -m quality.speed`")
     return json.loads(path.read_text())
 
 
 def extremes(errors, count, worst):
-    """The renders of every test set with the largest ratios, or the smallest."""
+    """The renders with the largest or smallest ratios of every test set."""
     order = ranked(errors, SHOWN, worst)
     return [p for name in distinct(errors, "set") for p in [p for p in order if p[1]["set"] == name][:count]]
 
 
 def _pictures(store, errors, folders, network, oidn):
-    """Saves the pictures of our worst and our best; their captions."""
+    """Saves the images of our worst and best renders; returns their captions."""
     chosen = dict(losses=extremes(errors, LOSSES, True), wins=extremes(errors, WINS, False))
     for name, renders in chosen.items():
         crops.save_crops(renders, folders, network, oidn, store / f"{name}.png")

@@ -1,4 +1,4 @@
-"""The plots of the page, as small PNG files."""
+"""The page's plots, as small PNG files."""
 
 from collections import defaultdict
 
@@ -17,7 +17,7 @@ MARKERS = "osD^v"
 
 
 def error_by_samples(errors, path):
-    """One panel per test set: mean L1 over samples, all inputs drawn through, colour alone dashed."""
+    """One panel per test set: mean L1 over samples; solid lines for all inputs, dashed for colour alone."""
     names = distinct(errors, "set")
     figure, panels = plt.subplots(1, len(names), figsize=(4 * len(names), 3.6), sharey=True, squeeze=False,
                                   layout="constrained")
@@ -47,9 +47,9 @@ def _lines(panel, rows, method):
 
 
 def error_by_cost(errors, speed, precision, count, path):
-    """Two panels, multiply-adds and milliseconds, against the mean L1 of the first test set at `count` samples.
+    """Mean L1 of the first test set at `count` samples, against multiply-adds and against milliseconds.
 
-    A point in half precision has the error in full precision times what the program's own runs say of the two.
+    For half precision, the full-precision error is scaled by the ratio that the program's own runs measured.
     """
     rows = select(errors, set=errors[0]["set"], spp=count, inputs=ALL)
     figure, panels = plt.subplots(1, 2, figsize=(9.6, 3.8), sharey=True, layout="constrained")
@@ -70,7 +70,7 @@ def error_by_cost(errors, speed, precision, count, path):
 
 
 def half_ratio(precision, point):
-    """The error of the point's precision over that in full precision."""
+    """Error in the point's precision relative to full precision."""
     if not point["precision"]:
         return 1.0
     of = [mean(select(precision, method=point["method"], precision=p), "l1")
@@ -79,7 +79,7 @@ def half_ratio(precision, point):
 
 
 def every_render(errors, method, path):
-    """Each test render with all inputs as one point: L1 of OIDN high across, of `method` up."""
+    """One point per test render with all inputs: L1 of OIDN high on x, of `method` on y."""
     figure, panel = plt.subplots(figsize=(5.2, 4.8), layout="constrained")
     for name, marker in zip(distinct(errors, "set"), MARKERS * 3):
         here = select(errors, set=name, inputs=ALL)
@@ -96,7 +96,7 @@ def every_render(errors, method, path):
 
 
 def before_after(rows, inputs, path):
-    """Rows of evaluate.py with these inputs, each as one point: L1 of the noisy render across, of the denoised up."""
+    """One point per row of evaluate.py with these inputs: L1 of the noisy render on x, of the denoised one on y."""
     chosen = select(rows, inputs=inputs)
     figure, panel = plt.subplots(figsize=(5.2, 4.8), layout="constrained")
     for spp in sorted(distinct(chosen, "spp")):
@@ -110,7 +110,7 @@ def before_after(rows, inputs, path):
 
 
 def _plain(axis):
-    """Ticks of a logarithmic axis at 1, 2, 5, 10, ..., written as plain numbers."""
+    """Puts ticks of a logarithmic axis at 1, 2, 5, 10, ... as plain numbers."""
     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.set_minor_locator(NullLocator())

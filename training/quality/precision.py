@@ -1,4 +1,4 @@
-"""The error of half precision: the program itself, in both precisions, on a few test renders through EXR files."""
+"""The error of half precision, from runs of the program in both precisions on EXR files of a few test renders."""
 
 import subprocess
 import sys
@@ -19,10 +19,10 @@ LAYERS = ("R", "G", "B"), ("albedo.R", "albedo.G", "albedo.B"), ("normal.X", "no
 
 
 def measure(program, folder, networks, views):
-    """One row per render, network and precision: display L1. `views` renders, spread evenly over the folder."""
+    """Display L1, one row per render, network and precision, for `views` renders spread evenly over the folder."""
     paths = [p for p in paths_of(folder) if COUNT in dict(read_view(p)["noisy"])]
     if not paths:
-        raise SystemExit(f"{folder}: no render of {COUNT} samples")
+        raise SystemExit(f"{folder}: no render with {COUNT} samples")
     chosen = np.linspace(0, len(paths) - 1, min(views, len(paths))).astype(int)
     return [row for i in chosen for row in _rows(program, read_view(paths[i]), networks)]
 
@@ -37,7 +37,7 @@ def _rows(program, view, networks):
 
 
 def run(program, image, weights, precision):
-    """Linear colour [3,H,W] of a render [9,H,W] through the program."""
+    """Denoises a render [9,H,W] with the program; returns linear colour [3,H,W]."""
     with tempfile.TemporaryDirectory() as folder:
         noisy, clean = Path(folder) / "noisy.exr", Path(folder) / "clean.exr"
         names = [n for layer in LAYERS for n in layer]
@@ -47,12 +47,12 @@ def run(program, image, weights, precision):
 
 
 def call(command, environment=None):
-    """Standard output of a command; what it says of an error ends the script."""
+    """Standard output of a command; ends the script with its error message if it fails."""
     try:
         done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=True,
                               env=environment)
     except FileNotFoundError:
-        raise SystemExit(f"{command[0]}: not found; `cargo build --release` makes the program") from None
+        raise SystemExit(f"{command[0]}: not found; build it with `cargo build --release`") from None
     except subprocess.CalledProcessError as e:
         raise SystemExit(f"{command[0]} failed: {e.stderr.strip()}") from None
     return done.stdout

@@ -1,11 +1,10 @@
-"""Milliseconds of the program and of Open Image Denoise on this machine, into the file that the page reads.
+"""Times the program and Open Image Denoise on this machine and writes the file that the page reads.
 
     python -m quality.speed --program ../target/release/wgdenoise --weights ../weights/*.safetensors
 
-1024x1024 pixels with colour, albedo and normal. The program's own `bench` and the other's own oidnBenchmark measure,
-turn about in rounds, so that a machine whose speed drifts is as fair to one as to the other; the median over the
-rounds counts. The adapter is the program's default; `--adapter` names another. Open Image Denoise runs on the CPU: the
-comparison is one of equals where the adapter is the CPU, too.
+1024x1024 pixels with colour, albedo and normal. The program's `bench` and oidnBenchmark alternate in rounds, so that a
+machine whose speed drifts treats both alike; the median over the rounds counts. The program uses its default adapter
+unless `--adapter` names another. Open Image Denoise runs on the CPU, so only a CPU adapter makes the comparison fair.
 """
 
 import argparse
@@ -25,7 +24,7 @@ OTHER = 'oidnBenchmark -d cpu -r "RT.hdr_alb_nrm.*" -s 1024 1024 -q QUALITY'
 
 
 def bench(program, weights, precision, adapter):
-    """What `wgdenoise bench` reports."""
+    """The report of `wgdenoise bench`."""
     chosen = ["--adapter", adapter] if adapter else []
     return json.loads(call([program, "bench", "--width", SIZE, "--height", SIZE, "--weights", weights,
                             "--precision", precision, "--runs", "1", "--json", *chosen]))
@@ -40,7 +39,7 @@ def oidn_milliseconds(quality):
 
 
 def measure(program, networks, adapter, rounds):
-    """Rows of method, precision, MAC per pixel and the milliseconds of every round; and the adapter."""
+    """Rows with method, precision, MAC per pixel and the milliseconds of every round; and the adapter's name."""
     rows = [dict(method=n.name, precision=p, macs=n.macs, rounds=[]) for n in networks for p in PRECISIONS]
     others = [dict(method=f"OIDN {q}", precision="", macs=MACS[q], rounds=[]) for q in QUALITIES]
     paths = {n.name: n.path for n in networks}
@@ -56,7 +55,7 @@ def measure(program, networks, adapter, rounds):
 
 
 def processor():
-    """Model and number of the cores that this process may use."""
+    """The CPU model and the number of cores available to this process."""
     about = Path("/proc/cpuinfo")
     model = re.search(r"model name\s*: (.*)", about.read_text()) if about.exists() else None
     return f"{model[1] if model else 'unknown processor'}, {len(os.sched_getaffinity(0))} cores"
@@ -66,7 +65,7 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--program", type=Path, default=Path("../target/release/wgdenoise"))
     p.add_argument("--weights", nargs="+", required=True, help="weights files")
-    p.add_argument("--adapter", help="adapter of the program, as `wgdenoise devices` lists them")
+    p.add_argument("--adapter", help="adapter for the program, as listed by `wgdenoise devices`")
     p.add_argument("--rounds", type=int, default=3)
     p.add_argument("--out", type=Path, default=Path("../docs/quality/speed.json"))
     o = p.parse_args()

@@ -1,4 +1,4 @@
-"""Rows of figures: CSV files that the page is made from, and the few questions that the page asks of them."""
+"""Rows of figures in CSV files, and the few queries that the page needs."""
 
 import csv
 
@@ -6,13 +6,13 @@ import numpy as np
 
 FIGURES = ("l1", "psnr", "ssim", "relmse", "smape")
 COLOUR, ALL = "colour", "all"
-INPUTS = {COLOUR: "color", ALL: "color,albedo,normal"}  # name on the page to what a denoiser is asked for
-TEXT = "set", "view", "kind", "method", "inputs", "precision", "file", "digest"  # columns that are not numbers
-OIDN = "OIDN high"  # what ratios are against
+INPUTS = {COLOUR: "color", ALL: "color,albedo,normal"}  # name on the page to the inputs of a denoiser
+TEXT = "set", "view", "kind", "method", "inputs", "precision", "file", "digest"  # text columns; others are numbers
+OIDN = "OIDN high"  # the baseline of all ratios
 
 
 def save(path, rows, digits=4):
-    """Figures are rounded, by default to more digits than they mean."""
+    """Saves rows, rounding figures to `digits`, by default more than are significant."""
     with open(path, "w", newline="") as f:
         writer = csv.DictWriter(f, rows[0], lineterminator="\n")
         writer.writeheader()
@@ -21,15 +21,15 @@ def save(path, rows, digits=4):
 
 def load(path):
     if not path.exists():
-        raise SystemExit(f"{path}: not measured yet; run without --stored")
+        raise SystemExit(f"{path}: missing; run without --stored to measure")
     with open(path, newline="") as f:
         return [{k: v if k in TEXT else _number(v) for k, v in r.items()} for r in csv.DictReader(f)]
 
 
 def same_weights(path, networks):
-    """Ends the program unless the stored figures are those of these networks."""
+    """Ends the program unless the stored figures belong to these networks."""
     if {r["digest"] for r in load(path)} != {n.digest for n in networks}:
-        raise SystemExit(f"{path}: the stored figures are of other weights files; run without --stored")
+        raise SystemExit(f"{path}: the stored figures belong to other weights; run without --stored")
 
 
 def _number(text):
@@ -41,7 +41,7 @@ def select(rows, **wanted):
 
 
 def distinct(rows, name):
-    """The values of a column, in the order in which they come first."""
+    """The distinct values of a column, in order of first appearance."""
     return list(dict.fromkeys(r[name] for r in rows))
 
 
@@ -54,9 +54,9 @@ def mean(rows, name):
 
 
 def ranked(rows, name, worst=True):
-    """Renders with all inputs as pairs: L1 of denoiser `name` over that of OIDN high, row of `name`.
+    """Renders with all inputs as pairs: the L1 ratio of denoiser `name` to OIDN high, and the row of `name`.
 
-    The largest ratio comes first, or the smallest; each view comes once, with the sample count that suits the order.
+    Sorted by ratio, largest first if `worst`, else smallest first; each view appears once, at its extreme count.
     """
     others = {_render(r): r["l1"] for r in select(rows, method=OIDN, inputs=ALL)}
     pairs = [(r["l1"] / others[_render(r)], r) for r in select(rows, method=name, inputs=ALL)]

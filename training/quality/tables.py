@@ -11,7 +11,7 @@ DIGITS = dict(l1=4, psnr=2, ssim=3, relmse=3, smape=3)
 
 
 def markdown(head, lines):
-    """`head` is a list of cells; each line, too."""
+    """`head` and each line are lists of cells."""
     rows = [head, ["---"] * len(head), *lines]
     return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in rows)
 
@@ -19,7 +19,7 @@ def markdown(head, lines):
 def weights(rows):
     lines = [[r["method"], f"`{r['file']}`", f"`{r['digest']}`", f"{r['parameters'] / 1e6:.2f} M",
               f"{r['macs'] / 1000:.1f}"] for r in rows]
-    return markdown(["net", "file", "SHA-256, first 12 digits", "parameters", "kMAC per pixel"], lines)
+    return markdown(["network", "file", "SHA-256, first 12 digits", "parameters", "kMAC per pixel"], lines)
 
 
 def sets(views, errors):
@@ -35,7 +35,7 @@ def sets(views, errors):
 
 
 def summary(errors):
-    """Mean L1 with all inputs, and in brackets how many times that of OIDN high."""
+    """Mean L1 with all inputs, and in brackets relative to OIDN high."""
     methods = [m for m in distinct(errors, "method") if m != "noisy"]
     lines = []
     for name in distinct(errors, "set"):
@@ -52,7 +52,7 @@ def _ratios(rows, methods):
 
 
 def full(errors, name):
-    """Every figure of one test set by samples, denoiser and inputs: means, and the 95th percentile of L1."""
+    """All figures of one test set by samples, denoiser and inputs: means, and the 95th percentile of L1."""
     lines = []
     for spp in sorted(distinct(select(errors, set=name), "spp")):
         here = select(errors, set=name, spp=spp)
@@ -69,7 +69,7 @@ def _figures(rows):
 
 
 def renders(errors, views, chosen):
-    """Chosen renders, which are pairs of ratio and row."""
+    """A table of the chosen renders, given as pairs of ratio and row."""
     kind_of = {(v["set"], v["view"]): v["kind"] for v in views}
     lines = []
     for ratio, r in chosen:
@@ -82,7 +82,7 @@ def renders(errors, views, chosen):
 
 
 def kinds(errors, views, name, method):
-    """Mean L1 of one test set by kind of scene, all counts, all inputs, the worst ratio first."""
+    """Mean L1 of one test set by kind of scene, over all counts with all inputs, worst ratio first."""
     lines = []
     measured = set(distinct(select(errors, set=name), "view"))
     for kind in distinct(select(views, set=name), "kind"):
@@ -96,7 +96,7 @@ def kinds(errors, views, name, method):
 
 
 def thesis(rows):
-    """L1 and SSIM before and after by sample count, then over all counts, for each network."""
+    """L1 and SSIM of each network, before and after, by sample count and over all counts."""
     methods = distinct(rows, "method")
     lines = []
     for spp in [c for c in THESIS_COUNTS if select(rows, spp=c)] + [None]:
@@ -114,7 +114,7 @@ def _before_after(rows):
 def speed(about):
     lines = [[r["method"], r["precision"] or "its own", f"{r['macs'] / 1000:.1f}", f"{r['ms']:.0f}",
               f"{min(r['rounds']):.0f} to {max(r['rounds']):.0f}"] for r in about["rows"]]
-    return markdown(["", "precision", "kMAC per pixel", "ms", "least to most"], lines)
+    return markdown(["", "precision", "kMAC per pixel", "ms", "minimum to maximum"], lines)
 
 
 def precision(rows):
@@ -123,4 +123,4 @@ def precision(rows):
         single, half = (mean(select(rows, method=method, precision=p), "l1") for p in PRECISIONS)
         lines.append([method, len(distinct(rows, "view")), f"{single:.5f}", f"{half:.5f}",
                       f"{100 * (half / single - 1):+.2f} %"])
-    return markdown(["net", "renders", "L1, f32", "L1, f16", "change"], lines)
+    return markdown(["network", "renders", "L1, f32", "L1, f16", "change"], lines)

@@ -1,7 +1,7 @@
-"""The protocol of the thesis that the network comes from: 8-bit sRGB pictures, 256x256 patches, colour alone.
+"""The protocol of the thesis that introduced the network: 8-bit sRGB images, 256x256 patches, colour alone.
 
-Noisy and reference are exposed as for display and quantised to 8 bits. The noisy one is denoised as the program
-does with a PNG file: decoded to linear, denoised, clipped, encoded and quantised again. Errors are between pictures.
+Noisy image and reference are exposed for display and quantised to 8 bits. As the program does with a PNG file, the
+noisy one is decoded to linear, denoised, clipped, encoded and quantised again. Errors compare 8-bit images.
 """
 
 import sys
@@ -17,7 +17,7 @@ PATCH = 256
 
 
 def to_picture(color):
-    """Linear colour to what an 8-bit sRGB file holds, as 0..1."""
+    """Linear colour to the values of an 8-bit sRGB file, as 0..1."""
     return (display(color) * 255).round() / 255
 
 
@@ -26,17 +26,17 @@ def to_linear(picture):
 
 
 def patches(image):
-    """The whole patches of an image [C,H,W], row by row; an image that is smaller than a patch is one itself."""
+    """The complete patches of an image [C,H,W], row by row; a smaller image is its own patch."""
     h, w = (min(PATCH, s) for s in image.shape[1:])
     return [p for row in image.split(h, 1) for p in row.split(w, 2) if p.shape[1:] == (h, w)]
 
 
 @torch.no_grad()
 def measure(folder, networks):
-    """One row per patch, sample count and network: L1 and SSIM before and after."""
+    """L1 and SSIM before and after denoising, one row per patch, sample count and network."""
     rows = []
     for path in paths_of(folder):
-        print(f"protocol of the thesis: {path.stem}", file=sys.stderr, flush=True)
+        print(f"thesis's protocol: {path.stem}", file=sys.stderr, flush=True)
         view = read_view(path)
         ref = view["ref"][:3].float()
         scale = exposure_of(ref)
@@ -46,7 +46,7 @@ def measure(folder, networks):
                 for i, pair in enumerate(pairs):
                     rows += [dict(view=view["name"], patch=i, spp=spp) | _errors(*pair, n) for n in networks]
     if not rows:
-        raise SystemExit(f"{folder}: no render of {', '.join(map(str, COUNTS))} samples")
+        raise SystemExit(f"{folder}: no render with {', '.join(map(str, COUNTS))} samples")
     return rows
 
 

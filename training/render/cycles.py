@@ -1,9 +1,9 @@
-"""Blender's Cycles (the module `bpy`, Python 3.11): builds a Scene in it, or opens a Blender file.
+"""Renders a Scene or a Blender file with Blender's Cycles (the module `bpy`, Python 3.11).
 
-Every feature of a Scene is rendered, but point lights are not seen by the camera. The albedo and the normal are those
-that Cycles stores for denoisers: averages over the samples, on mirrors and glass those of what is seen in them. The
-normal is in camera space (x right, y up, z away from the viewer). Where a ray leaves the scene it is 0, and the albedo
-is the colour of the environment.
+Renders every feature of a Scene, but the camera does not see point lights. Albedo and normal are Cycles' denoising
+passes: averages over the samples which, on mirrors and glass, come from the objects seen in them. Normals are in camera
+space (x right, y up, z away from the viewer). Where a ray leaves the scene the normal is 0 and the albedo is the colour
+of the environment.
 """
 
 import math
@@ -18,20 +18,20 @@ from mathutils import Matrix, Vector
 from render.cycles_materials import Node, make_fog, make_image, make_material
 
 sys.path.append(str(next(Path(bpy.utils.system_resource("PYTHON")).rglob("OpenImageIO")).parent))
-import OpenImageIO  # noqa: E402  it comes with bpy, in a folder that only Blender itself searches
+import OpenImageIO  # noqa: E402  part of bpy, in a folder that only Blender itself searches
 
 PASSES = (("Combined", "RGB"), ("Denoising Albedo", "RGB"), ("Denoising Normal", "XYZ"))
 CHANNELS = [f"{name}.{axis}" for name, axes in PASSES for axis in axes]
-GPU_KINDS = "OPTIX", "CUDA", "HIP", "ONEAPI", "METAL"  # Cycles' names, the fastest first where two fit
+GPU_KINDS = "OPTIX", "CUDA", "HIP", "ONEAPI", "METAL"  # Cycles' names, faster ones first
 
 
 class Cycles:
-    """Renders whatever is open in Blender; its subclasses say what that is."""
+    """Renders the scene that is open in Blender; subclasses open it."""
 
     cameras = ()
 
     def render(self, camera, samples, seed, keep=None):
-        """[9,H,W]: colour, albedo, normal. `keep` is a path for the EXR file with all passes."""
+        """[9,H,W]: colour, albedo, normal. `keep` is an optional path for the EXR file with all passes."""
         scene = bpy.context.scene
         scene.camera = self.cameras[camera]
         scene.cycles.samples, scene.cycles.seed = samples, seed
@@ -45,7 +45,7 @@ class Cycles:
         return image
 
     def use_gpu(self):
-        """Renders from now on by the graphics cards of this machine."""
+        """Switches rendering to this machine's GPUs."""
         preferences = bpy.context.preferences.addons["cycles"].preferences
         preferences.refresh_devices()
         for kind in GPU_KINDS:
@@ -55,15 +55,15 @@ class Cycles:
                 for entry in entries:
                     entry.use = entry.type == kind
                 return
-        raise SystemExit("Cycles finds no graphics card that it can use: leave out --gpu")
+        raise SystemExit("Cycles finds no usable GPU: leave out --gpu")
 
     def set_up(self, threads):
-        """The plain Monte Carlo estimate, nothing clamped or denoised, and all passes in one part of an EXR file."""
+        """Sets up plain Monte Carlo without clamping or denoising, with all passes in one part of an EXR file."""
         scene, layer = bpy.context.scene, bpy.context.view_layer
         render, cycles, image = scene.render, scene.cycles, scene.render.image_settings
         render.engine, cycles.device = "CYCLES", "CPU"
         render.threads_mode, render.threads = "FIXED", threads
-        render.use_persistent_data = True  # only the seed and the camera change from render to render
+        render.use_persistent_data = True  # only seed and camera change between renders
         render.use_compositing = render.use_sequencer = render.use_multiview = render.use_border = False
         cycles.use_adaptive_sampling = cycles.use_denoising = False
         cycles.use_animated_seed = cycles.use_sample_subset = False
@@ -71,14 +71,14 @@ class Cycles:
         for other in scene.view_layers:
             other.use = other == layer
         layer.cycles.denoising_store_passes = True
-        layer.samples = 0  # no count of its own
+        layer.samples = 0  # no override
         render.use_file_extension = False
         image.media_type, image.file_format = "MULTI_LAYER_IMAGE", "OPEN_EXR_MULTILAYER"
         image.color_depth, image.exr_codec, image.use_exr_interleave = "32", "ZIP", True
 
 
 def read_passes(path):
-    """The nine channels of CHANNELS, [9,H,W]; in the file their names begin with that of the view layer."""
+    """The nine channels of CHANNELS as [9,H,W]; in the file the view layer's name prefixes theirs."""
     file = OpenImageIO.ImageInput.open(str(path))
     names = file.spec().channelnames
     chosen = [next(i for i, name in enumerate(names) if name.endswith("." + channel)) for channel in CHANNELS]
@@ -88,27 +88,27 @@ def read_passes(path):
 
 
 class BlendRenderer(Cycles):
-    """A Blender file as it is, but for the settings of `set_up`; every camera in it is a view."""
+    """A Blender file, changed only by `set_up`; each of its cameras is a view."""
 
     def __init__(self, path, size=None, threads=1):
         bpy.ops.wm.open_mainfile(filepath=str(path), load_ui=False, use_scripts=False)
         self.cameras = sorted((o for o in bpy.context.scene.objects if o.type == "CAMERA"), key=lambda o: o.name)
         self.views = [o.name for o in self.cameras]
         if not self.views:
-            raise SystemExit(f"{path}: no camera in this file, so nothing to render")
+            raise SystemExit(f"{path}: no camera in this file: nothing to render")
         self.set_up(threads)
         if size:
             set_size(size)
 
 
 class Renderer(Cycles):
-    """A Scene. Objects are made once per Mesh and once per Material, however many instances share them."""
+    """A Scene. Meshes and materials are created once, however many instances share them."""
 
     name = "cycles"
 
     def __init__(self, scene, size, threads=1, pixel_filter="narrow"):
         if pixel_filter != "narrow":
-            raise SystemExit(f"cycles: no pixel filter \"{pixel_filter}\" here, only the narrow one")
+            raise SystemExit(f"cycles: no pixel filter \"{pixel_filter}\", only \"narrow\"")
         bpy.ops.wm.read_factory_settings(use_empty=True)
         bpy.context.preferences.edit.keyframe_new_interpolation_type = "LINEAR"
         self.made = {}
@@ -133,11 +133,11 @@ class Renderer(Cycles):
         scene.frame_set(0)
 
     def add_instance(self, instance):
-        """The matrix goes where Blender keeps it whole: an object's own transform knows no shear."""
+        """Adds an object. Its matrix goes into the parent inverse, as an object's own transform cannot store shear."""
         mesh = self.once(instance.mesh, make_mesh)
         obj = add("instance", mesh)
         if not mesh.materials:
-            mesh.materials.append(None)  # the slot, whose material each object says itself
+            mesh.materials.append(None)  # a slot; each object sets its own material
         obj.material_slots[0].link = "OBJECT"
         obj.material_slots[0].material = self.once(instance.material, make_material)
         obj.parent, obj.matrix_parent_inverse = self.root, Matrix(instance.matrix)
@@ -147,7 +147,7 @@ class Renderer(Cycles):
                 obj.keyframe_insert("location", frame=frame)
 
     def once(self, source, make):
-        """What `make` makes of the source, made at the first call."""
+        """The result of `make(source)`, cached per source."""
         if id(source) not in self.made:
             self.made[id(source)] = make(source)
         return self.made[id(source)]
@@ -166,7 +166,7 @@ def add(name, data):
 
 
 def make_mesh(source):
-    """A Blender mesh; its uvs belong to the corners of the triangles."""
+    """A Blender mesh, with uvs per triangle corner."""
     mesh, corners = bpy.data.meshes.new("mesh"), np.ascontiguousarray(source.faces, np.int32).ravel()
     mesh.vertices.add(len(source.vertices))
     mesh.vertices.foreach_set("co", np.ascontiguousarray(source.vertices, np.float32).ravel())
@@ -185,7 +185,7 @@ def make_mesh(source):
 
 
 def add_light(source):
-    """Blender's lamps are given by their power all round, in Watts."""
+    """Adds a point light; Blender takes the total power in watts."""
     light = bpy.data.lights.new("light", "POINT")
     strongest = max(source.power)
     light.color = [p / strongest for p in source.power]
@@ -197,7 +197,7 @@ def add_light(source):
 def add_environment(rows):
     world = bpy.data.worlds.new("environment")
     bpy.context.scene.world = world
-    world.cycles.sampling_method = "MANUAL"  # at 1024 pixels across; the automatic 4096 take seconds to prepare
+    world.cycles.sampling_method = "MANUAL"  # 1024 pixels wide; the automatic 4096 take seconds to prepare
     world.node_tree.nodes.clear()
     sky = (0.0, 0.0, 0.0)
     if rows is not None:
@@ -207,7 +207,7 @@ def add_environment(rows):
 
 
 def add_fog(scene):
-    """Fog fills a ball around everything: in a world full of it no light would arrive from the environment."""
+    """Adds fog in a ball around the scene: if it filled the world, it would block the environment's light."""
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=1.5 * scene.reach())
     bpy.context.object.data.materials.append(make_fog(scene.fog))
 
@@ -219,7 +219,7 @@ def add_camera(source):
     camera.dof.use_dof = source.aperture > 0
     if source.aperture > 0:
         camera.dof.focus_distance = source.focus
-        camera.dof.aperture_fstop = camera.lens / 1000 / (2 * source.aperture)  # the lens is in millimetres
+        camera.dof.aperture_fstop = camera.lens / 1000 / (2 * source.aperture)  # the lens is in mm
     obj = add("camera", camera)
     obj.location = source.position
     obj.rotation_euler = (Vector(source.target) - Vector(source.position)).to_track_quat("-Z", "Y").to_euler()

@@ -1,11 +1,11 @@
-"""Materials and images of a Scene as Blender's shader nodes, for cycles.py."""
+"""A Scene's materials and images as Blender shader nodes, for cycles.py."""
 
 import bpy
 import numpy as np
 
 
 class Node:
-    """A shader node; an input is set to a number, a colour or the first output of another node."""
+    """A shader node. `set` gives inputs a number, a colour or the first output of another node."""
 
     def __init__(self, owner, kind):
         self.tree = owner.node_tree
@@ -22,7 +22,7 @@ class Node:
 
 
 def make_material(source):
-    """One shader, by the kind of the material."""
+    """A Blender material with one shader, chosen by the kind."""
     material = bpy.data.materials.new(source.kind)
     material.node_tree.nodes.clear()
     shaders = dict(diffuse=_diffuse, plastic=_plastic, metal=_metal, glass=_glass, thin_leaf=_thin_leaf)
@@ -42,7 +42,7 @@ def make_fog(extinction):
 
 
 def make_image(rows):
-    """A float image of linear values in memory; Blender's rows go from the bottom to the top."""
+    """An in-memory float image of linear values; Blender's rows run from bottom to top."""
     height, width = rows.shape[:2]
     image = bpy.data.images.new("image", width, height, alpha=False, float_buffer=True, is_data=True)
     pixels = np.ones((height, width, 4), np.float32)
@@ -74,12 +74,12 @@ def _metal(material, source):
 
 
 def _glass(material, source):
-    tint = np.sqrt(source.color).tolist()  # light passes two surfaces of a thing, and each takes its part
+    tint = np.sqrt(source.color).tolist()  # light passes two surfaces of an object, and each takes the root
     return Node(material, "BsdfGlass").set(Color=tint, Roughness=source.roughness, IOR=source.ior)
 
 
 def _thin_leaf(material, source):
-    mix = Node(material, "MixShader").set(Fac=0.4)  # the share that is let through
+    mix = Node(material, "MixShader").set(Fac=0.4)  # transmitted share
     for socket, kind in zip(mix.node.inputs[1:], ("BsdfDiffuse", "BsdfTranslucent")):
         side = Node(material, kind).set(Color=_color(material, source))
         mix.tree.links.new(side.node.outputs[0], socket)

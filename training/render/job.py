@@ -1,10 +1,10 @@
-"""Renders all views of one scene, each as a reference and some noisy images, and stores them for the training.
+"""Renders all views of one scene, each as a reference and several noisy images, for training.
 
     python -m render.job cycles 7 --out views --samples random:3 --reference 512
     python -m render.job cycles 0 --out views --blend kitchen.blend --samples 2,10,50 --reference 4000
 
-This is one process of render_dataset.py. Views are stored from the last to the first, so that view 0 says that the
-scene is complete; a view that is there already is not rendered again.
+render_dataset.py runs one such process per scene. Views are written from last to first, so view 0 marks the scene as
+complete. Existing views are not rendered again.
 """
 
 import argparse
@@ -18,23 +18,23 @@ import numpy as np
 from render import kinds
 from write_view import write_view
 
-CHUNKS = 4  # independent parts of a reference, whose differences tell its error
-REFERENCE, NOISY, COUNTS = range(3)  # purposes of random numbers
+CHUNKS = 4  # independent parts of a reference; their spread gives its error
+REFERENCE, NOISY, COUNTS = range(3)  # purposes of seeds
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
 def seed_sequence(scene, view, purpose, index=0):
-    """Independent random numbers for every scene (name), view, purpose and index."""
+    """An independent seed sequence for every scene (by name), view, purpose and index."""
     return np.random.SeedSequence([view, purpose, index, *scene.encode()])
 
 
 def noise_seed(*key):
-    """31 bits, what all renderers take."""
+    """A seed of 31 bits, which all renderers accept."""
     return int(seed_sequence(*key).generate_state(1)[0]) >> 1
 
 
 def sample_counts(text, scene, view):
-    """The counts of "4,16,64", or of "random:3" three different ones drawn log-uniformly from 1 to 256."""
+    """The counts in "4,16,64", or for "random:3" three different ones drawn log-uniformly from 1 to 256."""
     if not text.startswith("random:"):
         return sorted({int(count) for count in text.split(",")})
     rng, counts = np.random.default_rng(seed_sequence(scene, view, COUNTS)), set()
@@ -44,10 +44,10 @@ def sample_counts(text, scene, view):
 
 
 def render_reference(renderer, scene, view, samples):
-    """The mean of CHUNKS renders with seeds of their own, and its relative error.
+    """The mean of CHUNKS renders with different seeds, and its relative error.
 
-    The error is the standard error of the mean luminance of each pixel, as the chunks' spread tells it, over that
-    luminance plus 1 % of the image's mean; the mean of this over the pixels.
+    A pixel's relative error is the standard error of its mean luminance, estimated from the chunks, over that luminance
+    plus 1 % of the image's mean. The result is the mean over all pixels.
     """
     total, luminances = 0, []
     for index in range(CHUNKS):
@@ -61,7 +61,7 @@ def render_reference(renderer, scene, view, samples):
 
 
 def render_view(renderer, o, scene, view, kind):
-    """Renders one view of the scene named `scene` and stores it under its final name once it is whole."""
+    """Renders one view of the scene named `scene`; stores it under its final name once complete."""
     path = o.out / f"{scene}_v{view}.npz"
     if path.exists():
         return
@@ -73,16 +73,16 @@ def render_view(renderer, o, scene, view, kind):
 
 
 def independent(renderer, o, scene, view):
-    """The noisy images, each rendered for itself."""
+    """The noisy images, rendered independently."""
     for count in sample_counts(o.samples, scene, view):
         keep = dict(keep=o.out / "exr" / f"{scene}_v{view}_{count}spp.exr") if o.exr else {}
         yield count, renderer.render(view, count, noise_seed(scene, view, NOISY, count), **keep)
 
 
 def progressive(renderer, o, scene, view):
-    """The noisy images, each the one before it with further samples: half the work, and nearly as good for measuring.
+    """The noisy images, each adding samples to the one before: half the work, and nearly as good for measurements.
 
-    Their errors are correlated, and the samples of a count, being drawn in parts, are a little less evenly spread."""
+    Their errors are correlated, and samples drawn in parts are spread a little less evenly."""
     mean, done = 0.0, 0
     for count in sample_counts(o.samples, scene, view):
         more = renderer.render(view, count - done, noise_seed(scene, view, NOISY, count))
@@ -91,7 +91,7 @@ def progressive(renderer, o, scene, view):
 
 
 def open_scene(o):
-    """The renderer, the scene's name and kind and the number of its views."""
+    """The renderer, the scene's name and kind, and its number of views."""
     module = importlib.import_module(f"render.{o.renderer}")
     if o.blend:
         renderer = module.BlendRenderer(o.blend, o.size, o.threads)
@@ -102,40 +102,40 @@ def open_scene(o):
 
 
 def blend_name(path):
-    """The name of a user's scene. What follows "_v" in a view's name is the number of the view."""
+    """The name of a user's scene. In a view's name "_v" precedes the view's number, so scene names avoid it."""
     return Path(path).stem.replace("_v", "-v")
 
 
 def parse_size(text):
     """(width, height) of "192" or "480x270"."""
     if not re.fullmatch(r"[1-9]\d*(x[1-9]\d*)?", text):
-        raise argparse.ArgumentTypeError(f"{text}: give a size as 192 or as 480x270")
+        raise argparse.ArgumentTypeError(f"{text}: expected a size such as 192 or 480x270")
     width, _, height = text.partition("x")
     return int(width), int(height or width)
 
 
 def parse_samples(text):
-    """`text` itself, once it is sure that sample_counts understands it."""
+    """Checks that sample_counts understands `text`, and returns it."""
     if not re.fullmatch(r"random:[1-9]|[1-9]\d*(,[1-9]\d*)*", text):
-        raise argparse.ArgumentTypeError(f"{text}: give counts as 4,16,64 or as random:3 (at most random:9)")
+        raise argparse.ArgumentTypeError(f"{text}: expected counts such as 4,16,64 or random:3 (at most random:9)")
     return text
 
 
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    p.add_argument("renderer", help="a module of this folder: cycles, mitsuba or luxcore")
-    p.add_argument("seed", type=int, help="the random scene; not used with --blend")
-    p.add_argument("--out", type=Path, required=True, help="folder of views")
-    p.add_argument("--size", type=parse_size, help="192 or 480x270; 192, or what the .blend file says")
-    p.add_argument("--samples", type=parse_samples, default="random:3", help="of the noisy images, 4,16,64 or random:3")
+    p.add_argument("renderer", help="cycles, mitsuba or luxcore")
+    p.add_argument("seed", type=int, help="number of the random scene; unused with --blend")
+    p.add_argument("--out", type=Path, required=True, help="folder for the views")
+    p.add_argument("--size", type=parse_size, help="192 or 480x270; default 192, or the size in the .blend file")
+    p.add_argument("--samples", type=parse_samples, default="random:3", help="of the noisy images: 4,16,64 or random:3")
     p.add_argument("--reference", type=int, default=512, help="samples of the reference")
-    p.add_argument("--views", type=int, default=99, help="render at most so many views of the scene")
+    p.add_argument("--views", type=int, default=99, help="maximum number of views")
     p.add_argument("--threads", type=int, default=1)
     p.add_argument("--filter", choices=("narrow", "gaussian"), default="narrow", help="pixel filter")
-    p.add_argument("--blend", help="a Blender file in place of a random scene (cycles)")
-    p.add_argument("--progressive", action="store_true", help="noisy images share samples; for measuring, not for training")
-    p.add_argument("--gpu", action="store_true", help="render on the graphics card (cycles)")
-    p.add_argument("--exr", action="store_true", help="keep the noisy images as EXR in OUT/exr (cycles)")
+    p.add_argument("--blend", help="a Blender file instead of a random scene (cycles)")
+    p.add_argument("--progressive", action="store_true", help="noisy images share samples; for measurements only")
+    p.add_argument("--gpu", action="store_true", help="render on the GPU (cycles)")
+    p.add_argument("--exr", action="store_true", help="also save the noisy images as EXR in OUT/exr (cycles)")
     return p.parse_args()
 
 

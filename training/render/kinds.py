@@ -1,6 +1,6 @@
-"""Random scenes for training: `random_scene(seed)` is the same scene for every renderer.
+"""Random scenes for training; `random_scene(seed)` is the same scene for every renderer.
 
-The kinds (see kinds_indoor.py, kinds_outdoor.py, kinds_studio.py) differ in what makes noise and what makes detail.
+The kinds (kinds_indoor.py, kinds_outdoor.py, kinds_studio.py) differ in their sources of noise and of detail.
 """
 
 import dataclasses
@@ -13,7 +13,7 @@ KINDS = {kind.__name__: kind for kind in kinds_indoor.KINDS + kinds_outdoor.KIND
 
 
 def random_scene(seed, kind=None):
-    """A scene of a random kind (or the given one), drawn from nothing but the seed."""
+    """A scene of a random or the given kind, determined by the seed alone."""
     rng = np.random.default_rng(seed)
     name = list(KINDS)[rng.integers(len(KINDS))]
     scene = KINDS[kind or name](rng)
@@ -22,19 +22,19 @@ def random_scene(seed, kind=None):
         _lens(rng, scene)
     if rng.random() < 0.15:
         _motion(rng, scene)
-    _exposure(scene, 10 ** rng.uniform(-1, 2))  # more does not fit into the half floats of stored views
+    _exposure(scene, 10 ** rng.uniform(-1, 2))  # brighter ones overflow the half floats of stored views
     return scene
 
 
 def _lens(rng, scene):
-    """Depth of field: a lens of up to a few percent of the distance in focus."""
+    """Adds depth of field, with a lens of up to a few percent of the focus distance."""
     for camera in scene.cameras:
         camera.focus *= rng.uniform(0.6, 1.3)
         camera.aperture = camera.focus * 10 ** rng.uniform(-2.8, -1.8)
 
 
 def _motion(rng, scene):
-    """Some of the smaller objects move while the shutter is open."""
+    """Moves some of the smaller objects while the shutter is open."""
     for instance in scene.instances:
         extent = np.ptp(instance.mesh.vertices @ instance.matrix[:3, :3].T, axis=0).max()
         if extent < 1.5 and instance.material.emission is None and rng.random() < 0.4:
@@ -42,7 +42,7 @@ def _motion(rng, scene):
 
 
 def _exposure(scene, factor):
-    """All light of the scene times `factor`."""
+    """Multiplies all light in the scene by `factor`."""
     scaled = {}
     for instance in scene.instances:
         m = instance.material

@@ -1,4 +1,4 @@
-"""Random rooms: mostly light that has bounced before it is seen."""
+"""Random rooms, lit mostly by indirect light."""
 
 import numpy as np
 
@@ -14,14 +14,14 @@ def _size(rng, low=3.0, high=7.0):
 
 
 def _inside(rng, instances, w, d, h):
-    """Cameras within a room that look at something between its floor and its middle height."""
+    """Cameras within a room, aimed between its floor and half its height."""
     targets = rng.uniform((-w / 4, -d / 4, 0.2), (w / 4, d / 4, h / 2), (4, 3))
     bounds = -w / 2 + 0.2, w / 2 - 0.2, -d / 2 + 0.2, d / 2 - 0.2, 0.15, h - 0.15
     return cameras(rng, instances, targets, (0.7, max(w, d)), (0.4, h * 0.75), bounds=bounds)
 
 
 def _furniture(rng, materials, w, d, n):
-    """Tables, piles of boxes, cupboards and things that lie about."""
+    """Tables, piles of boxes, cupboards and scattered objects."""
     area = -w / 2 + 0.4, w / 2 - 0.4, -d / 2 + 0.4, d / 2 - 0.4
     instances = scatter(rng, materials, n, area, (0.15, 0.9))
     for _ in range(rng.integers(1, 4)):
@@ -44,7 +44,7 @@ def window_room(rng):
 
 
 def small_window(rng):
-    """Hardly any light, all of it from a small pane in a wall."""
+    """Very little light, all from a small pane in a wall."""
     w, d, h = _size(rng, 2.5, 5)
     instances = room(rng, w, d, h) + _furniture(rng, palette(rng, 5), w, d, rng.integers(2, 10))
     pane = rng.uniform(-w / 3, w / 3), d / 2 - 0.01, rng.uniform(0.6, h - 0.6)
@@ -73,7 +73,7 @@ def ceiling_light(rng):
 
 
 def lampshades(rng):
-    """Lamps in opaque or translucent shades: light goes up and down, and round about to everything else."""
+    """Lamps in opaque or translucent shades: light goes up and down, and reaches the rest indirectly."""
     w, d, h = _size(rng, 2.5, 5)
     instances = room(rng, w, d, h) + _furniture(rng, palette(rng, 6), w, d, rng.integers(3, 12))
     shade, lights = pick(rng, [Material("thin_leaf", (0.8, 0.7, 0.5)), matte(rng, 0)]), []
@@ -86,7 +86,7 @@ def lampshades(rng):
 
 
 def hidden_light(rng):
-    """The lamps are behind screens and above a false ceiling."""
+    """Lamps behind screens and above a false ceiling."""
     w, d, h = _size(rng)
     instances = room(rng, w, d, h) + _furniture(rng, palette(rng, 5), w, d, rng.integers(3, 10))
     for side in (-1, 1):
@@ -112,7 +112,7 @@ def door_ajar(rng):
 
 
 def dark_room(rng):
-    """Only small coloured emitters: diodes, candles, a screen."""
+    """Only small coloured emitters: LEDs, candles, a screen."""
     w, d, h = _size(rng, 2.5, 5)
     instances = room(rng, w, d, h) + _furniture(rng, palette(rng, 6), w, d, rng.integers(5, 15))
     lights = [lamp(rng, rng.uniform((-w / 2.2, -d / 2.2, 0.1), (w / 2.2, d / 2.2, h - 0.1)), rng.uniform(0.1, 2),
@@ -123,7 +123,7 @@ def dark_room(rng):
 
 
 def corridor(rng):
-    """Long and narrow, with lamps at intervals and doors at the sides; sometimes misty."""
+    """A long corridor with lamps at intervals and doors at the sides; sometimes misty."""
     w, d, h = rng.uniform(1.2, 2.5), rng.uniform(8, 20), rng.uniform(2.2, 3.2)
     instances, door, light = room(rng, w, d, h), matte(rng), glow(rng, rng.uniform(3, 20))
     for y in np.arange(-d / 2 + 1, d / 2, rng.uniform(1.5, 4)):
@@ -152,7 +152,7 @@ def misty_hall(rng):
 
 
 def shelves(rng):
-    """A wall of shelves full of books and small things."""
+    """A wall of shelves full of books and small objects."""
     w, h, levels = rng.uniform(1.5, 3), 2.4, rng.integers(3, 7)
     instances, materials, board = room(rng, 4, 4, h), palette(rng, 9), material(rng, ("diffuse", "plastic"))
     for z in np.linspace(0.05, 2.0, levels):
@@ -169,7 +169,7 @@ def shelves(rng):
 
 
 def gallery(rng):
-    """Pictures and writing on the walls, a glossy floor and spots of light."""
+    """Pictures and text on the walls, a glossy floor and spotlights."""
     w, d, h = _size(rng, 4, 8)
     instances, lights = room(rng, w, d, h, textured=0.2), []
     for x in np.arange(-w / 2 + 0.8, w / 2 - 0.5, 1.4):
@@ -202,7 +202,7 @@ def stairs(rng):
 
 
 def curtains(rng):
-    """A room parted by hanging cloth that lets some light through."""
+    """A room divided by hanging, translucent cloth."""
     w, d, h = _size(rng, 3, 6)
     instances = room(rng, w, d, h) + _furniture(rng, palette(rng, 5), w, d, rng.integers(3, 10))
     x = np.linspace(-w / 2, w / 2 * rng.uniform(0, 1), 160)
@@ -215,7 +215,7 @@ def curtains(rng):
 
 
 def pipes(rng):
-    """A machine room: pipes that bend at right angles along three axes, gratings, bare lamps."""
+    """A machine room: pipes with right-angled bends along three axes, gratings, bare lamps."""
     w, d, h = _size(rng, 3, 6)
     instances, metals = room(rng, w, d, h), palette(rng, 5, kinds=("metal", "metal", "plastic", "diffuse"), textured=0.1)
     for _ in range(rng.integers(8, 30)):

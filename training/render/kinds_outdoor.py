@@ -1,4 +1,4 @@
-"""Random places under the sky: plants, terrain and streets."""
+"""Random outdoor places: plants, terrain and streets."""
 
 import numpy as np
 
@@ -10,7 +10,7 @@ from .viewpoints import cameras
 
 
 def _terrain(rng, size, height, n=96, slope=2.2):
-    """A heightfield, and a function that gives its height at points x, y."""
+    """A heightfield, and a function for its height at points x, y."""
     heights = (noise(rng, n, slope) - 0.5) * height
     def level(x, y):
         i, j = (np.clip(((c / size + 0.5) * (n - 1)).astype(int), 0, n - 1) for c in (np.asarray(x), np.asarray(y)))
@@ -23,7 +23,7 @@ def _earth(rng):
 
 
 def _green(rng, kind="thin_leaf"):
-    """The colour of plants in some season."""
+    """A plant colour of some season."""
     return Material(kind, tuple(np.clip(rng.uniform((0.05, 0.15, 0.02), (0.5, 0.6, 0.15)), 0, 1)))
 
 
@@ -35,7 +35,7 @@ def _grass(rng, level, center, radius, n, length):
 
 
 def _tree(rng, position, height, n):
-    """Trunk and branches as one mesh, and a crown of n leaves as another."""
+    """Trunk and branches as one mesh, a crown of n leaves as another."""
     t = np.linspace(0, 1, 8)[:, None]
     bend = rng.normal(0, 0.08, (8, 3)) * t * height
     parts = [meshes.tube(np.array(position) + t * (0, 0, height * 0.75) + bend, height * 0.035 * (1.2 - t[:, 0]))]
@@ -50,7 +50,7 @@ def _tree(rng, position, height, n):
 
 
 def grass(rng):
-    """Close to the ground in a meadow, with stones and flowers."""
+    """Close to the ground of a meadow with stones and flowers."""
     ground, level = _terrain(rng, 8, 0.5)
     instances = [Instance(ground, _earth(rng))]
     for green in (_green(rng), _green(rng), _green(rng, "plastic")):
@@ -64,7 +64,7 @@ def grass(rng):
 
 
 def forest(rng):
-    """Trees with leaves; the ground is in broken shade."""
+    """Trees with leaves, and dappled shade on the ground."""
     ground, level = _terrain(rng, 30, 2)
     bark, leaf = _earth(rng), [_green(rng), _green(rng)]
     instances = [Instance(ground, _earth(rng)), Instance(_grass(rng, level, (0, 0), 5, 4000, 0.25), leaf[0])]
@@ -78,7 +78,7 @@ def forest(rng):
 
 
 def leaf_cluster(rng):
-    """Twigs and leaves from near, many of them lit from behind."""
+    """A close-up of twigs and leaves, many of them backlit."""
     instances = []
     for _ in range(rng.integers(1, 4)):
         trunk, crown = _tree(rng, (*rng.uniform(-0.5, 0.5, 2), 0), rng.uniform(0.8, 1.5), rng.integers(100, 800))
@@ -91,7 +91,7 @@ def leaf_cluster(rng):
 
 
 def mountains(rng):
-    """Bare terrain with rocks, some of it with water."""
+    """Bare terrain with rocks, sometimes with water."""
     ground, level = _terrain(rng, 40, rng.uniform(4, 12), 160, rng.uniform(1.8, 2.4))
     instances = [Instance(ground, _earth(rng))]
     for _ in range(rng.integers(5, 40)):
@@ -131,7 +131,7 @@ def city(rng):
 
 
 def night_street(rng):
-    """Street lamps and lit signs in the dark; sometimes mist."""
+    """Street lamps and lit signs in the dark; sometimes misty."""
     fronts = [Material("diffuse", texture=random_texture(rng, [facade, bricks])) for _ in range(4)]
     wet = Material("plastic", (0.05, 0.05, 0.05), float(rng.uniform(0.05, 0.4)))
     instances = [Instance(meshes.plane(200, 200), wet)] + _houses(rng, fronts, 2)

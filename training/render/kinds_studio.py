@@ -1,4 +1,4 @@
-"""Random arrangements of objects from near: clutter, fur, wires, glass, metal, lights and smooth gradients."""
+"""Random close-range arrangements: clutter, fur, wires, glass, metal, lights and smooth gradients."""
 
 import numpy as np
 
@@ -19,7 +19,7 @@ def _backdrop(rng, textured=0.3, size=6.0):
 
 
 def _lights(rng):
-    """Some of: soft boxes overhead, lamps, an environment. Returns instances, lights, environment."""
+    """A random mix of overhead softboxes, lamps and an environment; returns instances, lights, environment."""
     instances, lights, environment = [], [], None
     for _ in range(rng.integers(0, 3)):
         place = rng.uniform((-2, -2, 1.5), (2, 1, 3))
@@ -33,7 +33,7 @@ def _lights(rng):
 
 
 def _scene(rng, kind, instances, targets, distance, height, light=None):
-    """The scene under the given light or a random one (see _lights)."""
+    """The scene under the given or a random light (see _lights)."""
     panels, lights, environment = light or _lights(rng)
     instances = instances + panels
     return Scene(kind, instances, cameras(rng, instances, targets, distance, height), lights, environment)
@@ -56,14 +56,14 @@ def heap(rng):
 
 
 def product(rng):
-    """One object under soft boxes: smooth gradients and glossy highlights."""
+    """One object under softboxes: smooth gradients and glossy highlights."""
     thing = Instance(solid(rng), material(rng, textured=0.2), at(scale=rng.uniform(0.7, 1.2, 3), turn=rng.uniform(0, 6)))
     light = [panel(rng, (0, 0, 3), 2, 2, 4)], [], random_environment(rng, [studio], rng.uniform(0.1, 1))
     return _scene(rng, "product", [_backdrop(rng, 0.1), thing], [(0, 0, 0.5)], (1, 2.2), (0.3, 1.6), light)
 
 
 def gradients(rng):
-    """Plain glossy and matt balls, no texture: soft shadows and reflections."""
+    """Plain glossy and matt balls without texture: soft shadows and reflections."""
     materials = palette(rng, 6, kinds=("diffuse", "plastic", "metal"), textured=0)
     make = lambda r: pick(r, [meshes.sphere(64), meshes.rounded(0.3), meshes.torus()])
     things = scatter(rng, materials, rng.integers(3, 14), (-1, 1, -1, 1), (0.2, 0.8), make=make)
@@ -86,7 +86,7 @@ def fur(rng):
 
 
 def wires(rng):
-    """Bent wires, cages and grids finer than a pixel here and there."""
+    """Bent wires, cages and grids, in places finer than a pixel."""
     instances, metals = [_backdrop(rng)], palette(rng, 4, kinds=("metal", "plastic", "diffuse"), textured=0)
     for _ in range(rng.integers(3, 9)):
         walk = np.cumsum(rng.normal(0, 0.12, (40, 3)), 0) * (1, 1, 0.4) + (0, 0, 0.5)
@@ -117,7 +117,7 @@ def caustics(rng):
 
 
 def glass_still(rng):
-    """Vessels of glass on a table in a bright room."""
+    """Glass vessels on a table in a bright room."""
     top = table(rng, material(rng, ("diffuse", "plastic"), 0.7), 1.2, 0.9, 0.75)
     make = lambda r: pick(r, [meshes.vase(r, 0.02), meshes.vase(r), meshes.sphere(48), meshes.torus()])
     glasses, area = palette(rng, 4, kinds=("glass",)), (-0.4, 0.4, -0.3, 0.3)
@@ -129,7 +129,7 @@ def glass_still(rng):
 
 
 def neon(rng):
-    """Shapes that shine themselves, in the dark."""
+    """Glowing shapes in the dark."""
     things = scatter(rng, palette(rng, 5), rng.integers(4, 14), (-1, 1, -1, 1), (0.15, 0.6))
     for _ in range(rng.integers(2, 7)):
         place = at(rng.uniform((-1, -1, 0.1), (1, 1, 1)), rng.uniform(0.1, 0.6), rng.uniform(0, 6), rng.uniform(0, 3))
@@ -139,7 +139,7 @@ def neon(rng):
 
 
 def patterns(rng):
-    """High-frequency textures on boards, boxes and the ground, at all angles."""
+    """High-frequency textures on boards, boxes and the ground at all angles."""
     fine = [checker, stripes, bricks, dots, text]
     materials = [Material(kind, roughness=float(rng.uniform(0.05, 0.5)), texture=random_texture(rng, fine))
                  for kind in ("diffuse", "plastic") * 3]
@@ -154,7 +154,7 @@ def patterns(rng):
 
 
 def mirrors(rng):
-    """Mirrors and glossy boards that show the objects from elsewhere."""
+    """Mirrors and glossy boards that reflect the objects."""
     things = scatter(rng, palette(rng, 6), rng.integers(5, 18), (-1, 1, -1, 1), (0.15, 0.6))
     for i in range(rng.integers(1, 4)):
         shiny = Material("metal", tuple(rng.uniform(0.7, 0.95, 3)), float(rng.choice([0, 0.05, 0.2, 0.35])))
@@ -165,7 +165,7 @@ def mirrors(rng):
 
 
 def debris(rng):
-    """Hundreds of small things in the air, near and far."""
+    """Hundreds of small objects in the air, near and far."""
     materials = palette(rng, 7)
     shapes = [meshes.sphere(16), meshes.box(), meshes.cone(0, 12), meshes.cylinder(12), meshes.blob(rng, 5, sides=16)]
     things = []
@@ -176,7 +176,7 @@ def debris(rng):
 
 
 def maze(rng):
-    """Boards that leave slots and gaps, and lamps somewhere between them: shadows in many layers."""
+    """Boards with slots and gaps, and lamps between them: layers of shadows."""
     materials, boards = [matte(rng, 0.2) for _ in range(4)], []
     for _ in range(rng.integers(8, 22)):
         size = rng.uniform((0.3, 0.02, 0.2), (1.2, 0.06, 1))
@@ -200,7 +200,7 @@ def pool(rng):
 
 
 def macro(rng):
-    """Very near to small things, most of them out of focus."""
+    """Small objects at very close range, most of them out of focus."""
     ground = Instance(meshes.plane(), Material("plastic", texture=random_texture(rng, [wood, marble, text, picture])))
     things = scatter(rng, palette(rng, 7), rng.integers(15, 50), (-0.2, 0.2, -0.2, 0.2), (0.005, 0.06))
     scene = _scene(rng, "macro", [ground] + things, rng.uniform((-0.1, -0.1, 0.01), (0.1, 0.1, 0.02), (3, 3)),

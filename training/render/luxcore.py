@@ -1,14 +1,14 @@
-"""Builds and renders a scene with LuxCore (pyluxcore): a renderer whose noise the training never sees, for tests.
+"""Renders a Scene with LuxCore (pyluxcore), whose noise training never sees, for tests.
 
-The path tracer of the CPU, without clamping, adaptive sampling, denoiser or tone mapping; every random number is
-independent (LuxCore's RANDOM sampler). The colour is linear radiance, the albedo LuxCore's own, and the normal is the
-shading normal in world space. Both look through mirrors and glass and, as LuxCore does by default, at what smooth
-plastic reflects or is lit by, and are 0 where nothing is hit. Every feature of a Scene is rendered, but point lights
-are not seen by the camera.
+Uses the CPU path tracer without clamping, adaptive sampling, denoising or tone mapping, and with independent random
+numbers (LuxCore's RANDOM sampler). The colour is linear radiance, the albedo LuxCore's own, the normal the world-space
+shading normal. Albedo and normal look through mirrors and glass and, as is LuxCore's default, at the objects that
+smooth plastic reflects or is lit by; they are 0 where nothing is hit. Renders every feature of a Scene, but the camera
+does not see point lights.
 
-LuxCore's path tracer does not splat: it draws the place of a sample from the filter, and the sample counts for its
-pixel alone. So the noise of neighbouring pixels is independent with either filter; "narrow" is a box of one pixel,
-"gaussian" LuxCore's default, a Blackman-Harris of radius 1.5 pixels, which only makes the picture softer.
+LuxCore's path tracer does not splat: it draws a sample's position from the filter and adds the sample to one pixel
+only, so the noise of neighbouring pixels is independent with either filter. "narrow" is a box of one pixel; "gaussian"
+is LuxCore's default, a Blackman-Harris of radius 1.5 pixels, which only softens the image.
 """
 
 import atexit
@@ -22,14 +22,14 @@ from .scene import Camera, Instance, Material, PointLight, Scene
 
 MAX_DEPTH = 8
 FILTERS = {"narrow": "NONE", "gaussian": "BLACKMANHARRIS"}
-LEAF = 0.4  # share of the light that goes through a leaf
-CLEAR = 0.03  # glass and metal that are smoother than this have no roughness at all
-PAUSE = 4e6  # places outside the picture, times samples, that the sampler skips in 0.1 s or more
+LEAF = 0.4  # share of light that a leaf transmits
+CLEAR = 0.03  # roughness up to which glass and metal count as perfectly smooth
+PAUSE = 4e6  # samples outside the image, which the sampler takes at least 0.1 s to skip
 
 
 def load():
-    """The library without the Python file around it, which prints what it loads and makes an allocator global that
-    crashes what is imported later."""
+    """Loads the library without its Python wrapper, which prints what it loads and installs a global allocator that
+    crashes later imports."""
     package = find_spec("pyluxcore")
     if package is None:
         raise SystemExit("LuxCore is missing: pip install pyluxcore")
@@ -41,11 +41,11 @@ def load():
 
 pyluxcore = load()
 pyluxcore.Init(lambda message: None)
-atexit.register(pyluxcore.SetLogHandler, None)  # Python is gone when LuxCore logs its end
+atexit.register(pyluxcore.SetLogHandler, None)  # LuxCore logs its shutdown after Python has ended
 
 
 def properties(prefix: str, values: dict):
-    """LuxCore's form of settings, which takes plain numbers, texts and lists only."""
+    """Settings in LuxCore's form, which accepts only plain numbers, strings and lists."""
     result = pyluxcore.Properties()
     for name, value in values.items():
         result.Set(pyluxcore.Property(prefix + name, np.asarray(value).tolist()))
@@ -53,19 +53,19 @@ def properties(prefix: str, values: dict):
 
 
 def box(half: float) -> tuple[list, list]:
-    """Vertices and faces, seen from outside, of a cube around the origin."""
+    """Vertices and outward faces of a cube around the origin."""
     corners = [(x, y, z) for x in (-half, half) for y in (-half, half) for z in (-half, half)]
     sides = [(0, 1, 3, 2), (4, 6, 7, 5), (0, 4, 5, 1), (2, 3, 7, 6), (0, 2, 6, 4), (1, 5, 7, 3)]
     return corners, [triangle for a, b, c, d in sides for triangle in ((a, b, c), (a, c, d))]
 
 
 def count(session) -> int:
-    """How many samples it has taken."""
+    """The number of samples taken."""
     return int(session.GetFilm().GetStats().Get("stats.film.total.samplecount").GetFloat())
 
 
 class Renderer:
-    """One scene, ready to be rendered from each of its cameras."""
+    """A Scene, ready to render from each of its cameras."""
 
     name = "luxcore"
 
@@ -73,8 +73,8 @@ class Renderer:
         self.cameras, self.size, self.threads = scene.cameras, size, threads
         self.filter = FILTERS[pixel_filter]
         self.scene = pyluxcore.Scene()
-        self.names = {}  # of the meshes, materials and images that LuxCore has already, by their id
-        self.air = {"volume": "fog"} if scene.fog else {}  # what the cameras are in
+        self.names = {}  # of the meshes, materials and images already given to LuxCore, by id
+        self.air = {"volume": "fog"} if scene.fog else {}  # volume around the cameras
         if scene.fog:
             self.add_fog(scene)
         self.set_camera(scene.cameras[0])
@@ -89,7 +89,7 @@ class Renderer:
         self.scene.Parse(properties(prefix, values))
 
     def named(self, thing, kind: str, add) -> str:
-        """The name of a part of the scene; `add` gives it to LuxCore where that has not happened yet."""
+        """The name of a part of the scene; `add` gives it to LuxCore at first use."""
         key = id(thing)
         if key not in self.names:
             self.names[key] = f"{kind}{len(self.names)}"
@@ -110,14 +110,14 @@ class Renderer:
         if material.texture is not None:
             image = self.named(material.texture, "image", self.add_image)
             color = f"{name}_color"
-            # LuxCore's v runs down the picture.
+            # LuxCore's v runs down the image.
             self.parse(f"scene.textures.{color}.", {"type": "imagemap", "file": image, "gamma": 1.0,
                                                     "mapping.type": "uvmapping2d", "mapping.uvscale": (1.0, -1.0),
                                                     "mapping.uvdelta": (0.0, 1.0)})
         self.parse(f"scene.materials.{name}.", self.surface(name, material, color))
 
     def surface(self, name: str, material: Material, color) -> dict:
-        """The settings of a material. LuxCore's roughness is the width of the microfacets, as the square of ours."""
+        """The settings of a material. LuxCore's roughness is the microfacet width, the square of ours."""
         width = max(material.roughness, 0.03) ** 2
         rough = {"uroughness": width, "vroughness": width}
         if material.emission is not None:
@@ -130,12 +130,12 @@ class Renderer:
         if material.kind == "metal":
             return self.metal(name, color, rough if material.roughness > CLEAR else None)
         if material.kind == "glass":
-            tint = tuple(np.sqrt(material.color))  # light passes two surfaces of a thing, so each takes the root
+            tint = tuple(np.sqrt(material.color))  # light passes two surfaces of an object, so each takes the root
             kind = {"type": "roughglass", **rough} if material.roughness > CLEAR else {"type": "glass"}
             return {**kind, "kr": (1.0, 1.0, 1.0), "kt": tint, "interiorior": material.ior, "exteriorior": 1.0}
         if material.kind == "thin_leaf":
             return self.thin_leaf(name, color)
-        raise SystemExit(f"LuxCore has no material of the kind {material.kind!r}.")
+        raise SystemExit(f"LuxCore: unknown material kind {material.kind!r}")
 
     def metal(self, name: str, color, rough: dict | None) -> dict:
         if rough is None:
@@ -144,7 +144,7 @@ class Renderer:
         return {"type": "metal2", "fresnel": f"{name}_fresnel", **rough}
 
     def thin_leaf(self, name: str, color) -> dict:
-        """LEAF of the light goes through. LuxCore's `kt` is a share of what is not reflected, hence the division."""
+        """Transmits LEAF of the light. LuxCore's `kt` is a share of the light not reflected, hence the division."""
         texture = f"scene.textures.{name}_"
         self.parse(texture + "back.", {"type": "scale", "texture1": color, "texture2": 1 - LEAF})
         self.parse(texture + "rest.", {"type": "subtract", "texture1": 1.0, "texture2": f"{name}_back"})
@@ -155,7 +155,7 @@ class Renderer:
     def add_instance(self, name: str, instance: Instance):
         values = {"shape": self.named(instance.mesh, "mesh", self.add_mesh),
                   "material": self.named(instance.material, "material", self.add_material)}
-        columns = np.array(instance.matrix, float).T.ravel()  # the last of them is the place
+        columns = np.array(instance.matrix, float).T.ravel()  # the last is the position
         if instance.motion is None:
             values["transformation"] = columns
         else:
@@ -166,17 +166,17 @@ class Renderer:
         self.parse(f"scene.objects.{name}.", values)
 
     def add_light(self, name: str, light: PointLight):
-        gain = 4 * np.pi * np.asarray(light.power, float)  # LuxCore spreads it over the sphere of directions
+        gain = 4 * np.pi * np.asarray(light.power, float)  # LuxCore spreads it over all directions
         self.parse(f"scene.lights.{name}.", {"type": "sphere", "position": tuple(light.position),
                                              "radius": light.radius, "gain": gain})
 
     def add_environment(self, image: np.ndarray):
-        """Blender's columns start at -x and turn clockwise, seen from above; LuxCore's start at x and turn back."""
+        """Flips the map: seen from above, Blender's columns run clockwise from -x, LuxCore's anticlockwise from x."""
         self.add_image("environment", np.roll(image[:, ::-1], image.shape[1] // 2, 1))
         self.parse("scene.lights.environment.", {"type": "infinite", "file": "environment", "gamma": 1.0})
 
     def add_fog(self, scene: Scene):
-        """Fog fills a box around everything: in a world full of it no light would arrive from the environment."""
+        """Adds fog in a box around the scene: if it filled the world, it would block the environment's light."""
         self.parse("scene.volumes.fog.", {"type": "homogeneous", "absorption": (0.1 * scene.fog,) * 3,
                                           "scattering": (0.9 * scene.fog,) * 3, "multiscattering": True})
         self.parse("scene.materials.fog_skin.", {"type": "null", "volume.interior": "fog"})
@@ -184,7 +184,7 @@ class Renderer:
         self.parse("scene.objects.fog.", {"shape": "fog", "material": "fog_skin"})
 
     def set_camera(self, camera: Camera):
-        """The window of the screen is that of the longer side, so that the field of view is, too."""
+        """Sets the camera. The screen window follows the longer side, and so does the field of view."""
         x, y = np.array(self.size, float) / max(self.size)
         plumb = tuple(camera.position[:2]) == tuple(camera.target[:2])
         self.parse("scene.camera.", {
@@ -195,13 +195,13 @@ class Renderer:
             **self.air})
 
     def settings(self, samples: int, seed: int) -> dict:
-        """`tilesize` makes the sampler stop working for a while after `samples` of each pixel (see `trace`)."""
+        """The render settings. `tilesize` makes the sampler pause after `samples` of each pixel (see `trace`)."""
         width, height = self.size
         tile = 2 ** int(np.ceil(np.log2(max(width, height, (width * height + PAUSE / samples) ** 0.5))))
         outputs = {f"film.outputs.{i}.{key}": value for i, kind in enumerate(("RGB", "ALBEDO", "AVG_SHADING_NORMAL"))
                    for key, value in (("type", kind), ("filename", f"{kind}.exr"))}
         return {"renderengine.type": "PATHCPU",
-                "renderengine.seed": 1 + seed * self.threads % 2**31,  # each thread adds its number
+                "renderengine.seed": 1 + seed * self.threads % 2**31,  # each thread adds its index
                 "native.threads.count": self.threads, "sampler.type": "RANDOM", "sampler.random.adaptive.strength": 0.0,
                 "sampler.random.tilesize": tile, "sampler.random.supersampling": samples,
                 **{f"path.pathdepth.{kind}": MAX_DEPTH for kind in ("total", "diffuse", "glossy", "specular")},
@@ -209,9 +209,9 @@ class Renderer:
                 "film.height": height, **outputs}
 
     def trace(self, samples: int, seed: int):
-        """A session that has taken exactly `samples` of each pixel. LuxCore never stops by itself at an exact number.
-        But its sampler takes all samples of a pixel at once and walks over a square that is larger than the picture,
-        which comes first; while it skips the rest, we stop it."""
+        """A session that has taken exactly `samples` of each pixel. LuxCore cannot stop at an exact number by itself.
+        But its sampler takes all samples of a pixel at once, walking over a square that starts with the image and is
+        larger. While it skips the rest of the square, we stop it."""
         total = samples * self.size[0] * self.size[1]
         while True:
             config = pyluxcore.RenderConfig(properties("", self.settings(samples, seed)), self.scene)
@@ -220,7 +220,7 @@ class Renderer:
             while count(session) < total:
                 time.sleep(0.005)
             session.Stop()
-            if count(session) == total:  # or else this process was asleep for long, and the next pass has begun
+            if count(session) == total:  # otherwise this process slept too long and the next pass has begun
                 return session
 
     def render(self, camera: int, samples: int, seed: int) -> np.ndarray:
@@ -232,5 +232,5 @@ class Renderer:
         for kind in (kinds.RGB, kinds.ALBEDO, kinds.AVG_SHADING_NORMAL):
             layer = np.zeros((self.size[1], self.size[0], 3), np.float32)
             session.GetFilm().GetOutputFloat(kind, layer, 0)
-            layers.append(layer[::-1].transpose(2, 0, 1))  # LuxCore's first row is the lowest
+            layers.append(layer[::-1].transpose(2, 0, 1))  # LuxCore's first row is the bottom one
         return np.ascontiguousarray(np.concatenate(layers))

@@ -1,6 +1,6 @@
-"""Triangle meshes of everything that the random scenes are made of.
+"""Triangle meshes for the random scenes.
 
-The solids stand on z = 0 around the z axis and fit into a unit cube, so that one matrix places any of them.
+Solids stand on z = 0 around the z axis and fit into a unit cube, so the same matrix places any of them.
 """
 
 import numpy as np
@@ -9,7 +9,7 @@ from .scene import Mesh
 
 
 def lattice(xs, ys, holes=()):
-    """Flat cells between the lines `xs` and `ys` at z = 0, less the cells (i, j) in `holes`; uvs in metres."""
+    """Flat cells between the lines `xs` and `ys` at z = 0, except the cells (i, j) in `holes`; uvs in metres."""
     x, y = np.meshgrid(xs, ys, indexing="ij")
     points = np.stack([x, y, np.zeros_like(x)], -1)
     mesh = _grid(points, normals=None)
@@ -38,12 +38,12 @@ def box():
 
 
 def lathe(profile, smooth=True, sides=40):
-    """The profile [(radius, height), ...] turned around z. Without `smooth`, its corners stay sharp."""
+    """The profile [(radius, height), ...] revolved around z. Without `smooth`, its corners stay sharp."""
     profile = np.asarray(profile, float)
     if not smooth:
         pieces = [piece for piece in zip(profile[:-1], profile[1:]) if (piece[0] != piece[1]).any()]
         return merge([lathe(piece, sides=sides) for piece in pieces])
-    angle = np.linspace(2 * np.pi, 0, sides + 1)  # clockwise, so that the front of the triangles is outside
+    angle = np.linspace(2 * np.pi, 0, sides + 1)  # clockwise, so that triangles face outwards
     circle = np.stack([np.cos(angle), np.sin(angle)], -1)
     tangent = np.gradient(profile, axis=0)
     outward = np.stack([tangent[:, 1], -tangent[:, 0]], -1)
@@ -79,14 +79,14 @@ def vase(rng, wall=0.03):
 
 
 def rounded(power=0.4, sides=40):
-    """Between a ball (power 1) and a cube (towards 0)."""
+    """A shape between a ball (power 1) and a cube (power towards 0)."""
     ball = sphere(sides).vertices.reshape(-1, sides + 1, 3) * 2 - (0, 0, 1)
     points = np.sign(ball) * np.abs(ball) ** power
     return _grid(points / 2 + (0, 0, 0.5), _curvature(points, wrap=True))
 
 
 def blob(rng, waves=8, strength=0.35, sides=64):
-    """A ball displaced by random waves: a pebble with few and a rock with many."""
+    """A ball displaced by random waves: a pebble with few, a rock with many."""
     ball = sphere(sides).vertices.reshape(-1, sides + 1, 3) * 2 - (0, 0, 1)
     bump = 0
     for i in range(waves):
@@ -124,7 +124,7 @@ def tube(points, radius=0.01, sides=8):
 
 
 def strands(rng, roots, directions, length, width, droop=0.5, segments=3):
-    """Grass or fur: a tapering strip of triangles from each root [N,3] along its direction, bent downwards."""
+    """Grass or fur: a tapering strip of triangles from each root [N,3] along its direction, bending down."""
     n = len(roots)
     direction = _unit(directions + rng.normal(0, 0.25, (n, 3)))
     side = _unit(np.cross(direction, rng.normal(size=(n, 3)))) * width / 2
@@ -138,7 +138,7 @@ def strands(rng, roots, directions, length, width, droop=0.5, segments=3):
 
 
 def leaves(rng, centers, size):
-    """A pointed leaf of four triangles, folded along its middle, in a random direction at each centre [N,3]."""
+    """At each centre [N,3] a pointed leaf of four triangles, folded along its middle, in a random direction."""
     n = len(centers)
     along = _unit(rng.normal(size=(n, 3))) * size * rng.uniform(0.6, 1.3, (n, 1))
     side = np.cross(along, _unit(rng.normal(size=(n, 3)))) * 0.35
@@ -151,7 +151,7 @@ def leaves(rng, centers, size):
 
 
 def merge(meshes):
-    """One mesh of several. What only some of them have (normals, uvs) is made up for the others."""
+    """Merges meshes into one. Where only some have normals or uvs, the others get substitutes."""
     start = np.cumsum([0] + [len(m.vertices) for m in meshes])
     faces = np.concatenate([m.faces + s for m, s in zip(meshes, start)])
     smooth, mapped = (any(getattr(m, a) is not None for m in meshes) for a in ("normals", "uvs"))
@@ -172,7 +172,7 @@ def moved(mesh, matrix):
 
 
 def surface_points(rng, mesh, n):
-    """n random points on a mesh, spread by area, and the normals there."""
+    """n random points on a mesh, distributed by area, and their normals."""
     a, b, c = (mesh.vertices[mesh.faces[:, i]].astype(float) for i in range(3))
     normal = np.cross(b - a, c - a)
     area = np.linalg.norm(normal, axis=1)
@@ -208,7 +208,7 @@ def _strips(strips, uvs):
 
 
 def _curvature(points, wrap):
-    """Normals of a grid of points from the differences of their neighbours; `wrap` closes it and its two poles."""
+    """Normals of a grid of points from differences between neighbours; `wrap` closes its seam and both poles."""
     du = np.gradient(points, axis=0)
     dv = np.gradient(points, axis=1)
     if wrap:
@@ -220,7 +220,7 @@ def _curvature(points, wrap):
 
 
 def _faceted(mesh):
-    """The same mesh with vertices of its own and the true normal for every triangle."""
+    """The same mesh with separate vertices and the geometric normal for every triangle."""
     corners = mesh.vertices[mesh.faces]
     normals = _unit(np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]))
     uvs = None if mesh.uvs is None else mesh.uvs[mesh.faces].reshape(-1, 2)

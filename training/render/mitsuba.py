@@ -1,8 +1,8 @@
-"""Renders a scene with Mitsuba 3: on an NVIDIA GPU where there is one, or else on the CPU, which needs a libLLVM of
-version 16 or newer (the environment variable DRJIT_LIBLLVM_PATH names the file).
+"""Renders a Scene with Mitsuba 3, on an NVIDIA GPU if available, else on the CPU, which needs libLLVM 16 or newer (set
+DRJIT_LIBLLVM_PATH to the file).
 
-Normals are world-space. Left out: motion blur, which Mitsuba 3 lacks (things stay as when the shutter opens). Environments
-are turned by a quarter, and textures upside down, against the other two renderers.
+Normals are in world space. Mitsuba 3 lacks motion blur: objects stay where they are when the shutter opens. Compared
+with the other two renderers, environments are rotated by 90 degrees and textures are upside down.
 """
 
 import drjit as dr
@@ -13,7 +13,7 @@ from . import meshes
 
 mi.set_variant("cuda_ad_rgb", "llvm_ad_rgb")
 T = mi.ScalarTransform4f
-WAVE = 1 << 20  # paths that are traced at once; a few hundred bytes each
+WAVE = 1 << 20  # paths traced at once; a few hundred bytes each
 
 
 class Renderer:
@@ -48,7 +48,7 @@ class Renderer:
         return _variable(mi.load_dict(sensor))
 
     def render(self, camera, samples, seed):
-        """In passes of a fixed number of samples, so that the kernel of one pass serves all sample counts."""
+        """Renders in passes of a fixed number of samples, so one kernel serves all sample counts."""
         most = max(1, WAVE // (self.size[0] * self.size[1]))
         total, done = 0, 0
         while done < samples:
@@ -65,7 +65,7 @@ def _mixed(seed, done):
 
 
 def _variable(sensor):
-    """The sensor with its lens not compiled in, so that one kernel serves all cameras."""
+    """The sensor with its lens as a runtime parameter, so one kernel serves all cameras."""
     parameters = mi.traverse(sensor)
     for name in ("aperture_radius", "focus_distance"):
         if name in parameters:
@@ -80,7 +80,7 @@ def _integrator(fog):
 
 
 def _shapes(instances):
-    """One shape for all the meshes that share a material: many shapes cost compilation time."""
+    """One shape per material, as many shapes take long to compile."""
     groups = {}
     for i in instances:
         groups.setdefault(id(i.material), (i.material, []))[1].append(meshes.moved(i.mesh, i.matrix))
@@ -107,13 +107,13 @@ def _shape(mesh, material):
 
 
 def _bsdf(m):
-    """The material as Mitsuba's plugins; rough ones use GGX with alpha = roughness squared, as most renderers do."""
+    """The material as a Mitsuba plugin. Rough ones use GGX with alpha = roughness squared, as is common."""
     alpha, rough = max(m.roughness, 0.03) ** 2, m.roughness > 0.03
     color = _rgb(m.color) if m.texture is None else dict(type="bitmap", bitmap=mi.Bitmap(m.texture), raw=True)
     if m.emission is not None:
         return dict(type="diffuse", reflectance=0.0)
     if m.kind == "glass":
-        # light passes two surfaces of a thing, so each takes the root of the colour
+        # light passes two surfaces of an object, so each takes the root of the colour
         tint = _rgb(np.sqrt(m.color))
         glass = dict(int_ior=m.ior, specular_transmittance=tint)
         return dict(glass, type="roughdielectric", alpha=alpha) if rough else dict(glass, type="dielectric")
@@ -135,7 +135,7 @@ def _lamp(light):
 
 
 def _fog_bounds(scene, medium):
-    """An invisible ball around everything that is filled with fog."""
+    """An invisible ball of fog around the scene."""
     return dict(type="sphere", radius=1.5 * scene.reach(), bsdf=dict(type="null"), interior=medium)
 
 

@@ -1,4 +1,4 @@
-"""Helpers that put the random scenes together: materials, placement, rooms and lights."""
+"""Building blocks of the random scenes: materials, placement, rooms and lights."""
 
 import numpy as np
 
@@ -8,7 +8,7 @@ from .textures import color, light_color, random_texture
 
 
 def at(position=(0, 0, 0), scale=1.0, turn=0.0, tilt=0.0):
-    """A matrix: scale, tilt about x, turn about z (radians), then move to `position`."""
+    """A matrix that scales, tilts about x, turns about z (radians), then moves to `position`."""
     c, s, ct, st = np.cos(turn), np.sin(turn), np.cos(tilt), np.sin(tilt)
     matrix = np.eye(4)
     rotation = np.array([[c, -s, 0], [s, c, 0], [0, 0, 1]]) @ np.array([[1, 0, 0], [0, ct, -st], [0, st, ct]])
@@ -18,7 +18,7 @@ def at(position=(0, 0, 0), scale=1.0, turn=0.0, tilt=0.0):
 
 
 def material(rng, kinds=("diffuse", "diffuse", "plastic", "metal", "glass"), textured=0.35):
-    """A random surface of one of the kinds; with the probability `textured` it has a texture."""
+    """A random material of one of the kinds, with a texture at probability `textured`."""
     kind = kinds[rng.integers(len(kinds))]
     roughness = rng.choice([0.0, 0.05, rng.uniform(0.1, 0.6), rng.uniform(0.1, 0.6)])
     if kind == "glass":
@@ -30,7 +30,7 @@ def material(rng, kinds=("diffuse", "diffuse", "plastic", "metal", "glass"), tex
 
 
 def palette(rng, n, **options):
-    """A few materials that a scene's objects share, so that renderers can merge the objects."""
+    """A few materials for a scene's objects to share, so that renderers can merge the objects."""
     return [material(rng, **options) for _ in range(n)]
 
 
@@ -39,7 +39,7 @@ def matte(rng, textured=0.4):
 
 
 def glow(rng, strength):
-    """An emitting material of about the given radiance."""
+    """An emitter of about the given radiance."""
     return Material(emission=tuple(light_color(rng) * strength))
 
 
@@ -52,7 +52,7 @@ def pick(rng, options):
 
 
 def solid(rng):
-    """A random mesh of unit size that stands on z = 0."""
+    """A random mesh of unit size standing on z = 0."""
     makers = [meshes.box, meshes.box, meshes.sphere, meshes.cylinder, meshes.torus,
               lambda: meshes.cone(rng.choice([0, 0.4])), lambda: meshes.rounded(rng.uniform(0.2, 0.6)),
               lambda: meshes.blob(rng, rng.integers(2, 16)), lambda: meshes.vase(rng),
@@ -70,7 +70,7 @@ def knot(rng):
 
 
 def scatter(rng, materials, n, area, size, z=0.0, make=solid):
-    """n objects standing on the height z within area (x0, x1, y0, y1), apart where there is room; size is a range."""
+    """n objects standing at height z within area (x0, x1, y0, y1), apart if possible; size is a range."""
     placed, instances = [], []
     for _ in range(n):
         extent = np.exp(rng.uniform(*np.log(size)))
@@ -85,7 +85,7 @@ def scatter(rng, materials, n, area, size, z=0.0, make=solid):
 
 
 def stack(rng, materials, n, position, size):
-    """Boxes piled up on `position`, each a little turned and a little smaller."""
+    """Boxes piled up at `position`, each slightly rotated and smaller than the one below."""
     instances, (x, y, z) = [], position
     for _ in range(n):
         scale = size * rng.uniform((0.7, 0.7, 0.15), (1, 1, 0.5))
@@ -105,7 +105,7 @@ def table(rng, surface, width, depth, height, position=(0, 0)):
 
 
 def wall(width, height, window=None):
-    """An upright wall (x along it, z up), with a hole where `window` is (x0, x1, z0, z1)."""
+    """An upright wall (x along it, z up), with a hole at `window` (x0, x1, z0, z1)."""
     xs, zs, holes = [-width / 2, width / 2], [0, height], []
     if window:
         xs, zs, holes = [xs[0], *window[:2], xs[1]], [zs[0], *window[2:], zs[1]], [(1, 1)]
@@ -113,7 +113,7 @@ def wall(width, height, window=None):
 
 
 def room(rng, width, depth, height, windows=0, textured=0.4):
-    """Floor, ceiling and four walls around the origin; `windows` of the walls have a hole."""
+    """Floor, ceiling and four walls around the origin, `windows` of them with a hole."""
     walls, ceiling = matte(rng, textured), matte(rng, 0)
     floor = material(rng, ("diffuse", "plastic", "plastic"), textured)
     instances = [Instance(meshes.plane(width, depth), floor),
@@ -129,7 +129,7 @@ def room(rng, width, depth, height, windows=0, textured=0.4):
 
 
 def window_in(rng, length, height):
-    """A random opening of a wall."""
+    """A random opening in a wall."""
     w, h = rng.uniform(0.2, 0.8) * length, rng.uniform(0.3, 0.8) * height
     x = rng.uniform(-length / 2 + 0.05, length / 2 - w - 0.05)
     z = rng.uniform(0.05, height - h - 0.05)
@@ -137,5 +137,5 @@ def window_in(rng, length, height):
 
 
 def panel(rng, position, width, depth, strength, tilt=0.0, turn=0.0):
-    """A rectangular lamp that shines down, or towards -y if tilted by -90 degrees."""
+    """A rectangular lamp shining down, or towards -y if tilted by -90 degrees."""
     return Instance(meshes.plane(width, depth), glow(rng, strength), at(position, turn=turn, tilt=np.pi + tilt))

@@ -4,13 +4,13 @@ import numpy as np
 
 
 def color(rng, low=0.02, high=0.95):
-    """A random albedo: often greyish, sometimes saturated, dark as often as bright."""
+    """A random albedo: often greyish, sometimes saturated, as often dark as bright."""
     grey = rng.uniform(low, high) if rng.random() < 0.6 else np.exp(rng.uniform(np.log(low), np.log(high)))
     return np.clip(grey * (1 + rng.uniform(0, 1) ** 2 * rng.uniform(-1, 1, 3)), low, high)
 
 
 def noise(rng, n, slope=1.5, cells=1):
-    """Seamless fractal noise in 0..1; a larger slope is smoother. Nothing coarser than n/cells pixels."""
+    """Seamless fractal noise in 0..1, smoother with a larger slope, with no features coarser than n/cells pixels."""
     f = np.hypot(np.fft.fftfreq(n)[:, None], np.fft.rfftfreq(n)) * n
     spectrum = np.fft.rfft2(rng.normal(size=(n, n))) * np.where(f < cells, 0, np.maximum(f, 1) ** -slope)
     field = np.fft.irfft2(spectrum, (n, n))
@@ -18,7 +18,7 @@ def noise(rng, n, slope=1.5, cells=1):
 
 
 def mix(a, b, weight):
-    """From colour a to colour b by a field [n,n]."""
+    """Blends colour a into colour b by a field [n,n]."""
     return np.asarray(a) + (np.asarray(b) - np.asarray(a)) * np.asarray(weight)[..., None]
 
 
@@ -40,7 +40,7 @@ def plaid(rng, n=128):
 
 
 def bricks(rng, n=192):
-    """Bricks, or tiles where the rows are not shifted; each brick has its own shade."""
+    """Bricks, or tiles if the rows are not shifted; each has its own shade."""
     rows, columns, gap = 2 * rng.integers(2, 7), rng.integers(2, 6), rng.uniform(0.02, 0.12)
     y, x = np.mgrid[:n, :n] / n
     row = (y * rows).astype(int)
@@ -75,7 +75,7 @@ def dots(rng, n=128):
 
 
 def text(rng, n=256):
-    """Lines of words in a made-up script of random 5 x 3 glyphs."""
+    """Lines of words in an invented script of random 5x3 glyphs."""
     glyphs = rng.random((24, 5, 3)) < 0.6
     scale = rng.choice([1, 2, 4])
     small = np.zeros((n // scale, n // scale), bool)
@@ -133,7 +133,7 @@ def light_color(rng):
 
 
 def sky(rng, n=128):
-    """Clear sky, a sun of one or two degrees (thousands of times as bright) and the ground."""
+    """Clear sky, ground, and a sun of one or two degrees, thousands of times as bright."""
     d = _directions(n)
     zenith, horizon = color(rng, 0.1, 0.4) * (0.5, 0.8, 1.6), color(rng, 0.4, 0.9) * light_color(rng)
     image = mix(horizon, zenith, np.clip(d[..., 2], 0, 1) ** 0.5)
@@ -152,7 +152,7 @@ def overcast(rng, n=64):
 
 
 def studio(rng, n=64):
-    """A dark room with rectangular soft boxes around."""
+    """A dark room with rectangular softboxes."""
     image = np.ones((n, 2 * n, 3)) * color(rng, 0.02, 0.2)
     for _ in range(rng.integers(1, 6)):
         y, x = rng.integers(0, n * 3 // 4), rng.integers(0, 2 * n - 6)
@@ -162,7 +162,7 @@ def studio(rng, n=64):
 
 
 def night(rng, n=128):
-    """Stars, a moon and the glow of a town at the horizon."""
+    """Stars, a moon and the glow of a town on the horizon."""
     d = _directions(n)
     image = mix(color(rng, 0.01, 0.04), light_color(rng) * 0.1, np.exp(-np.abs(d[..., 2]) * 8))
     stars = (rng.random((n, 2 * n)) < 0.004) * (d[..., 2] > 0) * rng.exponential(3, (n, 2 * n))
@@ -186,7 +186,7 @@ ENVIRONMENTS = [sky, overcast, studio, night, interior]
 
 
 def random_environment(rng, choices=ENVIRONMENTS, mean=None):
-    """One of the environments turned to a mean radiance: that of daylight against lamps of 1 to 50 W/(sr m^2)."""
+    """A random environment scaled to a mean radiance that suits lamps of 1 to 50 W/(sr m^2)."""
     image = np.maximum(choices[rng.integers(len(choices))](rng), 1e-4)
     mean = rng.uniform(0.3, 2) if mean is None else mean
     return (image * (mean / image.mean())).astype(np.float32)

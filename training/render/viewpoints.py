@@ -1,4 +1,4 @@
-"""Cameras of the random scenes: where one sees something."""
+"""Cameras for the random scenes, placed where there is something to see."""
 
 import numpy as np
 
@@ -8,8 +8,8 @@ TRIES = 16
 
 
 def cameras(rng, instances, targets, distance, height, count=3, bounds=None, fov=(30, 70)):
-    """Cameras at random distances and heights (ranges) that look at one of the targets and are neither inside an object
-    nor close behind one. `bounds` (x0, x1, y0, y1, z0, z1) are kept to."""
+    """Cameras at random distances and heights (ranges), each looking at one of the targets, neither inside an object
+    nor close behind one, and within `bounds` (x0, x1, y0, y1, z0, z1)."""
     triangles, found = _triangles(rng, instances), []
     for _ in range(count):
         tries = []
@@ -30,8 +30,8 @@ def _camera(rng, target, distance, height, bounds, fov):
 
 
 def _clearness(triangles, camera):
-    """How well a camera sees, 1 is well: the least of what rays into the picture tell. Nothing is very close, half of
-    the rays reach half as far as the target, most hit something, and they hit three different objects."""
+    """How clear a camera's view is; 1 is clear. Rays into the image must hit nothing very close, half must reach half
+    the target's distance, most must hit something, and together three different objects. The worst of these counts."""
     eye, forward = np.array(camera.position), np.array(camera.target) - np.array(camera.position)
     right = np.cross(forward, (0, 0, 1)) + 1e-9
     right = right / np.linalg.norm(right) * camera.focus * np.tan(np.radians(camera.fov / 2)) * 0.8
@@ -45,7 +45,7 @@ def _clearness(triangles, camera):
 
 
 def _first_hit(triangles, eye, ray):
-    """Distance to the first triangle in lengths of the ray, or infinity, and the number of its object."""
+    """Distance to the first triangle, in lengths of the ray, or infinity; and the number of its object."""
     corner, edge1, edge2, owner = triangles
     p = np.cross(ray, edge2)
     det = np.einsum("ij,ij->i", edge1, p)
@@ -60,7 +60,7 @@ def _first_hit(triangles, eye, ray):
 
 
 def _triangles(rng, instances, most=12000):
-    """(corner, edge, edge, object) of the scene's triangles: the largest ones and some of the others."""
+    """(corner, edge, edge, object) of the scene's largest triangles and a random sample of the others."""
     placed = [i.mesh.vertices @ i.matrix[:3, :3].T + i.matrix[:3, 3] for i in instances]
     corners = np.concatenate([vertices[i.mesh.faces] for vertices, i in zip(placed, instances)]).astype(float)
     owner = np.repeat(np.arange(len(instances)), [len(i.mesh.faces) for i in instances])

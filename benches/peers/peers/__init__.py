@@ -1,4 +1,4 @@
-"""The denoisers that run.py measures: ours, then the field's, in the order of the table."""
+"""The denoisers that run.py measures, in the order of the table: ours first, then the others."""
 
 from peers import burn, oidn, oidn_webgpu, onnx_runtime, pytorch, wgdenoise
 from peers.base import Peer

@@ -1,4 +1,4 @@
-"""What a peer is, and the few things that all of them do: run a command, build a program, judge an output."""
+"""What a peer is, and what all peers share: running commands, building programs, judging outputs."""
 
 import json
 import os
@@ -10,31 +10,31 @@ from pathlib import Path
 
 HERE = Path(__file__).parents[1]  # benches/peers
 ROOT = HERE.parents[1]
-CACHE = HERE / ".cache"  # what is built and fetched; git does not see it
+CACHE = HERE / ".cache"  # builds and downloads; git ignores it
 
 IMAGES = "images in memory to an image in memory"
 BUFFERS = "buffers on the device"
 NETWORK = "the network alone, on the device"
 
-# The largest difference from PyTorch in 32-bit float that still counts as the same network, in outputs from 0 to 1:
-# one step of a 16-bit image, and with half precision one step of an 8-bit image.
+# Largest accepted difference from PyTorch in 32-bit float, in outputs from 0 to 1: one step of a 16-bit image, in half
+# precision one step of an 8-bit image.
 TOLERANCE = {"f32": 1 / 65535, "f16": 1 / 255}
 
 
 class Unavailable(Exception):
-    """A peer cannot be measured; the message says in one sentence why."""
+    """A peer cannot be measured; the message is one sentence with the reason."""
 
 
 @dataclass(frozen=True)
 class Options:
-    """What the user asked for."""
+    """The user's options."""
 
     width: int
     height: int
     burst: int  # timed frames per round
-    tiers: tuple[str, ...]  # our networks that the frameworks run
+    tiers: tuple[str, ...]  # our networks to run in the frameworks
     weights_cache: Path
-    timeout: float  # seconds that one command may take
+    timeout: float  # seconds allowed per command
     wgdenoise: Path | None = None
     oidn_webgpu_native: Path | None = None
     burn: Path | None = None
@@ -42,11 +42,11 @@ class Options:
 
 @dataclass(frozen=True)
 class Sample:
-    """One round of one entry."""
+    """The result of one round of one entry."""
 
     ms: float
     adapter: str
-    check: str = ""  # how far the output is from what it should be
+    check: str = ""  # the largest error of the output
 
 
 @dataclass
@@ -56,13 +56,13 @@ class Entry:
     peer: str
     network: str = ""
     precision: str = ""
-    timed: str = ""  # what lies between the two looks at the clock
+    timed: str = ""  # what the clock covers
     macs: float | None = None  # multiply-accumulates per pixel
     measure: Callable[[], Sample] | None = field(default=None, repr=False)
     adapter: str = ""
     check: str = ""
     ms: list[float] = field(default_factory=list)  # one per round
-    reason: str = ""  # why it was not measured; then `ms` does not count
+    reason: str = ""  # why it was not measured; if set, ignore `ms`
 
     def take(self, sample: Sample) -> None:
         self.ms.append(sample.ms)
@@ -71,7 +71,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Peer:
-    """A denoiser by name; `entries` builds and checks it and may raise Unavailable."""
+    """A denoiser. `entries` builds and checks it, and may raise Unavailable."""
 
     name: str
     entries: Callable[[Options], list[Entry]]
@@ -79,7 +79,7 @@ class Peer:
 
 def call(command: list[str | Path], timeout: float, cwd: Path = HERE, environment: dict[str, str] | None = None,
          name: str = "") -> str:
-    """Standard output of a command; a failure of any kind becomes Unavailable, in which `name` names it."""
+    """Standard output of a command. Any failure becomes Unavailable and refers to the command as `name`."""
     name = name or Path(command[0]).name
     try:
         done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=timeout, cwd=cwd,
@@ -95,13 +95,13 @@ def call(command: list[str | Path], timeout: float, cwd: Path = HERE, environmen
 
 
 def _complaint(errors: str, output: str) -> str:
-    """The last line that is no hint: what most likely says what went wrong."""
+    """The last line that is not a hint, which most likely states the error."""
     lines = [line.strip() for line in (errors.strip() or output).splitlines()]
     return next((line for line in reversed(lines) if line and not line.startswith("note:")), "")
 
 
 def last_json(text: str) -> dict:
-    """The report of a program that prints one line of JSON last."""
+    """The report of a program whose last line is JSON."""
     try:
         return json.loads(text.strip().splitlines()[-1])
     except (IndexError, ValueError):
@@ -109,9 +109,9 @@ def last_json(text: str) -> dict:
 
 
 def existing(path: Path) -> Path:
-    """A path that the user gave, or Unavailable."""
+    """The given path, or Unavailable if there is no file."""
     if not path.is_file():
-        raise Unavailable(f"{path.name} is not where the command line says; give the path of the built program")
+        raise Unavailable(f"{path.name} is not at the given path; give the path of the built program")
     return path.resolve()
 
 
@@ -122,6 +122,6 @@ def median_ms(seconds: list[float]) -> float:
 def judged(report: dict, precision: str) -> Sample:
     """The sample of a report with seconds, adapter and max_error; Unavailable if the output is wrong."""
     error, allowed = report["max_error"], TOLERANCE[precision]
-    if not error <= allowed:  # NaN is wrong, too
+    if not error <= allowed:  # NaN is wrong too
         raise Unavailable(f"wrong: its output differs by {error:.1e} from PyTorch's, allowed {allowed:.1e}")
     return Sample(median_ms(report["seconds"]), report["adapter"], f"{error:.0e}")

@@ -1,4 +1,4 @@
-"""Burn on its wgpu backend, running our network: the small program in the folder `burn`, a package of its own."""
+"""Our network on Burn's wgpu backend, with the small program in `burn`, a separate package."""
 
 import functools
 from pathlib import Path

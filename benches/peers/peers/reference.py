@@ -1,4 +1,4 @@
-"""Our networks: their size, from the weights files, and what is right, from PyTorch in 32-bit float."""
+"""Our networks: their size from the weights files, and their expected output from PyTorch in 32-bit float."""
 
 import functools
 import hashlib
@@ -20,13 +20,13 @@ def weights_file(tier: str) -> Path:
 
 
 def digest(tier: str) -> str:
-    """Names what is derived from a weights file, so that new weights get new files."""
+    """A hash for the names of derived files, so that new weights get new files."""
     return hashlib.sha256(weights_file(tier).read_bytes()).hexdigest()[:12]
 
 
 @functools.cache
 def macs(tier: str) -> float:
-    """Multiply-accumulates per pixel with nine input channels, from the header alone: no package is needed."""
+    """Multiply-accumulates per pixel with nine input channels, from the header alone, without any package."""
     data = weights_file(tier).read_bytes()
     header = json.loads(data[8:8 + int.from_bytes(data[:8], "little")])
     levels = header["__metadata__"]["widths"].count(",")
@@ -35,7 +35,7 @@ def macs(tier: str) -> float:
 
 
 def _layer_macs(name: str, shape: list[int], levels: int) -> float:
-    """Of a layer whose output is half the image's sides `level` times."""
+    """Multiply-accumulates of a layer, per pixel of the image; `level` is how often its output is halved."""
     level = levels if name.startswith("mid") else int((re.findall(r"\d+", name) or "0")[0])
     rows, columns, outputs, inputs = shape[2], shape[3], shape[0], shape[1]
     uses = 4 if name.startswith("dec_up") else 1  # each weight meets one output pixel in four
@@ -44,7 +44,7 @@ def _layer_macs(name: str, shape: list[int], levels: int) -> float:
 
 @functools.cache
 def network(tier: str):
-    """The network in PyTorch, in evaluation mode, as training/ defines it."""
+    """The network as defined in training/, in PyTorch's evaluation mode."""
     try:
         from quality.networks import Network
     except ImportError as e:
@@ -53,7 +53,7 @@ def network(tier: str):
 
 
 def check_file(tier: str, cache: Path) -> Path:
-    """A safetensors file with a fixed random `input` and the `output` that PyTorch gives, both NCHW."""
+    """A safetensors file with a fixed random `input` and PyTorch's `output`, both NCHW."""
     path = cache / f"check-{tier}-{digest(tier)}.safetensors"
     if not path.exists():
         _write_check(path, network(tier))
@@ -72,12 +72,12 @@ def _write_check(path: Path, model) -> None:
 
 
 def check_program(program: Path, tier: str, precision: str) -> str:
-    """How far the program's image is from PyTorch's, both encoded as the network's output is; through EXR files."""
+    """Error of the program's image against PyTorch's, in the encoding of the network's output, through EXR files."""
     try:
         error = _program_error(program, tier, precision)
     except ImportError as e:
         return f"not checked: {e}"
-    except SystemExit as e:  # how the training scripts report
+    except SystemExit as e:  # the training scripts report errors this way
         raise Unavailable(str(e)) from None
     if not error <= TOLERANCE[precision]:
         raise Unavailable(f"wrong: its output differs by {error:.1e} from PyTorch's, allowed {TOLERANCE[precision]:.1e}")

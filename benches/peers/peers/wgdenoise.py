@@ -1,5 +1,5 @@
-"""wgdenoise itself, by its own `bench`, in both precisions, on the default adapter: every tier, and the networks of Open
-Image Denoise with its weights, which agreement.py checks."""
+"""wgdenoise itself, with its `bench`, in both precisions on the default adapter: every tier, and the networks of Open
+Image Denoise, whose results agreement.py checks."""
 
 import functools
 from pathlib import Path

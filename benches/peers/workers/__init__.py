@@ -1,1 +1,1 @@
-"""Programs that run our network in a Python package and print one line of JSON; run.py starts them."""
+"""Programs, started by run.py, that run our network in a Python package and print one line of JSON."""

@@ -1,4 +1,4 @@
-"""What the workers share: their arguments, the check before the clock and the clock."""
+"""Shared by the workers: arguments, the check before timing, and timing."""
 
 import argparse
 import json
@@ -16,8 +16,8 @@ def parser() -> argparse.ArgumentParser:
     p = argparse.ArgumentParser()
     p.add_argument("--width", type=int, required=True)
     p.add_argument("--height", type=int, required=True)
-    p.add_argument("--runs", type=int, default=1, help="timed runs, after one that warms up")
-    p.add_argument("--check", type=Path, help="safetensors file with an `input` and the `output` to expect")
+    p.add_argument("--runs", type=int, default=1, help="timed runs, after one warm-up")
+    p.add_argument("--check", type=Path, help="safetensors file with an `input` and the expected `output`")
     return p
 
 
@@ -26,13 +26,13 @@ def cpu_adapter() -> str:
 
 
 def largest_error(path: Path, forward: Callable[[np.ndarray], np.ndarray]) -> float:
-    """How far `forward` is from the output that the file expects; NaN stays NaN."""
+    """The largest error of `forward` against the file's output; NaN stays NaN."""
     check = load_file(path)
     return float(np.abs(forward(check["input"]) - check["output"]).max())
 
 
 def timed(run: Callable[[], object], runs: int) -> list[float]:
-    """Seconds of each run, after one that warms up."""
+    """Seconds of each run, after one warm-up."""
     run()
     seconds = []
     for _ in range(runs):

@@ -1,4 +1,4 @@
-"""Our network as an ONNX file for images of any size whose sides are multiples of 16."""
+"""Exports our network as ONNX, for images whose sides are any multiples of 16."""
 
 import contextlib
 import json
@@ -17,7 +17,7 @@ def main() -> None:
     p.add_argument("--out", type=Path, required=True)
     o = p.parse_args()
     o.out.parent.mkdir(parents=True, exist_ok=True)
-    with contextlib.redirect_stdout(sys.stderr):  # the exporter talks
+    with contextlib.redirect_stdout(sys.stderr):  # the exporter prints
         _export(o.tier, o.out)
     print(json.dumps({"file": o.out.name}))
 

@@ -1,4 +1,4 @@
-"""Our network in PyTorch: batch norms folded in, channels last, in inference mode."""
+"""Our network in PyTorch: batch norms folded, channels last, inference mode."""
 
 import torch
 from torch import nn
@@ -14,7 +14,7 @@ DTYPES = {"f32": torch.float32, "f16": torch.float16}
 def main() -> None:
     p = common.parser()
     p.add_argument("--device", choices=("cpu", "cuda"), required=True)
-    p.add_argument("--probe", action="store_true", help="only say whether the device is there")
+    p.add_argument("--probe", action="store_true", help="only check that the device exists")
     p.add_argument("--tier")
     p.add_argument("--precision", choices=DTYPES, default="f32")
     o = p.parse_args()
@@ -44,7 +44,7 @@ def _run(model: nn.Module, frame: torch.Tensor) -> None:
 
 
 def _folded(model: nn.Module) -> nn.Module:
-    """The batch norms become part of the convolutions before them: less work, the same function."""
+    """Folds batch norms into the convolutions before them: less work, same function."""
     for layer in model.modules():
         norm = getattr(layer, "norm", None)
         if isinstance(norm, nn.BatchNorm2d):

@@ -5,7 +5,7 @@ use std::sync::OnceLock;
 use wgdenoise::Factor;
 use wgdenoise::internals::gpu::kernel::Context;
 use wgdenoise::internals::gpu::tensor::GpuTensor;
-use wgdenoise::internals::ops::operator::ChannelMap;
+use wgdenoise::internals::ops::channel_map::ChannelMap;
 use wgdenoise::internals::reference::Tensor;
 use wgdenoise::{Gpu, KernelSet, MatrixShape, Precision, wgpu};
 use wgpu::util::DeviceExt as _;

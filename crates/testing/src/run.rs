@@ -2,8 +2,9 @@
 
 use wgdenoise::internals::gpu::kernel::Context;
 use wgdenoise::internals::ops::activity::LAYERS;
+use wgdenoise::internals::ops::channel_map::{ChannelMap, channel_map};
 use wgdenoise::internals::ops::need::{Need, everything};
-use wgdenoise::internals::ops::operator::{ChannelMap, Io, Operator, channel_map};
+use wgdenoise::internals::ops::operator::{Io, Operator};
 use wgdenoise::internals::reference::Tensor;
 use wgdenoise::wgpu::{self, util::DeviceExt as _};
 

@@ -1,60 +1,60 @@
-//! The command line's grammar.
+//! The command line.
 
 use std::path::PathBuf;
 
 use clap::{Parser, ValueEnum};
 use wgdenoise::Schedule;
 
-use crate::renderer::scenes::SceneName;
+use path_tracer::renderer::scenes::SceneName;
 
 const AFTER_HELP: &str = "\
-In the window: drag to turn the camera, wheel to come closer, D denoises or not, S shows noisy and
-denoised side by side, Esc quits.";
+In the window: drag to orbit, scroll to zoom, D toggles the denoiser, S shows noisy and denoised
+side by side, Esc quits.";
 
-/// Draws a built-in scene and denoises it: in a window, or with --out into files.
+/// Draws a built-in scene and denoises it, in a window or, with --out, into files
 #[derive(Debug, Parser)]
 #[command(name = "path_tracer", after_help = AFTER_HELP)]
 pub(crate) struct Args {
-    /// What to draw
+    /// Scene to draw
     #[arg(long, value_enum, default_value = "still-life")]
     pub(crate) scene: SceneName,
-    /// Pixels per row and rows
+    /// Width and height in pixels
     #[arg(long, value_name = "W×H", value_parser = size, default_value = "1024x768")]
     pub(crate) size: [u32; 2],
-    /// Samples per pixel: of the picture with --out, else of each frame, which has 4 at most
+    /// Samples per pixel: in total with --out, per frame (at most 4) in the window
     #[arg(long, value_name = "N", value_parser = count(), default_value = "4")]
     pub(crate) spp: u32,
-    /// Another seed is other noise
+    /// Seed of the noise
     #[arg(long, value_name = "N", default_value = "0")]
     pub(crate) seed: u32,
-    /// Which of the denoiser's built-in weights
+    /// Built-in weights of the denoiser
     #[arg(long, value_enum, default_value = "fast")]
     pub(crate) quality: Quality,
-    /// In the window, denoise in every how many frames
+    /// In the window: denoise every Nth frame
     #[arg(long, value_name = "N", value_parser = count(), default_value = "1")]
     pub(crate) every: u32,
-    /// In the window, the samples per pixel at which noisy and denoised have equal shares
+    /// In the window: samples per pixel at which noisy and denoised are blended equally
     #[arg(long, value_name = "N", default_value_t = Schedule::default().half_life)]
     pub(crate) half_life: f32,
-    /// Which adapter: a part of its name [default: the fastest kind]
+    /// Adapter, by a part of its name [default: the fastest kind]
     #[arg(long, value_name = "NAME")]
     pub(crate) device: Option<String>,
-    /// Write colour, albedo and normal to this EXR file, rather than open a window
+    /// Write color, albedo and normal to this EXR file instead of opening a window
     #[arg(long, value_name = "FILE")]
     pub(crate) out: Option<PathBuf>,
-    /// Where the denoised colour goes [default: OUT with .denoised.exr]
+    /// EXR file for the denoised color [default: FILE of --out, with .denoised.exr]
     #[arg(long, value_name = "FILE", requires = "out")]
     pub(crate) denoised: Option<PathBuf>,
-    /// Also write a picture with many samples
+    /// Also write a reference to this EXR file
     #[arg(long, value_name = "FILE", requires = "out")]
     pub(crate) reference: Option<PathBuf>,
-    /// Its samples per pixel
+    /// Samples per pixel of the reference
     #[arg(long, value_name = "N", value_parser = count(), default_value = "1024")]
     pub(crate) reference_spp: u32,
 }
 
 impl Args {
-    /// When the window denoises, and how much.
+    /// When the window denoises, and how much it blends.
     pub(crate) fn schedule(&self) -> Schedule {
         Schedule { every: self.every, half_life: self.half_life }
     }
@@ -65,7 +65,7 @@ impl Args {
 pub(crate) enum Quality {
     /// The least work
     Fast,
-    /// Between the two
+    /// In between
     Balanced,
     /// The best picture
     High,

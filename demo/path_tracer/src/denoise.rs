@@ -1,29 +1,31 @@
-//! The denoiser in the renderer: bound to a film once, recorded after it in every frame.
+//! The denoiser in a renderer: bound to a film once, then recorded after it in every frame.
 
 use wgdenoise::{Denoiser, Options, Pass, PassDescriptor, PassImage, Quality, Weights};
 
 use crate::renderer::Result;
 use crate::renderer::film::{Film, texture};
 
-/// A film's denoised image.
-pub(crate) struct Denoised {
+/// A film's denoised image, and the pass that fills it.
+pub struct Denoised {
     pass: Pass,
-    /// Linear colour, `rgba16float`, with the film's alpha.
-    pub(crate) output: wgpu::Texture,
+    /// Linear colour with the film's alpha, `rgba16float`.
+    pub output: wgpu::Texture,
 }
 
-/// The denoiser for all films, on the renderer's own device.
-pub(crate) fn denoiser(
-    device: &wgpu::Device,
-    queue: &wgpu::Queue,
-    quality: Quality,
-) -> Result<Denoiser> {
+/// A denoiser that serves films of any size, on the renderer's own device.
+///
+/// # Errors
+/// If the weights are not built in, or the device cannot hold them or compile the kernels.
+pub fn denoiser(device: &wgpu::Device, queue: &wgpu::Queue, quality: Quality) -> Result<Denoiser> {
     Ok(Denoiser::new(device, queue, &Weights::builtin(quality)?, &Options::default())?)
 }
 
 impl Denoised {
-    /// Binds a film. Another size is another film.
-    pub(crate) fn new(denoiser: &Denoiser, device: &wgpu::Device, film: &Film) -> Result<Self> {
+    /// Binds the denoiser to a film. A window that changes its size makes another of both.
+    ///
+    /// # Errors
+    /// If the device cannot hold the output or the network's tensors.
+    pub fn new(denoiser: &Denoiser, device: &wgpu::Device, film: &Film) -> Result<Self> {
         let [width, height] = film.size;
         let output = texture(device, "denoised", film.size, wgpu::TextureFormat::Rgba16Float);
         let [color, albedo, normal, target] =
@@ -34,13 +36,13 @@ impl Denoised {
         Ok(Self { pass, output })
     }
 
-    /// Records the denoising of what the film holds by then.
-    pub(crate) fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
+    /// Records the denoising of the film, after the commands that fill it.
+    pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
         self.pass.encode(encoder);
     }
 
-    /// The same with a share of the noisy colour in it, which grows as samples accumulate.
-    pub(crate) fn encode_blended(&self, share: f32, encoder: &mut wgpu::CommandEncoder) {
+    /// The same, with this share of the noisy colour blended in.
+    pub fn encode_blended(&self, share: f32, encoder: &mut wgpu::CommandEncoder) {
         self.pass.set_blend(share);
         self.pass.encode(encoder);
     }

@@ -1,4 +1,4 @@
-//! Pictures into files.
+//! Draws into files, without a window.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -7,27 +7,31 @@ use wgdenoise::Gpu;
 use wgdenoise_files::check_output;
 
 use crate::args::Args;
-use crate::denoise::{Denoised, denoiser};
-use crate::renderer::exr::{self, ALBEDO, COLOR, NORMAL};
-use crate::renderer::film::Film;
-use crate::renderer::pixels::read;
-use crate::renderer::scene::Scene;
-use crate::renderer::{Kernels, Method, Renderer, Result};
+use path_tracer::denoise::{Denoised, denoiser};
+use path_tracer::exr::{self, ALBEDO, COLOR, NORMAL};
+use path_tracer::renderer::film::Film;
+use path_tracer::renderer::pixels::read;
+use path_tracer::renderer::scene::Scene;
+use path_tracer::renderer::{Kernels, Method, Renderer, Result};
 
-/// A device, and a scene on it.
+/// A device with a scene on it.
 struct Studio {
     gpu: Gpu,
     scene: Scene,
     renderer: Renderer,
 }
 
-/// Draws, denoises and writes what the command line asks for.
+/// Draws, denoises and writes the requested files.
+///
+/// # Errors
+/// If a file cannot be written, no adapter is found, or the device fails.
 pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     let denoised = args.denoised.clone().unwrap_or_else(|| beside(out));
     let files = [Some(out), Some(&denoised), args.reference.as_deref()];
     check_outputs(&files.into_iter().flatten().collect::<Vec<_>>())?;
+    Gpu::silence_device_select();
     let gpu = Gpu::open(args.device.as_deref())?;
-    println!("on {}", gpu.info.name);
+    println!("rendering on {}", gpu.info.name);
     let scene = args.scene.build();
     let kernels = Kernels::new(&gpu.device);
     let renderer = Renderer::new(&gpu.device, &gpu.queue, &kernels, &scene, Method::default());
@@ -36,23 +40,27 @@ pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     studio.write(out, &film)?;
     studio.denoise(args, &film, &denoised)?;
     let Some(reference) = &args.reference else { return Ok(()) };
-    // Of another seed: the noise of the picture must not be in its reference.
+    // The reference must not share the picture's noise.
     let film = studio.draw(args.size, args.reference_spp, !args.seed)?;
     studio.write(reference, &film)
 }
 
-/// Refuses files that cannot be written, or that would replace one another.
+/// Refuses files that cannot be written and names given twice.
 fn check_outputs(files: &[&Path]) -> Result<()> {
     for (i, file) in files.iter().enumerate() {
         check_output(file, true)?;
         if files[..i].contains(file) {
-            return Err(format!("{} would be written twice; name another", file.display()).into());
+            return Err(format!(
+                "{} is named twice; give each output its own name",
+                file.display()
+            )
+            .into());
         }
     }
     Ok(())
 }
 
-/// `out.exr` becomes `out.denoised.exr`.
+/// Turns `out.exr` into `out.denoised.exr`.
 fn beside(out: &Path) -> PathBuf {
     out.with_extension("denoised.exr")
 }
@@ -69,21 +77,20 @@ impl Studio {
         }
         let [width, height] = size;
         println!(
-            "drew {width}×{height} with {samples} samples per pixel in {}",
+            "drew {width}×{height} pixels with {samples} samples each in {}",
             ms(begin.elapsed())
         );
         Ok(film)
     }
 
-    /// Denoises once to warm up, since drivers finish kernels when they first run, and once for
-    /// the time.
+    /// Denoises twice, since drivers compile kernels the first time they run, and prints both times.
     fn denoise(&self, args: &Args, film: &Film, out: &Path) -> Result<()> {
         let Gpu { device, queue, .. } = &self.gpu;
         let denoiser = denoiser(device, queue, args.quality.into())?;
         let denoised = Denoised::new(&denoiser, device, film)?;
         let first = self.submit(|encoder| denoised.encode(encoder))?;
         let again = self.submit(|encoder| denoised.encode(encoder))?;
-        println!("denoised in {}, the first time in {}", ms(again), ms(first));
+        println!("denoised in {} (first run {})", ms(again), ms(first));
         let color = read(device, queue, &denoised.output)?;
         exr::write(out, film.size, &[(COLOR.0, COLOR.1, &color)])?;
         println!("wrote {}", out.display());
@@ -104,7 +111,7 @@ impl Studio {
         Ok(())
     }
 
-    /// Submits what is recorded, and waits for it.
+    /// Submits the recorded commands and waits for them.
     fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Result<Duration> {
         let begin = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());

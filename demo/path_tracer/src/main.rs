@@ -1,13 +1,7 @@
-//! A small path tracer with wgdenoise in it: how a renderer embeds a denoising pass.
-//!
-//! - `renderer/` draws a scene onto textures and knows nothing of the denoiser;
-//! - `denoise.rs` is all that it takes to denoise them;
-//! - `headless.rs` and `window/` put the two into command encoders.
+//! The path tracer's command: draws into a window, or into files with `--out`.
 
 mod args;
-mod denoise;
 mod headless;
-mod renderer;
 mod window;
 
 use std::process::ExitCode;

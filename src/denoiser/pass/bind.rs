@@ -1,4 +1,4 @@
-//! From a descriptor that was checked to a pass.
+//! Turns a checked descriptor into a pass.
 
 use super::held::{Held, Rescue};
 use super::image::Role;
@@ -15,11 +15,11 @@ use crate::ops::packing::filled_buffer;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::TilePlan;
 
-/// Dynamic uniform offsets are multiples of this on every adapter.
+/// A multiple of every adapter's alignment of dynamic uniform offsets.
 const TILE_STRIDE: usize = 256;
 
-/// The images as the kernels bind them.
-struct Images {
+/// The images in the form that kernels bind.
+struct BoundImages {
     color: Held,
     albedo: Option<Held>,
     normal: Option<Held>,
@@ -38,8 +38,8 @@ impl Denoiser {
         self.context.catch(|| Ok(self.bind_images(d, images, network, plan)))
     }
 
-    /// Refuses images of other devices.
-    fn hold(&self, d: &PassDescriptor<'_>) -> Result<Images> {
+    /// Takes the images, rejecting those of other devices.
+    fn hold(&self, d: &PassDescriptor<'_>) -> Result<BoundImages> {
         let device = &self.context.device;
         let mut rescues = Vec::new();
         let mut hold = |role: Role, image: PassImage<'_>| {
@@ -68,13 +68,13 @@ impl Denoiser {
             let bind = || try_bind(device, Binding::Buffer, scale_binding(buffer));
             check_device(device, &"input scale", bind)?;
         }
-        Ok(Images { color, albedo, normal, output, rescues })
+        Ok(BoundImages { color, albedo, normal, output, rescues })
     }
 
     fn bind_images(
         &self,
         d: &PassDescriptor<'_>,
-        images: Images,
+        images: BoundImages,
         network: &CompiledNetwork,
         plan: &TilePlan,
     ) -> Pass {
@@ -105,7 +105,7 @@ impl Denoiser {
         Pass { rescues: images.rescues, exposure, graph, tiles, blend, queue }
     }
 
-    /// The measurement of the exposure, if the caller does not bring one.
+    /// The exposure measurement, unless the caller supplies the scale.
     fn exposure(
         &self,
         d: &PassDescriptor<'_>,
@@ -123,7 +123,7 @@ impl Denoiser {
     }
 }
 
-/// Runs `bind`, after all that can be asked of an image was checked.
+/// Runs `bind`. Everything that can be checked about the image has been checked before.
 fn check_device<T>(
     device: &wgpu::Device,
     name: &dyn std::fmt::Display,
@@ -132,12 +132,12 @@ fn check_device<T>(
     catch(device, || Ok(bind())).map_err(|report| {
         Error::Image(format!(
             "{name} cannot be bound on the denoiser's device: it belongs to another device or was \
-             destroyed; create it on the device that Denoiser::new was given ({report})"
+             destroyed; create it on the device passed to Denoiser::new ({report})"
         ))
     })
 }
 
-/// Lets the device look at a resource.
+/// Binds a resource so that the device validates it.
 fn try_bind(device: &wgpu::Device, binding: Binding, resource: wgpu::BindingResource<'_>) {
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: None,
@@ -156,7 +156,7 @@ fn try_bind(device: &wgpu::Device, binding: Binding, resource: wgpu::BindingReso
 }
 
 /// All tiles of a plan, one every [`TILE_STRIDE`] bytes.
-fn tile_bytes(image_size: [u32; 2], images: &Images, plan: &TilePlan) -> Vec<u8> {
+fn tile_bytes(image_size: [u32; 2], images: &BoundImages, plan: &TilePlan) -> Vec<u8> {
     let layout = |image: &Option<Held>| image.as_ref().map(|held| held.layout).unwrap_or_default();
     let mut bytes = vec![0; plan.tiles.len() * TILE_STRIDE];
     for (slot, placed) in bytes.chunks_exact_mut(TILE_STRIDE).zip(&plan.tiles) {
@@ -181,7 +181,7 @@ fn uniform(device: &wgpu::Device, contents: &[u8]) -> wgpu::Buffer {
     filled_buffer(device, "uniform", contents, usage)
 }
 
-/// The buffer of the input scale: the caller's, or one with the caller's value or none yet.
+/// The input-scale buffer: the caller's own, or a new one with the caller's value or a placeholder.
 fn scale_buffer(device: &wgpu::Device, scale: &InputScale<'_>) -> wgpu::Buffer {
     let value = match *scale {
         InputScale::Buffer(buffer) => return buffer.clone(),

@@ -1,4 +1,4 @@
-//! What a pass is asked to do.
+//! The inputs, output and settings of a pass.
 
 use super::PassImage;
 use super::image::{Role, refuse_unless};
@@ -7,67 +7,67 @@ use crate::error::{Error, Result};
 use crate::model::Inputs;
 use crate::plan::tiles::MAX_SIDE;
 
-/// What colour is multiplied by for the network, which was trained at one exposure.
+/// The factor that brings colour to the exposure the network was trained at.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum InputScale<'a> {
-    /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance; 1 for
-    /// weights that do not read light of any size ([`TransferFunction::is_hdr`]).
-    ///
-    /// [`TransferFunction::is_hdr`]: crate::model::TransferFunction::is_hdr
+    /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance. Always 1
+    /// for weights that do not read unbounded light
+    /// ([`TransferFunction::is_hdr`](crate::TransferFunction::is_hdr)).
     #[default]
     Auto,
-    /// The same in every frame, above 0.
+    /// A constant: finite, normal (not subnormal) and above 0.
     Value(f32),
-    /// The 32-bit float at the start of a storage buffer, read in every frame, for a renderer that
-    /// measures its exposure itself. A positive, finite, normal number; any other spoils the frame.
+    /// The 32-bit float at the start of a storage buffer, read in every frame, for renderers that
+    /// measure their own exposure. It must be positive, finite and normal; any other value spoils
+    /// the frame.
     Buffer(&'a wgpu::Buffer),
 }
 
 /// How normals are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum NormalEncoding {
-    /// As they are: components in `[−1, 1]`, 0 where there is no surface.
+    /// Stored directly: components in `[−1, 1]`, all 0 where no surface was hit.
     #[default]
     Signed,
-    /// As `0.5 n + 0.5`: components in `[0, 1]`, all 0 or all 0.5 where there is no surface.
+    /// Stored as `0.5 n + 0.5`: components in `[0, 1]`, all 0 or all 0.5 where no surface was hit.
     Unorm,
 }
 
-/// What a pass reads and writes, in any mix of textures and buffers.
+/// The images a pass reads and writes, in any mix of textures and buffers.
 ///
 /// | image | texture formats | alpha |
 /// |---|---|---|
-/// | colour, output | `Rgba16Float`, `Rgba32Float` | carried over from colour, 1 if it has none |
+/// | colour, output | `Rgba16Float`, `Rgba32Float` | copied from colour, or 1 if colour has none |
 /// | albedo | the same, `Rgba8Unorm`, `Rgba8UnormSrgb` | ignored |
-/// | normal | the same as colour, `Rgba8Snorm`; in [`NormalEncoding::Unorm`] `Rgba8Unorm`, `Rgb10a2Unorm` | ignored |
+/// | normal | the same as colour, `Rgba8Snorm`; with [`NormalEncoding::Unorm`] `Rgba8Unorm`, `Rgb10a2Unorm` | ignored |
 ///
-/// The output may be the colour's own texture or buffer, or that of another input: such an input,
-/// which then needs the usage `COPY_SRC`, is first copied into memory of the pass's.
+/// The output may share its texture or buffer with colour or another input. The pass first copies
+/// such an input into memory of its own, so it needs the usage `COPY_SRC`.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct PassDescriptor<'a> {
-    /// Pixels per row of every image, from 1 to 65536.
+    /// Width of every image, 1 to 65536 pixels.
     pub width: u32,
-    /// Rows of every image, from 1 to 65536.
+    /// Height of every image, 1 to 65536 pixels.
     pub height: u32,
-    /// Linear, scene-referred colour in any exposure. Pixels that are NaN or infinite are filled from
-    /// those around them.
+    /// Linear, scene-referred colour at any exposure. NaN and infinite pixels are filled from their
+    /// neighbours.
     pub color: PassImage<'a>,
-    /// Albedo in `[0, 1]`, if there is one: the surface's reflectance, 0 where there is none.
+    /// Linear albedo in `[0, 1]`: the surface's reflectance, 0 where no surface was hit.
     pub albedo: Option<PassImage<'a>>,
-    /// Normal of the first surface, if there is one, in world or camera space.
+    /// Normal of the first surface, in world or camera space.
     pub normal: Option<PassImage<'a>>,
-    /// How the normal is stored.
+    /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
-    /// Where the denoised colour goes, in the colour's exposure. Finite values that a 16-bit format
-    /// cannot hold become ±65504.
+    /// Receives the denoised colour at the input's exposure. Finite values beyond the range of a
+    /// 16-bit format become ±65504.
     pub output: PassImage<'a>,
-    /// What colour is multiplied by for the network.
+    /// The factor for the colour the network reads.
     pub input_scale: InputScale<'a>,
 }
 
 impl<'a> PassDescriptor<'a> {
-    /// Colour alone, exposure measured.
+    /// Colour alone, with measured exposure.
     #[must_use]
     pub fn new(width: u32, height: u32, color: PassImage<'a>, output: PassImage<'a>) -> Self {
         Self {
@@ -82,43 +82,43 @@ impl<'a> PassDescriptor<'a> {
         }
     }
 
-    /// With this colour.
+    /// Replaces the colour.
     #[must_use]
     pub fn color(self, color: PassImage<'a>) -> Self {
         Self { color, ..self }
     }
 
-    /// With this output.
+    /// Replaces the output.
     #[must_use]
     pub fn output(self, output: PassImage<'a>) -> Self {
         Self { output, ..self }
     }
 
-    /// With this albedo, or none.
+    /// Sets or clears the albedo.
     #[must_use]
     pub fn albedo(self, albedo: impl Into<Option<PassImage<'a>>>) -> Self {
         Self { albedo: albedo.into(), ..self }
     }
 
-    /// With this normal, or none.
+    /// Sets or clears the normal.
     #[must_use]
     pub fn normal(self, normal: impl Into<Option<PassImage<'a>>>) -> Self {
         Self { normal: normal.into(), ..self }
     }
 
-    /// With normals stored this way.
+    /// Sets how the normals are stored.
     #[must_use]
     pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
         Self { normal_encoding, ..self }
     }
 
-    /// With this exposure.
+    /// Sets the input scale.
     #[must_use]
     pub fn input_scale(self, input_scale: InputScale<'a>) -> Self {
         Self { input_scale, ..self }
     }
 
-    /// Which images there are.
+    /// The auxiliary images of this pass.
     pub(super) fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
@@ -172,7 +172,7 @@ fn check_scale_buffer(buffer: &wgpu::Buffer, output: &PassImage<'_>) -> Result<(
     })?;
     match output {
         PassImage::Buffer { buffer: output, .. } if *output == buffer => Err(Error::Image(
-            "the input scale stands in the buffer of the output, which no kernel can write while \
+            "the input scale is in the buffer of the output, which no kernel can write while \
              it reads the scale; give the scale a buffer of its own"
                 .into(),
         )),

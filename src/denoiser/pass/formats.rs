@@ -1,4 +1,4 @@
-//! Compiling ahead.
+//! Compiling a pass's kernels ahead of time.
 
 use super::held::texture;
 use super::image::{Role, check_format};
@@ -9,19 +9,19 @@ use crate::gpu::scopes::catch;
 use crate::ops::image::ImageFormat;
 use crate::ops::tile::Layout;
 
-/// How the images of a pass to come are stored.
+/// The storage formats of a future pass's images.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct PassFormats {
-    /// Of colour.
+    /// Format of the colour.
     pub color: ImageFormat,
-    /// Of albedo, if there is one.
+    /// Format of the albedo.
     pub albedo: Option<ImageFormat>,
-    /// Of the normal, if there is one.
+    /// Format of the normal.
     pub normal: Option<ImageFormat>,
-    /// How the normal is stored.
+    /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
-    /// Of the output.
+    /// Format of the output.
     pub output: ImageFormat,
 }
 
@@ -33,50 +33,50 @@ impl PassFormats {
         Self { color, albedo: None, normal: None, normal_encoding, output }
     }
 
-    /// With a colour in this format.
+    /// Replaces the colour's format.
     #[must_use]
     pub fn color(self, color: ImageFormat) -> Self {
         Self { color, ..self }
     }
 
-    /// With an output in this format.
+    /// Replaces the output's format.
     #[must_use]
     pub fn output(self, output: ImageFormat) -> Self {
         Self { output, ..self }
     }
 
-    /// With an albedo in this format, or none.
+    /// Sets or clears the albedo's format.
     #[must_use]
     pub fn albedo(self, albedo: impl Into<Option<ImageFormat>>) -> Self {
         Self { albedo: albedo.into(), ..self }
     }
 
-    /// With a normal in this format, or none.
+    /// Sets or clears the normal's format.
     #[must_use]
     pub fn normal(self, normal: impl Into<Option<ImageFormat>>) -> Self {
         Self { normal: normal.into(), ..self }
     }
 
-    /// With normals stored this way.
+    /// Sets how the normals are stored.
     #[must_use]
     pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
         Self { normal_encoding, ..self }
     }
 }
 
-/// An image of one pixel.
+/// A one-pixel image.
 enum Pixel {
     Texture(wgpu::Texture),
     Buffer(wgpu::Buffer),
 }
 
 impl Denoiser {
-    /// Compiles what a [`pass`](Self::pass) over images in these formats needs, of any size, so
-    /// that making one later takes no longer than its memory does. Worth a thread of its own at
-    /// the start of a program: compiling takes up to seconds.
+    /// Compiles the kernels for a [`pass`](Self::pass) over images in these formats, at any size.
+    /// Creating that pass later then only allocates memory. Compiling takes up to seconds, so run
+    /// it on a thread of its own at start-up.
     ///
     /// # Errors
-    /// If a pass would refuse the formats.
+    /// Fails if a pass would reject the formats.
     pub fn warm_up(&self, formats: &PassFormats) -> Result<()> {
         let unorm = formats.normal_encoding == NormalEncoding::Unorm;
         let color = self.pixel(Role::Color, formats.color)?;
@@ -129,7 +129,7 @@ impl Pixel {
             }
             (Self::Texture(texture), _) => PassImage::Texture(texture),
             (Self::Buffer(_), ImageFormat::Texture(_)) => {
-                unreachable!("it was made for its format")
+                unreachable!("the image was created in this format")
             }
         }
     }
@@ -147,7 +147,7 @@ mod tests {
             .normal(ImageFormat::Texture(Rgba8Snorm))
     }
 
-    /// Kernels that are compiled for a pass of this size, on top of those that there are.
+    /// The number of kernels that a pass of this size compiles on top of the existing ones.
     fn compiles(denoiser: &Denoiser, width: u32, height: u32) -> usize {
         let before = denoiser.context.compiled();
         let create =

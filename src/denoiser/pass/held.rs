@@ -1,4 +1,4 @@
-//! An image as a pass holds it: what its kernels bind.
+//! A pass's images in the form that kernels bind.
 
 use std::num::NonZeroU64;
 
@@ -6,11 +6,11 @@ use super::PassImage;
 use crate::ops::image::{Element, ImageBinding};
 use crate::ops::tile::Layout;
 
-/// A view of a texture, or a part of a buffer.
+/// A texture view, or part of a buffer.
 #[derive(Clone, Debug)]
 pub(super) struct Held {
     place: Place,
-    /// Where the pixels are in what is bound.
+    /// Where the pixels lie within the bound range.
     pub(super) layout: Layout,
 }
 
@@ -20,7 +20,7 @@ enum Place {
     Texture(wgpu::TextureView),
 }
 
-/// The copy of an image that the output would overwrite.
+/// Copies an image before the output overwrites it.
 #[derive(Debug)]
 pub(super) enum Rescue {
     Buffer { from: wgpu::Buffer, offset: u64, to: wgpu::Buffer },
@@ -28,7 +28,7 @@ pub(super) enum Rescue {
 }
 
 impl Held {
-    /// An image of `size` pixels, checked before.
+    /// Prepares a checked image of `size` pixels.
     pub(super) fn new(image: &PassImage<'_>, size: [u32; 2], limits: &wgpu::Limits) -> Self {
         match *image {
             PassImage::Texture(texture) => {
@@ -45,7 +45,7 @@ impl Held {
         }
     }
 
-    /// The same image in memory of its own, and the copy that brings it there.
+    /// The same image in memory of its own, and the copy that fills it.
     pub(super) fn rescued(self, device: &wgpu::Device) -> (Self, Rescue) {
         let layout = self.layout;
         let (place, rescue) = match self.place {
@@ -96,14 +96,14 @@ impl Rescue {
     }
 }
 
-/// The first byte that is bound: bindings begin at multiples of the device's alignment.
+/// The first bound byte, aligned down to the device's binding alignment.
 pub(super) fn begin_bytes(element: Element, layout: &Layout, limits: &wgpu::Limits) -> u64 {
     let alignment = u64::from(limits.min_storage_buffer_offset_alignment);
     let begin = u64::from(layout.offset) * u64::from(element.bytes());
     begin - begin % alignment
 }
 
-/// One past the last byte that is bound: bindings end at multiples of four.
+/// One past the last bound byte, rounded up to a multiple of four.
 pub(super) fn end_bytes(element: Element, layout: &Layout, [width, height]: [u32; 2]) -> u64 {
     (layout.elements(width, height) * u64::from(element.bytes())).next_multiple_of(4)
 }
@@ -117,7 +117,7 @@ fn first_layer(texture: &wgpu::Texture) -> wgpu::TextureView {
     })
 }
 
-/// A texture of two dimensions.
+/// A two-dimensional texture.
 pub(super) fn texture(
     device: &wgpu::Device,
     [width, height]: [u32; 2],

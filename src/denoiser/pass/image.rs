@@ -1,29 +1,29 @@
-//! One image on the GPU, and whether a pass can use it.
+//! An image on the GPU, and the checks that a pass can use it.
 
 use crate::error::{Error, Result};
 use crate::ops::image::{Element, ImageFormat, storage};
 use crate::ops::tile::Layout;
 
-/// An image on the GPU, on the device of the denoiser.
+/// An image on the denoiser's device.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub enum PassImage<'a> {
-    /// The first layer and level of a texture of two dimensions, with usage `TEXTURE_BINDING` for an
-    /// input and `STORAGE_BINDING` for the output. [`PassDescriptor`](crate::PassDescriptor) lists
-    /// the formats.
+    /// The first layer and mip level of a two-dimensional texture, with usage `TEXTURE_BINDING` for
+    /// an input and `STORAGE_BINDING` for the output. [`PassDescriptor`](crate::PassDescriptor)
+    /// lists the formats.
     Texture(&'a wgpu::Texture),
-    /// A part of a storage buffer.
+    /// Part of a storage buffer.
     Buffer {
         /// The buffer, with usage `STORAGE`.
         buffer: &'a wgpu::Buffer,
-        /// What stands in it.
+        /// The type of one channel.
         element: Element,
-        /// Where its pixels are.
+        /// Offset and strides of the pixels.
         layout: Layout,
     },
 }
 
-/// What a pass does with an image.
+/// The part an image plays in a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     Color,
@@ -78,7 +78,7 @@ impl Role {
 }
 
 impl PassImage<'_> {
-    /// How the pixels are stored.
+    /// The storage format of the pixels.
     #[must_use]
     pub fn format(&self) -> ImageFormat {
         match self {
@@ -87,7 +87,7 @@ impl PassImage<'_> {
         }
     }
 
-    /// Whether both stand in the same texture or buffer.
+    /// Whether both use the same texture or buffer.
     pub(super) fn shares_memory(&self, other: &PassImage<'_>) -> bool {
         match (self, other) {
             (Self::Texture(a), PassImage::Texture(b)) => a == b,
@@ -96,7 +96,7 @@ impl PassImage<'_> {
         }
     }
 
-    /// Refuses what the kernels cannot use as `role`.
+    /// Rejects an image that the kernels cannot use as `role`.
     pub(super) fn check(&self, role: Role, size: [u32; 2], limits: &wgpu::Limits) -> Result<()> {
         match self {
             Self::Texture(texture) => check_texture(texture, role, size),
@@ -107,7 +107,7 @@ impl PassImage<'_> {
         }
     }
 
-    /// Refuses what cannot be copied, as it must be if it stands where the output goes.
+    /// Rejects an image that cannot be copied, which is necessary if the output overwrites it.
     pub(super) fn check_copy(&self, role: Role) -> Result<()> {
         let can = match self {
             Self::Texture(texture) => texture.usage().contains(wgpu::TextureUsages::COPY_SRC),
@@ -117,7 +117,7 @@ impl PassImage<'_> {
         refuse_unless(can, || {
             format!(
                 "{role} and output are the same {what}, so {role} is copied first, but the {what} \
-                 was created without the usage COPY_SRC; add it or give the output one of its own"
+                 was created without the usage COPY_SRC; add it or give the output its own"
             )
         })
     }
@@ -127,7 +127,7 @@ fn check_texture(texture: &wgpu::Texture, role: Role, size: [u32; 2]) -> Result<
     let [width, height] = size;
     let (format, found) = (texture.format(), [texture.width(), texture.height()]);
     refuse_unless(texture.dimension() == wgpu::TextureDimension::D2, || {
-        format!("{role} must be a texture of two dimensions, found {:?}", texture.dimension())
+        format!("{role} must be a two-dimensional texture, found {:?}", texture.dimension())
     })?;
     refuse_unless(texture.sample_count() == 1, || {
         let samples = texture.sample_count();
@@ -162,7 +162,7 @@ fn check_layout(layout: &Layout, role: Role, [width, height]: [u32; 2]) -> Resul
     })?;
     let last = layout.elements(width, height);
     refuse_unless(u32::try_from(last).is_ok(), || {
-        format!("{role} ends at element {last} of its buffer; kernels count to {}", u32::MAX)
+        format!("{role} ends at element {last} of its buffer; kernels count to {} only", u32::MAX)
     })
 }
 

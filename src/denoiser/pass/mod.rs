@@ -1,4 +1,4 @@
-//! The denoiser bound to a size and to images on the GPU: what a renderer records per frame.
+//! A denoiser bound to a size and to images on the GPU: a renderer records it every frame.
 
 mod bind;
 mod descriptor;
@@ -19,34 +19,34 @@ use crate::network::bind::TileCalls;
 use crate::ops::autoexposure::Autoexposure;
 use crate::plan::memory::Footprint;
 
-/// A denoising pass over images on the GPU. Recording it creates nothing and cannot fail.
+/// A denoising pass over images on the GPU. Recording it creates no resources and cannot fail.
 ///
-/// It holds on to the images. It owns the network's tensors and, per frame, reads and writes the
-/// images alone. A frame's work becomes part of the caller's submission as one compute pass, after
-/// the copies of inputs that the output overwrites.
+/// It keeps the images alive and owns the network's tensors; per frame it reads and writes only the
+/// images. A frame's work is one compute pass in the caller's submission, after copies of the
+/// inputs that the output overwrites.
 #[derive(Debug)]
 pub struct Pass {
     rescues: Vec<Rescue>,
     exposure: Option<Autoexposure>,
     graph: TileCalls,
-    /// Offset of each tile in the uniform buffer, in bytes.
+    /// Byte offset of each tile in the uniform buffer.
     tiles: Vec<u32>,
     blend: wgpu::Buffer,
-    /// The denoiser's.
+    /// The denoiser's queue.
     queue: wgpu::Queue,
 }
 
 impl Denoiser {
-    /// Binds the denoiser to images. Another size or other images are another pass; kernels and
-    /// weights stay with the denoiser, so that making one for the same formats compiles nothing.
-    /// Inputs that the weights were not trained with are not read. All images must be of one
-    /// `wgpu::Instance`: wgpu panics at, or mixes up, objects of another.
+    /// Binds the denoiser to images. A new size or new images need a new pass; kernels and weights
+    /// stay with the denoiser, so a further pass over the same formats compiles nothing. Inputs
+    /// that the weights were not trained with are not read. All images must belong to the
+    /// denoiser's `wgpu::Instance`: wgpu panics on objects of another, or confuses them.
     ///
     /// # Errors
-    /// If an image has another size, a format, layout or usage that the kernels cannot take, or
-    /// belongs to another device; if the input scale is no positive number; if the tensors do not fit
-    /// the memory budget or the adapter's memory, where a smaller [`Options::memory_bytes`] helps; or
-    /// if the device is lost. The message says what to change.
+    /// Fails if an image has the wrong size, an unsupported format, layout or usage, or another
+    /// device; if the input scale is not a positive number; if the tensors exceed the memory budget
+    /// or the adapter's memory, where a smaller [`Options::memory_bytes`] helps; or if the device
+    /// is lost. The message tells you what to change.
     ///
     /// [`Options::memory_bytes`]: crate::Options::memory_bytes
     pub fn pass(&self, descriptor: &PassDescriptor<'_>) -> Result<Pass> {
@@ -57,23 +57,24 @@ impl Denoiser {
             ..*descriptor
         };
         descriptor.check(&self.context.device.limits())?;
-        // A lost device refuses images as if they were another's.
+        // A lost device rejects images as if they belonged to another device.
         self.context.catch(|| Ok(()))?;
         let network = self.network(descriptor.inputs())?;
-        // The images are the caller's.
+        // The images are the caller's, so they do not count against the budget.
         let plan = self.plan(descriptor.size(), &network, Footprint::default())?;
         self.bind(&descriptor, &network, &plan)
     }
 }
 
 impl Pass {
-    /// Records the whole pass: exposure, then tile by tile the network. All of it becomes part of one
-    /// submission of the caller's, as long as the network takes for the frame: at 3840×2160 `fast`
-    /// has 0.19 TFLOP, `balanced` 0.73 and `high` 1.9, before the overlap of tiles, so that an
-    /// adapter on which the convolutions reach 1 TFLOP/s is busy for as many seconds. Each dispatch
-    /// is bounded ([`Options::tile`](crate::Options::tile) makes them shorter), but a driver that
-    /// holds a whole submission against its watchdog, 2 s on Windows, counts their sum: there, take
-    /// cheaper weights or fewer pixels, or [`Denoiser::denoise`], which submits in small parts.
+    /// Records the whole pass: first the exposure, then the network tile by tile.
+    ///
+    /// All of it lands in one of the caller's submissions, which keeps the adapter busy for as long
+    /// as the network takes. At 3840×2160, `fast` needs 0.19 TFLOP, `balanced` 0.73 and `high` 1.9,
+    /// plus the overlap of tiles: the same number of seconds on an adapter whose convolutions reach
+    /// 1 TFLOP/s. Each dispatch is bounded ([`Options::tile`](crate::Options::tile) shortens them),
+    /// but some drivers apply their watchdog, 2 s on Windows, to the whole submission. On those,
+    /// use cheaper weights or fewer pixels, or [`Denoiser::denoise`], which submits in small parts.
     pub fn encode(&self, encoder: &mut wgpu::CommandEncoder) {
         for rescue in &self.rescues {
             rescue.record(encoder);
@@ -91,10 +92,9 @@ impl Pass {
         }
     }
 
-    /// Sets the share of the noisy colour in the output for what is submitted from now on: from 0,
-    /// as it is in a new pass and as NaN counts, to 1; what lies beyond is clamped.
-    /// [`Schedule::blend`] has a share that grows as samples accumulate, so that no bias stays.
-    /// Takes wgpu's staging memory for four bytes.
+    /// Sets the share of noisy colour in the output for later submissions. It is clamped to `[0,
+    /// 1]`; NaN counts as 0, the share in a new pass. [`Schedule::blend`] returns a share that
+    /// grows as samples accumulate, so no bias remains. Uses four bytes of wgpu's staging memory.
     pub fn set_blend(&self, share: f32) {
         let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
         self.queue.write_buffer(&self.blend, 0, bytemuck::bytes_of(&share));

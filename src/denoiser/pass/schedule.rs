@@ -1,38 +1,40 @@
-//! When a renderer that accumulates samples denoises, and how much it keeps of the noise.
+//! When a renderer that accumulates samples denoises, and how much noisy colour it keeps.
 
-/// How a progressive renderer denoises: a renderer that accumulates samples shows the denoised
-/// picture while there are few, and the accumulation itself once there are many.
+/// A denoising schedule for a progressive renderer, which shows the denoised picture while samples
+/// are few and the plain accumulation once they are many.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
-    /// Denoise in every how many frames, at least 1; in the others the output keeps what it shows.
+    /// Denoise one frame in this many; 0 counts as 1. In between, the output keeps its last
+    /// picture.
     pub every: u32,
-    /// The samples per pixel at which the noisy colour and the denoised one have equal shares, at
-    /// least 0. [`f32::INFINITY`] always shows the denoised one.
+    /// Samples per pixel at which noisy and denoised colour have equal shares, at least 0.
+    /// [`f32::INFINITY`] always shows the denoised picture.
     pub half_life: f32,
 }
 
 impl Default for Schedule {
-    /// In every frame, with equal shares at 256 samples per pixel: where `fast` and the plain samples
-    /// are as far from the truth in the still life of the example `path_tracer`.
+    /// Every frame, with equal shares at 256 samples per pixel: there, `fast` and the plain samples
+    /// are equally far from the truth in the still life of the example `path_tracer`.
     fn default() -> Self {
         Self { every: 1, half_life: 256.0 }
     }
 }
 
 impl Schedule {
-    /// Whether this frame is denoised, counted from 0 since the accumulation began: the first is.
+    /// Whether to denoise this frame, counted from 0 at the start of the accumulation. The first
+    /// frame always is.
     #[must_use]
     pub fn due(&self, frame: u32) -> bool {
         frame.is_multiple_of(self.every.max(1))
     }
 
-    /// The share of the noisy colour for [`Pass::set_blend`](crate::Pass::set_blend) after this many
+    /// The share of noisy colour for [`Pass::set_blend`](crate::Pass::set_blend) after `samples`
     /// samples per pixel: `n / (n + half_life)`.
     ///
-    /// The denoiser's bias does not depend much on `n`, the variance of the noise falls with `1/n`.
-    /// Of all mixtures of an estimate with squared bias `b²` and an independent one without bias but
-    /// with variance `s²/n`, this has the least mean squared error where `half_life = s²/b²`. It
-    /// tends to the accumulation, so that no bias stays.
+    /// The denoiser's bias hardly depends on `n`, while the variance of the noise falls with `1/n`.
+    /// Among all mixtures of an estimate with squared bias `b²` and an independent, unbiased one
+    /// with variance `s²/n`, this one has the least mean squared error if `half_life = s²/b²`. It
+    /// converges to the accumulation, so no bias remains.
     #[must_use]
     pub fn blend(&self, samples: u32) -> f32 {
         let samples = samples as f32;

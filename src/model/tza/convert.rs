@@ -4,8 +4,8 @@ use std::collections::{BTreeMap, HashMap};
 
 use safetensors::tensor::{Dtype, TensorView, serialize};
 
-use super::kind::Kind;
-use super::reader::{Tensor, read};
+use super::kind::TzaKind;
+use super::reader::{TzaTensor, read};
 use crate::error::{Error, Result};
 use crate::model::metadata::{MAX_WIDTH, Topology};
 use crate::model::{Network, OidnSize, Op};
@@ -19,7 +19,7 @@ use crate::model::{Network, OidnSize, Op};
 /// convolutions are not those of a network that the name and this version know.
 pub fn to_safetensors(bytes: &[u8], name: &str) -> Result<Vec<u8>> {
     let tensors = read(bytes)?;
-    let kind = Kind::of(name)?;
+    let kind = TzaKind::of(name)?;
     let (size, widths) = shape_of(&tensors)?;
     check_inputs(&kind, &tensors, size)?;
     let network = Network::oidn(kind.inputs.channels(), size, &widths[..widths.len() - 1]);
@@ -39,7 +39,7 @@ fn not_written(error: &dyn std::fmt::Display) -> Error {
 }
 
 /// Which network it is, by the number of its convolutions, and what each of them makes.
-fn shape_of(tensors: &[Tensor<'_>]) -> Result<(OidnSize, Vec<usize>)> {
+fn shape_of(tensors: &[TzaTensor<'_>]) -> Result<(OidnSize, Vec<usize>)> {
     let weights = || tensors.iter().filter(|tensor| tensor.shape.len() == 4);
     let size = [OidnSize::Base, OidnSize::Large]
         .into_iter()
@@ -63,7 +63,7 @@ fn shape_of(tensors: &[Tensor<'_>]) -> Result<(OidnSize, Vec<usize>)> {
 }
 
 /// Refuses a file that does not read what its name says.
-fn check_inputs(kind: &Kind, tensors: &[Tensor<'_>], size: OidnSize) -> Result<()> {
+fn check_inputs(kind: &TzaKind, tensors: &[TzaTensor<'_>], size: OidnSize) -> Result<()> {
     let first = size.names().next().expect("a network has convolutions");
     let first = tensors.iter().find(|tensor| tensor.name == format!("{first}.weight"));
     let (found, expected) = (first.map_or(0, |tensor| tensor.shape[1]), kind.inputs.channels());
@@ -78,7 +78,7 @@ fn check_inputs(kind: &Kind, tensors: &[Tensor<'_>], size: OidnSize) -> Result<(
 }
 
 /// A tensor's data; behind a concat with the skip's input channels moved before the upsampled.
-fn skip_first(network: &Network, tensor: &Tensor<'_>) -> Result<Vec<u8>> {
+fn skip_first(network: &Network, tensor: &TzaTensor<'_>) -> Result<Vec<u8>> {
     let concat = network.layers.iter().enumerate().find_map(|(i, layer)| {
         let weight = tensor.name.strip_suffix(".weight") == Some(&layer.name);
         let before = &network.layers[layer.inputs[0].checked_sub(1)?];
@@ -103,7 +103,12 @@ fn skip_first(network: &Network, tensor: &Tensor<'_>) -> Result<Vec<u8>> {
     Ok(turned.collect())
 }
 
-fn metadata(kind: &Kind, name: &str, size: OidnSize, widths: &[usize]) -> HashMap<String, String> {
+fn metadata(
+    kind: &TzaKind,
+    name: &str,
+    size: OidnSize,
+    widths: &[usize],
+) -> HashMap<String, String> {
     let widths: Vec<_> = widths[..widths.len() - 1].iter().map(ToString::to_string).collect();
     let pairs = [
         ("format", "wgdenoise".into()),

@@ -7,7 +7,7 @@ use crate::model::{Inputs, Metadata};
 
 /// What the files of one name are for, whatever their size.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Kind {
+pub struct TzaKind {
     /// The file's name without size and extension, such as `rt_hdr_alb_nrm`.
     pub stem: &'static str,
     /// What the network reads.
@@ -26,12 +26,12 @@ const fn kind(
     inputs: Inputs,
     main: MainImage,
     transfer: TransferFunction,
-) -> Kind {
-    Kind { stem, inputs, main, transfer }
+) -> TzaKind {
+    TzaKind { stem, inputs, main, transfer }
 }
 
 /// All there are.
-pub const KINDS: [Kind; 12] = [
+pub const KINDS: [TzaKind; 12] = [
     kind("rt_hdr", NONE, Color, Pu),
     kind("rt_hdr_alb", ALBEDO, Color, Pu),
     kind("rt_hdr_alb_nrm", Inputs::ALL, Color, Pu),
@@ -46,7 +46,7 @@ pub const KINDS: [Kind; 12] = [
     kind("rtlightmap_dir", NONE, Color, Signed),
 ];
 
-impl Kind {
+impl TzaKind {
     /// The kind of a file with this name, less its extension.
     ///
     /// # Errors
@@ -68,7 +68,7 @@ impl Kind {
 /// `inputs`, and nothing else.
 #[must_use]
 pub fn for_inputs(metadata: &Metadata, inputs: Inputs) -> Option<&'static str> {
-    let fits = |kind: &Kind| {
+    let fits = |kind: &TzaKind| {
         let same = (kind.main, kind.transfer) == (metadata.main, metadata.transfer_function);
         same && kind.inputs.intersection(inputs) == kind.inputs
     };
@@ -83,10 +83,10 @@ mod tests {
 
     #[test]
     fn a_name_says_what_the_network_reads() {
-        let kind = Kind::of("rt_ldr_alb_small").unwrap();
+        let kind = TzaKind::of("rt_ldr_alb_small").unwrap();
         assert_eq!((kind.stem, kind.inputs, kind.transfer), ("rt_ldr_alb", ALBEDO, Srgb));
         for name in ["", "rt_hdr_nrm", "rt_hdr_alb_nrm_tiny", "_small", "model"] {
-            assert!(Kind::of(name).unwrap_err().to_string().contains(&format!("`{name}`")));
+            assert!(TzaKind::of(name).unwrap_err().to_string().contains(&format!("`{name}`")));
         }
     }
 }

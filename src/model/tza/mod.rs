@@ -8,5 +8,5 @@ mod kind;
 mod reader;
 
 pub use convert::to_safetensors;
-pub use kind::{KINDS, Kind, for_inputs};
-pub use reader::{Tensor, is_tza, read};
+pub use kind::{KINDS, TzaKind, for_inputs};
+pub use reader::{TzaTensor, is_tza, read};

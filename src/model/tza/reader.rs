@@ -24,7 +24,7 @@ const MAX_NAME: usize = 64;
 
 /// A tensor, its values still bytes.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Tensor<'a> {
+pub struct TzaTensor<'a> {
     /// Such as `enc_conv0.weight`.
     pub name: &'a str,
     /// Sizes, slowest axis first.
@@ -49,7 +49,7 @@ pub fn is_tza(name: &Path, bytes: &[u8]) -> bool {
 /// # Errors
 /// If the file is cut off, of another format or version, or has too many tensors, or one's name,
 /// type, layout, size or place is not what it can be.
-pub fn read(bytes: &[u8]) -> Result<Vec<Tensor<'_>>> {
+pub fn read(bytes: &[u8]) -> Result<Vec<TzaTensor<'_>>> {
     let mut header = Cursor { bytes, at: 0 };
     if header.array()? != MAGIC {
         return Err(wrong(
@@ -101,7 +101,7 @@ impl<'a> Cursor<'a> {
         Ok(*self.take(N)?.first_chunk().expect("as many were taken"))
     }
 
-    fn tensor(&mut self) -> Result<Tensor<'a>> {
+    fn tensor(&mut self) -> Result<TzaTensor<'a>> {
         let length = u16::from_le_bytes(self.array()?);
         let name = self.take(length.into())?;
         let is_name = |b: &u8| b.is_ascii_alphanumeric() || b"_.".contains(b);
@@ -123,7 +123,7 @@ impl<'a> Cursor<'a> {
         let data = count.and_then(|count| slice(self.bytes, offset, count)).ok_or_else(|| {
             cut_off(&format!("tensor `{name}` of {shape:?} at {offset} lies outside the file"))
         })?;
-        Ok(Tensor { name, shape, dtype, data })
+        Ok(TzaTensor { name, shape, dtype, data })
     }
 
     /// The sizes; the layout must be that of convolutions or of biases.

@@ -17,17 +17,18 @@
 
 mod wgsl;
 
-use super::convolution::{Variant, Weights};
+use super::convolution::{PackedWeights, Variant};
 use super::packing::{Taps, storage_buffer};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::matrix_shape::{Factor, MatrixShape, SUBGROUPS};
+use crate::shader::ShaderRoot;
 
 /// Tiles side by side along the pixels of a row that one workgroup makes.
-const COLUMNS: u32 = 2;
+pub const COLUMNS: u32 = 2;
 /// Rows of pixels that one subgroup makes.
-const ROWS: u32 = 2;
+pub const ROWS: u32 = 2;
 /// Sums of a subgroup that are on their way to the output at a time.
-const SUMS: u32 = 256;
+pub const SUMS: u32 = 256;
 
 /// Output channels of a workgroup: 32 reuse pixels best, fewer waste none.
 #[must_use]
@@ -41,7 +42,8 @@ pub fn spec(shape: MatrixShape, channels: u32) -> KernelSpec {
     let MatrixShape { side, lanes, .. } = shape;
     KernelSpec {
         name: format!("conv3x3_matrix{side}_{}_{lanes}_{channels}", shape.wgsl_type()).into(),
-        source: wgsl::source(shape, channels).into(),
+        source: ShaderRoot::Generated(wgsl::source(shape, channels)),
+        features: features(shape, channels).into(),
         entry: "main",
         bindings: vec![Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer]
             .into(),
@@ -50,13 +52,20 @@ pub fn spec(shape: MatrixShape, channels: u32) -> KernelSpec {
     }
 }
 
+fn features(shape: MatrixShape, channels: u32) -> Vec<&'static str> {
+    let factor = (shape.factor == Factor::F16).then_some("factor_f16");
+    let side = (shape.side == 16).then_some("side_16");
+    let channels = (channels == 32).then_some("channels_32");
+    [factor, side, channels].into_iter().flatten().collect()
+}
+
 /// The kernel with its weights.
 #[must_use]
 pub fn variant(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> Variant {
     let channels = channels_per_workgroup(taps.outputs);
     Variant {
         spec: spec(shape, channels),
-        weights: Weights::Buffer(pack(context, shape, taps)),
+        weights: PackedWeights::Buffer(pack(context, shape, taps)),
         tile: [COLUMNS * shape.side, SUBGROUPS * ROWS],
         blocks: (taps.outputs as u32).div_ceil(channels),
         footprint: None,

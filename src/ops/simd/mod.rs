@@ -3,8 +3,9 @@
 //! llvmpipe runs eight invocations in the lanes of one vector. A weight that every lane needs
 //! is cheapest when each lane loads a different one and `subgroupBroadcast` with a constant
 //! lane hands them round; accumulators are cheapest as separate variables. WGSL has neither
-//! unrolling nor templates, so the module `text` writes the code. The plain kernels remain the
-//! definition, and the tests hold every generated variant against the same references.
+//! unrolling nor templates, so the module `text` writes the entry points, which call functions of
+//! `shaders/`. The plain kernels remain the definition, and the tests compare every generated variant
+//! with the same references.
 //!
 //! Each invocation makes a few pixels of a row and `4 · out_quads` output channels. Reads
 //! outside of a tensor rely on the driver to give 0, which lavapipe does and the border cases
@@ -17,14 +18,14 @@ mod walk;
 use std::borrow::Cow;
 
 use self::walk::Walk;
-use super::image::ImageFormat;
 use super::packing::weight_texture;
-use super::{conv_head, head};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::SIMD_LANES;
+use crate::shader::ShaderRoot;
 
 /// What the generated kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Shape {
+pub enum SimdKernel {
     /// [`super::conv3x3`].
     Conv3x3,
     /// [`super::up_conv`].
@@ -35,11 +36,10 @@ pub enum Shape {
     ConvHead,
 }
 
-/// Invocations that share a set of weights: the subgroup of llvmpipe with 256-bit vectors, its
-/// default on today's CPUs. Smaller ones must run another variant.
-pub const LANES: u32 = 8;
+/// Invocations that share a set of weights: a subgroup.
+pub const LANES: u32 = SIMD_LANES;
 
-impl Shape {
+impl SimdKernel {
     fn name(self) -> &'static str {
         match self {
             Self::Conv3x3 => "conv3x3",
@@ -90,49 +90,18 @@ impl Shape {
     }
 }
 
-/// The generated kernel of [`super::conv3x3`].
+/// The generated kernel for so many output quads per invocation, without features.
 #[must_use]
-pub fn conv3x3_spec(out_quads: usize) -> KernelSpec {
-    let (shape, bindings) = (Shape::Conv3x3, Cow::Borrowed(&super::conv3x3::SIMD_BINDINGS[..]));
-    spec(shape, out_quads, bindings, &text::conv3x3(), &["largest", "relu"])
-}
-
-/// The generated kernel of [`super::up_conv`].
-#[must_use]
-pub fn up_conv_spec(out_quads: usize) -> KernelSpec {
-    let (shape, bindings) = (Shape::UpConv, Cow::Borrowed(&super::up_conv::SIMD_BINDINGS[..]));
-    spec(shape, out_quads, bindings, &text::up_conv(), &["largest", "relu"])
-}
-
-/// The generated kernel of [`super::head`], for a noisy colour and a result in these formats.
-#[must_use]
-pub fn head_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let bindings = head::bindings(color, output).into();
-    // All of the GPU's variant but its entry point.
-    let declarations = head::declarations(color, output);
-    let spec = spec(Shape::Head, 1, bindings, &declarations, head::OVERRIDES);
-    KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
-}
-
-/// The generated kernel of [`super::conv_head`], for a noisy colour and a result in these formats.
-#[must_use]
-pub fn conv_head_spec(out_quads: usize, color: ImageFormat, output: ImageFormat) -> KernelSpec {
-    let bindings = conv_head::bindings(color, output, Binding::WeightTexture).into();
-    let declarations = text::conv_head(color, output);
-    let spec = spec(Shape::ConvHead, out_quads, bindings, &declarations, head::OVERRIDES);
-    KernelSpec { name: head::name(&spec.name, color, output).into(), ..spec }
-}
-
-fn spec(
-    shape: Shape,
+pub fn spec(
+    shape: SimdKernel,
     out_quads: usize,
     bindings: Cow<'static, [Binding]>,
-    declarations: &str,
     overrides: &'static [&'static str],
 ) -> KernelSpec {
     KernelSpec {
         name: format!("{}_simd{}", shape.name(), out_quads * 4).into(),
-        source: text::source(shape, out_quads, declarations).into(),
+        source: ShaderRoot::Generated(text::source(shape, out_quads)),
+        features: Cow::Borrowed(&[]),
         entry: "main",
         bindings,
         overrides,
@@ -142,7 +111,7 @@ fn spec(
 
 /// Invocations along z: blocks of `4 · quads` output channels.
 #[must_use]
-pub fn blocks(shape: Shape, outputs: usize) -> usize {
+pub fn blocks(shape: SimdKernel, outputs: usize) -> usize {
     outputs.div_ceil(4 * shape.quads(outputs))
 }
 
@@ -152,7 +121,7 @@ pub fn blocks(shape: Shape, outputs: usize) -> usize {
 #[must_use]
 pub fn pack(
     context: &Context,
-    shape: Shape,
+    shape: SimdKernel,
     outputs: usize,
     steps: usize,
     weight: impl Fn(usize, usize, usize, usize) -> f32,

@@ -2,89 +2,46 @@
 
 use std::fmt::Write as _;
 
-use super::super::conv_head;
-use super::super::image::ImageFormat;
 use super::walk::Walk;
-use super::{LANES, Shape};
+use super::{LANES, SimdKernel};
 
 /// The components of a texel.
 const CHANNELS: [&str; 4] = ["x", "y", "z", "w"];
 
-/// What every convolution declares after its tensors.
-const NEED: &str = "
-struct Need { layer: u32, shift: u32, reach: u32, padding: u32 }
-override relu: bool;
-// The largest value that the tensor's format holds: f32 to f16 does not saturate by itself.
-override largest: f32;
-
-// Whether any lane's pixels are needed: all lanes take the loops together, since each reads
-// weights for the others.
-fn any_needed(x: i32, y: i32) -> bool {
-    let size = vec2<i32>(textureDimensions(output));
-    let at = min(vec2(x, y), size - 1) >> vec2(need.shift);
-    return subgroupAny(textureLoad(activity, at, need.layer, 0).x <= need.reach);
-}
-";
-
-const CONV3X3: &str = "
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
-@group(0) @binding(0) var input: TensorIn;
-@group(0) @binding(1) var output: TensorOut;
-@group(0) @binding(2) var weights: texture_storage_2d_array<rgba32float, read>;
-@group(0) @binding(3) var<storage, read> bias: array<vec4<f32>>;
-@group(0) @binding(4) var activity: texture_2d_array<u32>;
-@group(0) @binding(5) var<uniform> need: Need;
-";
-
-const UP_CONV: &str = "
-alias TensorIn = texture_storage_2d_array<rgba32float, read>;
-alias TensorOut = texture_storage_2d_array<rgba32float, write>;
-@group(0) @binding(0) var skip: TensorIn;
-@group(0) @binding(1) var low: TensorIn;
-@group(0) @binding(2) var output: TensorOut;
-@group(0) @binding(3) var weights: texture_storage_2d_array<rgba32float, read>;
-// [above, inside, below][left, inside, right][output quad]
-@group(0) @binding(4) var<storage, read> bias: array<vec4<f32>>;
-@group(0) @binding(5) var activity: texture_2d_array<u32>;
-@group(0) @binding(6) var<uniform> need: Need;
-";
-
-/// What follows the declarations of both variants of `conv_head`.
-const CONV_HEAD: &str = "
-@group(0) @binding(9) var conv_weights: texture_storage_2d_array<rgba32float, read>;
-
-fn any_needed(x: i32, y: i32) -> bool {
-    return subgroupAny(is_needed(vec2<u32>(vec2(x, y)), vec2(4u, 1u)));
-}
-";
-
-/// What [`Shape::Conv3x3`] declares.
-pub(super) fn conv3x3() -> String {
-    format!("{CONV3X3}{NEED}")
+/// What the entry point needs of `shaders/`.
+fn imports(shape: SimdKernel) -> &'static str {
+    match shape {
+        SimdKernel::Conv3x3 => {
+            "import package::common::conv_output::{activated, bias, output};
+import package::common::simd::{any_needed, weights};
+import package::conv3x3_simd::input;"
+        }
+        SimdKernel::UpConv => {
+            "import package::common::conv_output::{activated, bias, output};
+import package::common::simd::{any_needed, weights};
+import package::up_conv_simd::{low, skip};"
+        }
+        SimdKernel::Head => "import package::common::head::{finish, input, weights};",
+        SimdKernel::ConvHead => {
+            "import package::common::conv_head::{conv_bias, relu};
+import package::common::head::{finish, input, weights};
+import package::conv_head_simd::{any_needed, conv_weights};"
+        }
+    }
 }
 
-/// What [`Shape::UpConv`] declares.
-pub(super) fn up_conv() -> String {
-    format!("{UP_CONV}{NEED}")
-}
-
-/// What [`Shape::ConvHead`] declares for a noisy colour and a result in these formats.
-pub(super) fn conv_head(color: ImageFormat, output: ImageFormat) -> String {
-    conv_head::declarations(color, output) + CONV_HEAD
-}
-
-/// The whole shader.
-pub(super) fn source(shape: Shape, quads: usize, declarations: &str) -> String {
+/// The entry point.
+pub(super) fn source(shape: SimdKernel, quads: usize) -> String {
     let walks = shape.walks().iter().map(|walk| walk_text(shape, walk, quads));
-    let needed = if shape == Shape::Head { "true" } else { "any_needed(x, y)" };
+    let needed = if shape == SimdKernel::Head { "true" } else { "any_needed(x, y)" };
     let tail = match shape {
-        Shape::Conv3x3 | Shape::UpConv => store(shape, quads),
-        Shape::Head => finish("sum0_"),
-        Shape::ConvHead => project(quads) + &finish("result"),
+        SimdKernel::Conv3x3 | SimdKernel::UpConv => store(shape, quads),
+        SimdKernel::Head => finish("sum0_"),
+        SimdKernel::ConvHead => project(quads) + &finish("result"),
     };
     format!(
-        "{declarations}
+        "{imports}
+
 @compute @workgroup_size({LANES}, 1, 1)
 fn main(
     @builtin(global_invocation_id) id: vec3<u32>,
@@ -97,6 +54,7 @@ fn main(
     let needed = {needed};
 {accumulators}{walks}{tail}}}
 ",
+        imports = imports(shape),
         mask = LANES - 1,
         pixels = shape.pixels(),
         accumulators = accumulators(shape, quads),
@@ -104,7 +62,7 @@ fn main(
     )
 }
 
-fn accumulators(shape: Shape, quads: usize) -> String {
+fn accumulators(shape: SimdKernel, quads: usize) -> String {
     let mut text = String::new();
     for (k, p) in pairs(shape, quads) {
         let _ = writeln!(text, "    var sum{k}_{p} = vec4<f32>();");
@@ -113,7 +71,7 @@ fn accumulators(shape: Shape, quads: usize) -> String {
 }
 
 /// A loop over the steps of a walk: one kernel row of four input channels at a time.
-fn walk_text(shape: Shape, walk: &Walk, quads: usize) -> String {
+fn walk_text(shape: SimdKernel, walk: &Walk, quads: usize) -> String {
     let Walk { tensor, rows, first_step, .. } = walk;
     format!(
         "    {{
@@ -135,7 +93,7 @@ fn walk_text(shape: Shape, walk: &Walk, quads: usize) -> String {
 }
 
 /// Loads, then all multiply-adds.
-fn step(shape: Shape, walk: &Walk, quads: usize) -> String {
+fn step(shape: SimdKernel, walk: &Walk, quads: usize) -> String {
     let Walk { tensor, weights, x, y, .. } = walk;
     let (pixels, lanes) = (shape.pixels() as usize, LANES as usize);
     let mut text = String::new();
@@ -172,22 +130,21 @@ fn multiply_add(walk: &Walk, k: usize, p: usize) -> String {
     text
 }
 
-/// Bias, clamp and stores. What lies outside of the output is not stored.
-fn store(shape: Shape, quads: usize) -> String {
+/// Biases and stores. What lies outside of the output is not stored.
+fn store(shape: SimdKernel, quads: usize) -> String {
     let mut text = format!(
         "    if needed {{
     let size = vec2<i32>(textureDimensions(output));
     let out_quads = i32(textureNumLayers(output));
     let first = block * {quads};
-    let floor = vec4(select(-largest, 0.0, relu));
     let vertical = select(select(1, 2, y == size.y - 1), 0, y == 0);
 "
     );
-    let bias = if shape == Shape::UpConv { up_conv_bias } else { conv3x3_bias };
+    let bias = if shape == SimdKernel::UpConv { up_conv_bias } else { conv3x3_bias };
     for k in 0..quads {
         text += &bias(k);
         for p in 0..shape.pixels() {
-            let value = format!("stored(clamp(sum{k}_{p} + bias{k}_{p}, floor, vec4(largest)))");
+            let value = format!("activated(sum{k}_{p} + bias{k}_{p})");
             let _ =
                 writeln!(text, "    textureStore(output, vec2(x + {p}, y), first + {k}, {value});");
         }
@@ -197,7 +154,7 @@ fn store(shape: Shape, quads: usize) -> String {
 
 fn conv3x3_bias(k: usize) -> String {
     let mut text = format!("    let bias{k} = bias[first + {k}];\n");
-    for p in 0..Shape::Conv3x3.pixels() {
+    for p in 0..SimdKernel::Conv3x3.pixels() {
         let _ = writeln!(text, "    let bias{k}_{p} = bias{k};");
     }
     text
@@ -210,7 +167,7 @@ fn up_conv_bias(k: usize) -> String {
         let index = format!("(vertical * 3 + {i}) * out_quads + first + {k}");
         let _ = writeln!(text, "    let {column}{k} = bias[{index}];");
     }
-    for p in 0..Shape::UpConv.pixels() {
+    for p in 0..SimdKernel::UpConv.pixels() {
         let right = format!("select(inside{k}, right{k}, x + {p} == size.x - 1)");
         let _ = writeln!(text, "    let bias{k}_{p} = select({right}, left{k}, x + {p} == 0);");
     }
@@ -220,7 +177,7 @@ fn up_conv_bias(k: usize) -> String {
 /// The 1×1 convolution of what the sums come to: the lanes load a quad's weights and hand them
 /// round.
 fn project(quads: usize) -> String {
-    let pixels = Shape::ConvHead.pixels();
+    let pixels = SimdKernel::ConvHead.pixels();
     let mut text = String::new();
     for p in 0..pixels {
         let _ = writeln!(text, "    var result{p} = vec4<f32>();");
@@ -244,9 +201,9 @@ fn project(quads: usize) -> String {
 /// The results, one per pixel, go on to the image by the function of the shader.
 fn finish(result: &str) -> String {
     let pixel = |p| format!("    finish(vec2(x + {p}, y), {result}{p});\n");
-    (0..Shape::Head.pixels()).map(pixel).collect()
+    (0..SimdKernel::Head.pixels()).map(pixel).collect()
 }
 
-fn pairs(shape: Shape, quads: usize) -> impl Iterator<Item = (usize, usize)> {
+fn pairs(shape: SimdKernel, quads: usize) -> impl Iterator<Item = (usize, usize)> {
     (0..quads).flat_map(move |k| (0..shape.pixels() as usize).map(move |p| (k, p)))
 }

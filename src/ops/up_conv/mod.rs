@@ -10,36 +10,45 @@
 
 mod fold;
 
+use std::borrow::Cow;
+
 use self::fold::Folded;
-use super::convolution::{Convolution, Variant, Weights};
-use super::operator::ChannelMap;
+use super::channel_map::ChannelMap;
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant};
+use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::model::Params;
+use crate::shader::ShaderRoot;
 
 /// What the generated variant binds.
-pub const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
+const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
 
 /// The variant for GPUs.
 pub const TILED: KernelSpec = KernelSpec {
-    name: std::borrow::Cow::Borrowed("up_conv_tiled"),
-    source: std::borrow::Cow::Borrowed(include_str!("../../../shaders/up_conv_tiled.wgsl")),
+    name: Cow::Borrowed("up_conv_tiled"),
+    source: ShaderRoot::Module("up_conv_tiled"),
+    features: Cow::Borrowed(&["up_conv"]),
     entry: "main",
-    bindings: std::borrow::Cow::Borrowed(&bindings(Binding::Buffer)),
+    bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
     overrides: &["largest", "relu"],
     workgroup: [8, 8, 1],
 };
 
 const fn bindings(weights: Binding) -> [Binding; 7] {
-    let tensors = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
-    let [skip, low, output] = tensors;
-    [skip, low, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM]
+    let [skip, low, output] = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
+    [skip, output, weights, Binding::Buffer, Binding::ActivityIn, need::UNIFORM, low]
 }
 
-/// Output quads of one invocation of the tiled variant.
-const TILED_QUADS: usize = 4;
+/// The generated variant for CPU drivers, for so many output quads per invocation.
+#[must_use]
+pub fn simd_spec(out_quads: usize) -> KernelSpec {
+    let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
+    let spec = simd::spec(simd::SimdKernel::UpConv, out_quads, bindings, &["largest", "relu"]);
+    KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
+}
 
 /// The operator for the skip and the low-resolution tensor, which are stored as `maps` say.
 /// `params` are those of the transposed convolution to `ups` channels, `[low][up][2][2]`,
@@ -88,9 +97,9 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
         low.at(output, stored, ((y * 2 + x) * 2 + row) * 2 + column)
     };
     let steps = 3 * skip_quads + 4 * low_quads;
-    let (shape, outputs) = (simd::Shape::UpConv, skip.outputs);
-    let weights = Weights::Texture(simd::pack(context, shape, outputs, steps, weight));
-    Variant::simd(simd::up_conv_spec(shape.quads(outputs)), shape, weights, outputs)
+    let (shape, outputs) = (simd::SimdKernel::UpConv, skip.outputs);
+    let weights = PackedWeights::Texture(simd::pack(context, shape, outputs, steps, weight));
+    Variant::simd(simd_spec(shape.quads(outputs)), shape, weights, outputs)
 }
 
 /// `[block][skip quad][9 taps][4 output quads]` matrices, then the same of the low-resolution
@@ -99,6 +108,12 @@ fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let blocks = skip.out_quads().div_ceil(TILED_QUADS);
     let data: Vec<f32> =
         [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
-    let weights = Weights::Buffer(storage_buffer(context, "weights", &data));
+    let weights = PackedWeights::Buffer(storage_buffer(context, "weights", &data));
     Variant::tiled(TILED, weights, blocks)
+}
+
+/// The operator of a layer.
+pub(super) fn operator(layer: &LayerRequest<'_>, ups: usize, relu: bool) -> Convolution {
+    let maps = [layer.maps[0], layer.maps[1]];
+    up_conv(layer.context, layer.kernels, layer.params, maps, ups, relu)
 }

@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Writes the EXR files of this folder, one for each way renderers lay out their passes.
+"""Writes this folder's EXR files, one for each pass layout that renderers use.
 
   pip install bpy==5.0.1 OpenEXR numpy
   python ../../samples/render_samples.py --small FOLDER
   python make_test_files.py FOLDER
 
-All pixels come from the two small Blender renders in FOLDER; blender5_parts.exr is one of them as Blender wrote it.
+All pixels come from the two small Blender renders in FOLDER; blender5_parts.exr is one of them, unchanged.
 """
 import os
 import shutil
@@ -19,7 +19,7 @@ LAYER = "ViewLayer"
 
 
 def layer_channels(file, layer, letters):
-    """The channels `ViewLayer.<layer>.<letter>` of a render, wherever they are, as arrays by letter."""
+    """The channels `ViewLayer.<layer>.<letter>` of a render, from any part, as arrays by letter."""
     found = {name: channel.pixels for part in file.parts for name, channel in part.channels.items()}
     return {letter: found[f"{LAYER}.{layer}.{letter}"] for letter in letters}
 
@@ -29,7 +29,7 @@ def header(compression, **attributes):
 
 
 def write(name, parts):
-    """Writes (header, channels) pairs as the parts of one file of this folder."""
+    """Writes (header, channels) pairs as the parts of one file in this folder."""
     OpenEXR.File([OpenEXR.Part(head, channels) for head, channels in parts]).write(os.path.join(HERE, name))
 
 
@@ -38,7 +38,7 @@ def as_type(channels, dtype, prefix=""):
 
 
 def blender4_single_part(single):
-    """Blender's interleaved layout, with the one pass name that Blender 5 changed set back to that of 4.x."""
+    """Blender's interleaved layout, with the one pass name that Blender 5 changed reset to 4.x."""
     part = single.parts[0]
     channels = {name.replace("Object Index", "IndexOB"): c.pixels for name, c in part.channels.items()}
     kept = {k: v for k, v in part.header.items() if isinstance(v, str) and k != "name"}
@@ -71,7 +71,7 @@ def plain_rgb(parts):
 
 
 def rgba_zips(parts):
-    """Attributes of one's own, and a colour space: the chromaticities of Rec. 2020."""
+    """Custom attributes, and the chromaticities of Rec. 2020."""
     rec2020 = (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290)
     head = header(OpenEXR.ZIPS_COMPRESSION, chromaticities=rec2020, shot="still life 010", exposureBias=-0.5)
     write("rgba_zips.exr", [(head, as_type(layer_channels(parts, "Noisy Image", "RGBA"), np.float16))])

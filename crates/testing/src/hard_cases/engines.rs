@@ -1,13 +1,9 @@
 //! What denoises the hard cases: the GPU engine, and the naive functions alone.
 
+use wgdenoise::Rect;
 use wgdenoise::internals::model::Encoding;
-use wgdenoise::internals::plan::tiles::{Placed, Rect};
-use wgdenoise::internals::reference;
-use wgdenoise::{Denoiser, Frame, Gpu, Image, Options, Precision, Weights};
-
-fn frame(color: &Image) -> Frame<'_> {
-    Frame::new(color)
-}
+use wgdenoise::internals::reference::{self, TileOfView, View};
+use wgdenoise::{Denoiser, Frame, Gpu, Image, Inputs, Options, Precision, Weights};
 
 /// The engine on the first adapter, with tiles of at most `tile` pixels a side.
 pub fn engine(
@@ -19,13 +15,13 @@ pub fn engine(
     let options = Options::default().precision(precision).tile(tile);
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, weights, &options);
     let denoiser = denoiser.expect("the device works");
-    move |color| denoiser.denoise(&frame(color)).expect("the image is fine")
+    move |color| denoiser.denoise(&Frame::new(color)).expect("the image is fine")
 }
 
 /// The reference, from pixels to pixels.
 pub fn on_cpu(weights: &Weights, color: &Image) -> Image {
     let (width, height) = color.size();
-    let weights = weights.for_inputs(frame(color).inputs()).expect("the inputs are known");
+    let weights = weights.for_inputs(Inputs::default()).expect("the inputs are known");
     let scale = reference::autoexposure(color);
     let input = reference::input_process(color, None, None, scale, 16);
     let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
@@ -34,9 +30,10 @@ pub fn on_cpu(weights: &Weights, color: &Image) -> Image {
     reference::keep_clean(result, color, &clean, input.width / 16)
 }
 
-fn clean_blocks(color: &Image, scale: f32, tile: [u32; 2]) -> Vec<bool> {
+fn clean_blocks(color: &Image, scale: f32, size: [u32; 2]) -> Vec<bool> {
     let (width, height) = color.size();
     let stores = Rect { begin: [0, 0], end: [width, height] };
-    let placed = Placed { origin: [0, 0], stores };
-    reference::activity(&frame(color), Encoding::default(), scale, &placed, tile, 1, true).clean
+    let tile = TileOfView { origin: [0, 0], size, stores };
+    let view = View { color, albedo: None, normal: None };
+    reference::activity(&view, Encoding::default(), scale, &tile, 1, true).clean
 }

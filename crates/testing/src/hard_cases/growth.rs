@@ -2,9 +2,10 @@
 //! whose sums have 64 bits.
 
 use wgdenoise::internals::model::{INPUT, Layer, Op};
-use wgdenoise::internals::ops;
+use wgdenoise::internals::ops::build::build;
+use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::need::{Need, everything};
-use wgdenoise::internals::ops::operator::channel_map;
+use wgdenoise::internals::ops::operator::LayerRequest;
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, KernelSet, Precision, Weights};
 
@@ -62,7 +63,9 @@ fn on_gpu(weights: &Weights, layer: &Layer, inputs: &[&Tensor], precision: Preci
     let params =
         if layer.op.has_weights() { weights.params(&layer.name) } else { Default::default() };
     let map = channel_map(inputs[0].channels);
-    let operator = ops::build(context, KernelSet::Plain, layer.op, &params, &[&map], false);
+    let (kernels, maps) = (KernelSet::Plain, &[&map][..]);
+    let request = LayerRequest { context, kernels, params: &params, maps, next: None };
+    let operator = build(layer.op, &request);
     let map_of_zero = everything(&context.device);
     let need = Need { map: &map_of_zero, level: 0, reach: u32::MAX };
     run_where(

@@ -1,4 +1,4 @@
-//! A tree of boxes around shapes: what a ray's box test rules out need not be tested.
+//! A bounding volume hierarchy: a ray that misses a box skips every shape inside it.
 
 use std::ops::Range;
 
@@ -7,40 +7,46 @@ use glam::Vec3;
 
 use super::scene::Shape;
 
-/// A box along the axes.
+/// An axis-aligned box.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Bounds {
-    pub(crate) low: Vec3,
-    pub(crate) high: Vec3,
+pub struct Bounds {
+    /// The smallest coordinates.
+    pub low: Vec3,
+    /// The largest coordinates.
+    pub high: Vec3,
 }
 
-/// A node as the shader reads it.
+/// A node, laid out as `Node` in `shaders/scene.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]
-pub(crate) struct Node {
-    pub(crate) low: Vec3,
-    /// Inner node: the node that follows its descendants. Leaf: its first shape.
-    pub(crate) next: u32,
-    pub(crate) high: Vec3,
-    /// Shapes of a leaf; 0 for an inner node.
-    pub(crate) count: u32,
+pub struct Node {
+    /// The box's smallest coordinates.
+    pub low: Vec3,
+    /// Of an inner node: the node after its descendants. Of a leaf: its first shape.
+    pub next: u32,
+    /// The box's largest coordinates.
+    pub high: Vec3,
+    /// Number of shapes in a leaf; 0 for an inner node.
+    pub count: u32,
 }
 
-/// Nodes in depth-first order, so that a walk needs no stack: it goes on to the following node, or
-/// skips an inner node's descendants.
+/// The nodes in depth-first order. Traversal needs no stack: it continues with the following node
+/// or skips an inner node's descendants.
 #[derive(Clone, Debug)]
-pub(crate) struct Bvh {
-    pub(crate) nodes: Vec<Node>,
-    /// The shapes, in the order in which the leaves count them.
-    pub(crate) order: Vec<usize>,
+pub struct Bvh {
+    /// The root, then its descendants.
+    pub nodes: Vec<Node>,
+    /// Indices of the shapes, in the order of the leaves.
+    pub order: Vec<usize>,
 }
 
 impl Bounds {
     const EMPTY: Self =
         Self { low: Vec3::splat(f32::INFINITY), high: Vec3::splat(f32::NEG_INFINITY) };
 
-    /// Around a shape, and a bit more: a box without thickness would be missed by rounding.
-    pub(crate) fn of(shape: &Shape) -> Self {
+    /// The box around a shape, slightly enlarged: rounding would make rays miss a flat box.
+    #[must_use]
+    pub fn of(shape: &Shape) -> Self {
         let tight = match *shape {
             Shape::Sphere { centre, radius } => Self::around([centre - radius, centre + radius]),
             Shape::Quad { corner, edges: [a, b] } => {
@@ -65,7 +71,7 @@ impl Bounds {
         (self.low + self.high) / 2.0
     }
 
-    /// Half the surface, to which the share of rays that meet the box is proportional.
+    /// Half the surface area. The share of rays that hit the box is proportional to it.
     fn half_area(&self) -> f32 {
         let size = self.high - self.low;
         size.x * size.y + size.y * size.z + size.z * size.x
@@ -73,10 +79,11 @@ impl Bounds {
 }
 
 impl Bvh {
-    /// A tree over at least one shape, split where the surface area heuristic expects the least
-    /// work (Wald, "On Fast Construction of SAH-based Bounding Volume Hierarchies", 2007; all
-    /// places are tried rather than some bins, as scenes are small).
-    pub(crate) fn build(bounds: &[Bounds]) -> Self {
+    /// A hierarchy over at least one shape, split by the surface area heuristic (Wald, "On Fast
+    /// Construction of SAH-based Bounding Volume Hierarchies", 2007). Scenes are small, so every
+    /// split is tried instead of a few bins.
+    #[must_use]
+    pub fn build(bounds: &[Bounds]) -> Self {
         let mut tree = Self::flat(bounds);
         tree.nodes.clear();
         tree.add(bounds, 0..bounds.len());
@@ -84,13 +91,14 @@ impl Bvh {
     }
 
     /// All shapes in one leaf: every ray tests every shape.
-    pub(crate) fn flat(bounds: &[Bounds]) -> Self {
+    #[must_use]
+    pub fn flat(bounds: &[Bounds]) -> Self {
         let order: Vec<_> = (0..bounds.len()).collect();
         let leaf = Node::leaf(&union(bounds, &order), 0..order.len());
         Self { nodes: vec![leaf], order }
     }
 
-    /// Adds the node of these shapes and all that are below it.
+    /// Appends the subtree of these shapes.
     fn add(&mut self, bounds: &[Bounds], range: Range<usize>) {
         let index = self.nodes.len();
         let whole = union(bounds, &self.order[range.clone()]);
@@ -116,11 +124,11 @@ fn union(bounds: &[Bounds], shapes: &[usize]) -> Bounds {
     shapes.iter().fold(Bounds::EMPTY, |all, &shape| all.and(&bounds[shape]))
 }
 
-/// What a box test costs, in tests of a shape.
+/// Cost of a box test relative to a shape test.
 const BOX_COST: f32 = 1.0;
 
-/// Orders the shapes for the best split and returns how many are left of it; `None` if none is
-/// better than a leaf.
+/// Sorts the shapes for the cheapest split and returns the size of its left half; `None` if a leaf
+/// is cheaper.
 fn split(bounds: &[Bounds], shapes: &mut [usize], half_area: f32) -> Option<usize> {
     let mut best = ((shapes.len() as f32 - 2.0 * BOX_COST) * half_area, None);
     for axis in 0..3 {
@@ -142,7 +150,7 @@ fn sort(bounds: &[Bounds], shapes: &mut [usize], axis: usize) {
     shapes.sort_by(|&a, &b| key(a).partial_cmp(&key(b)).expect("bounds are finite"));
 }
 
-/// The expected shape tests, times the whole's half area, if the first 1, 2, … are split off.
+/// Expected shape tests times the parent's half area, if the first 1, 2, … shapes are split off.
 fn costs(bounds: &[Bounds], shapes: &[usize]) -> Vec<f32> {
     let areas = |shapes: &mut dyn Iterator<Item = &usize>| -> Vec<f32> {
         let grow = |all: &mut Bounds, &shape: &usize| {

@@ -1,18 +1,19 @@
-//! Where the picture is taken from.
+//! The camera.
 
 use glam::Vec3;
 
-/// A pinhole camera; metres, y is up.
+/// A pinhole camera, in metres; y is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Camera {
-    pub(crate) position: Vec3,
-    /// What is in the middle of the picture.
-    pub(crate) target: Vec3,
-    /// Angle between the bottom and the top of the picture, in degrees, below 180.
-    pub(crate) field_of_view: f32,
+pub struct Camera {
+    /// The pinhole.
+    pub position: Vec3,
+    /// The point in the middle of the picture.
+    pub target: Vec3,
+    /// Vertical angle of view in degrees, below 180.
+    pub field_of_view: f32,
 }
 
-/// The image plane at distance 1: from its middle to its edges, and towards it.
+/// The image plane at distance 1: vectors from its centre to its edges, and the view direction.
 pub(super) struct ImagePlane {
     pub(super) right: Vec3,
     pub(super) up: Vec3,

@@ -1,4 +1,4 @@
-//! What a scene is drawn onto: sums of samples, and textures with their means.
+//! The film: sums of samples, and textures with their averages.
 
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
@@ -6,26 +6,26 @@ use glam::Vec3;
 use super::camera::Camera;
 use super::{Renderer, Result, bind};
 
-/// The images of one size.
-pub(crate) struct Film {
-    /// Pixels per row, and rows.
-    pub(crate) size: [u32; 2],
-    /// Samples per pixel that the images hold; 0 begins anew.
-    pub(crate) samples: u32,
-    /// Another seed is other noise.
-    pub(crate) seed: u32,
-    /// Linear colour, `rgba32float`; alpha is the share of the pixel that surfaces cover.
-    pub(crate) color: wgpu::Texture,
-    /// Reflectance of what is seen first, `rgba8unorm`.
-    pub(crate) albedo: wgpu::Texture,
-    /// Normal of what is seen first, in world space, `rgba16float`.
-    pub(crate) normal: wgpu::Texture,
+/// The images of one picture.
+pub struct Film {
+    /// Width and height in pixels.
+    pub size: [u32; 2],
+    /// Samples per pixel so far; setting it to 0 starts over.
+    pub samples: u32,
+    /// Selects the random numbers, and so the noise.
+    pub seed: u32,
+    /// Linear colour, `rgba32float`; alpha is the pixel's coverage.
+    pub color: wgpu::Texture,
+    /// Reflectance of the first surface, `rgba8unorm`.
+    pub albedo: wgpu::Texture,
+    /// World-space normal of the first surface, `rgba16float`.
+    pub normal: wgpu::Texture,
     frame: wgpu::Buffer,
     pub(super) path_trace: wgpu::BindGroup,
     pub(super) resolve: wgpu::BindGroup,
 }
 
-/// What one dispatch draws, as `shaders/frame.wgsl` reads it.
+/// Uniforms of one dispatch, laid out as in `shaders/frame.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
 struct GpuFrame {
@@ -41,15 +41,15 @@ struct GpuFrame {
     more_padding: [u32; 2],
 }
 
-/// Bytes of a pixel in one of the sums.
+/// Bytes per pixel of one sum.
 const SUM_BYTES: u64 = size_of::<[f32; 4]>() as u64;
 
 impl Renderer {
-    /// Images of this size, without a sample yet.
+    /// An empty film of this size.
     ///
     /// # Errors
     /// If the device cannot hold images of this size.
-    pub(crate) fn film(&self, size: [u32; 2], seed: u32) -> Result<Film> {
+    pub fn film(&self, size: [u32; 2], seed: u32) -> Result<Film> {
         let device = &self.device;
         check(&device.limits(), size)?;
         let frame = frame_buffer(device);
@@ -65,7 +65,7 @@ impl Renderer {
 }
 
 impl Film {
-    /// Says what the next dispatch draws: so many more samples.
+    /// Writes the uniforms of the next dispatch, which adds this many samples.
     pub(super) fn write_frame(&self, queue: &wgpu::Queue, camera: &Camera, samples: u32) {
         let plane = camera.image_plane(self.size);
         let frame = GpuFrame {
@@ -83,8 +83,9 @@ impl Film {
     }
 }
 
-/// A texture for one kernel to write and others to read.
-pub(crate) fn texture(
+/// A texture that one kernel writes and another reads.
+#[must_use]
+pub fn texture(
     device: &wgpu::Device,
     label: &str,
     [width, height]: [u32; 2],
@@ -129,7 +130,10 @@ fn check(limits: &wgpu::Limits, [width, height]: [u32; 2]) -> Result<()> {
         && (1..=side).contains(&height)
         && u64::from(width) * u64::from(height) <= pixels;
     let problem = || {
-        format!("{width}×{height}: the device takes 1 to {side} pixels a side and {pixels} in all")
+        format!(
+            "{width}×{height} does not fit the device, which takes up to {side} pixels a side and \
+             {pixels} in total"
+        )
     };
     if fits { Ok(()) } else { Err(problem().into()) }
 }

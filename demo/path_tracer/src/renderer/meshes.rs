@@ -1,4 +1,4 @@
-//! Shapes made of many.
+//! Solids made of several shapes.
 
 use std::f32::consts::TAU;
 
@@ -6,8 +6,9 @@ use glam::{Affine3A, Vec3};
 
 use super::scene::Shape;
 
-/// The six sides of a box that stands along the axes.
-pub(crate) fn cuboid(low: Vec3, high: Vec3) -> Vec<Shape> {
+/// The six faces of an axis-aligned box.
+#[must_use]
+pub fn cuboid(low: Vec3, high: Vec3) -> Vec<Shape> {
     let [x, y, z] = (high - low).to_array();
     let [x, y, z] = [Vec3::X * x, Vec3::Y * y, Vec3::Z * z];
     let at_low = [[y, x], [z, y], [x, z]].map(|edges| Shape::Quad { corner: low, edges });
@@ -15,8 +16,9 @@ pub(crate) fn cuboid(low: Vec3, high: Vec3) -> Vec<Shape> {
     at_low.into_iter().chain(at_high).collect()
 }
 
-/// A torus around the z axis: the radius of the ring and of its tube.
-pub(crate) fn torus(ring: f32, tube: f32, transform: Affine3A) -> Vec<Shape> {
+/// A torus around the z axis, with the radii of its ring and its tube.
+#[must_use]
+pub fn torus(ring: f32, tube: f32, transform: Affine3A) -> Vec<Shape> {
     const RING_STEPS: u32 = 72;
     const TUBE_STEPS: u32 = 36;
     let vertex = |i: u32, j: u32| {
@@ -39,13 +41,14 @@ pub(crate) fn torus(ring: f32, tube: f32, transform: Affine3A) -> Vec<Shape> {
         .collect()
 }
 
-/// The angle of a step, the last of which is exactly the first.
+/// The angle of a step; the last equals the first exactly, which closes the seam.
 fn turn(step: u32, of: u32) -> f32 {
     (step % of) as f32 / of as f32 * TAU
 }
 
-/// A faceted ball around the origin: an icosahedron whose faces were cut into four `cuts` times.
-pub(crate) fn icosphere(radius: f32, cuts: u32, transform: Affine3A) -> Vec<Shape> {
+/// A faceted ball around the origin: an icosahedron whose faces are divided into four `cuts` times.
+#[must_use]
+pub fn icosphere(radius: f32, cuts: u32, transform: Affine3A) -> Vec<Shape> {
     let faces = (0..cuts).fold(icosahedron(), |faces, _| faces.into_iter().flat_map(cut).collect());
     let facet = |corners: [Vec3; 3]| {
         let corners = corners.map(|corner| transform.transform_point3(corner * radius));
@@ -55,13 +58,13 @@ pub(crate) fn icosphere(radius: f32, cuts: u32, transform: Affine3A) -> Vec<Shap
     faces.into_iter().map(facet).collect()
 }
 
-/// Four faces whose new corners are pushed out to the unit sphere.
+/// Divides a face into four and moves the new corners onto the unit sphere.
 fn cut([a, b, c]: [Vec3; 3]) -> [[Vec3; 3]; 4] {
     let [ab, bc, ca] = [a + b, b + c, c + a].map(Vec3::normalize);
     [[a, ab, ca], [ab, b, bc], [ca, bc, c], [ab, bc, ca]]
 }
 
-/// A top, two rings of five and a bottom, on the unit sphere.
+/// A top, two rings of five corners and a bottom, on the unit sphere.
 fn icosahedron() -> Vec<[Vec3; 3]> {
     let height = 0.2_f32.sqrt();
     let ring = |step: u32, y: f32, shift: f32| {

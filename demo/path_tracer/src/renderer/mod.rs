@@ -1,54 +1,54 @@
-//! A progressive path tracer: a scene on the GPU, drawn onto a film sample by sample.
+//! A progressive path tracer: adds samples of a scene to a film, on the GPU.
 //!
-//! It asks for no feature and no more than WebGPU's default limits, and knows nothing of the
-//! denoiser: its film is textures, as any renderer's would be.
+//! It runs on any WebGPU device with default limits and knows nothing of the denoiser: its film
+//! consists of textures, like any renderer's.
 
-pub(crate) mod bvh;
-pub(crate) mod camera;
-pub(crate) mod exr;
-pub(crate) mod film;
-pub(crate) mod meshes;
-pub(crate) mod pixels;
-pub(crate) mod scene;
+pub mod bvh;
+pub mod camera;
+pub mod film;
+pub mod meshes;
+pub mod pixels;
+pub mod scene;
 mod scene_buffers;
-pub(crate) mod scenes;
+pub mod scenes;
 
 use self::camera::Camera;
 use self::film::Film;
 use self::scene::Scene;
 use self::scene_buffers::SceneBuffers;
 
-/// Every error is one sentence for a person to act on.
-pub(crate) type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
+/// The result of anything that can fail here; the error is one sentence for the user.
+pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// Most samples per pixel of one dispatch, so that slow adapters answer before a watchdog bites.
-pub(crate) const SAMPLES_PER_DISPATCH: u32 = 4;
+/// The most samples per pixel in one dispatch: a watchdog ends longer ones on slow adapters.
+pub const SAMPLES_PER_DISPATCH: u32 = 4;
 
-/// How light is computed. What is not the default is slower and for tests to compare with.
+/// How light is found. Tests compare the default with the slower alternatives.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Method {
-    /// Aim at lights, rather than wait until a path meets one.
-    pub(crate) sample_lights: bool,
-    /// Walk a tree of boxes, rather than test every shape.
-    pub(crate) hierarchy: bool,
+pub struct Method {
+    /// Sample the lights directly, as well as finding them by chance.
+    pub sample_lights: bool,
+    /// Traverse a bounding volume hierarchy instead of testing every shape.
+    pub hierarchy: bool,
 }
 
-/// What draws, compiled once for all scenes.
+/// The compute pipelines, shared by all scenes.
 #[derive(Clone)]
-pub(crate) struct Kernels {
+pub struct Kernels {
     path_trace: wgpu::ComputePipeline,
     resolve: wgpu::ComputePipeline,
 }
 
-/// A scene and the kernels that draw it.
-pub(crate) struct Renderer {
+/// A scene on the GPU and the kernels that draw it.
+pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     kernels: Kernels,
     scene: wgpu::BindGroup,
 }
 
-pub(crate) const PATH_TRACE: &str = concat!(
+/// The kernel that adds samples to a film.
+pub const PATH_TRACE: &str = concat!(
     include_str!("shaders/frame.wgsl"),
     include_str!("shaders/scene.wgsl"),
     include_str!("shaders/random.wgsl"),
@@ -59,7 +59,8 @@ pub(crate) const PATH_TRACE: &str = concat!(
     include_str!("shaders/path_trace.wgsl"),
 );
 
-pub(crate) const RESOLVE: &str =
+/// The kernel that averages a film's samples into its textures.
+pub const RESOLVE: &str =
     concat!(include_str!("shaders/frame.wgsl"), include_str!("shaders/resolve.wgsl"));
 
 /// Pixels per side of a workgroup.
@@ -72,7 +73,9 @@ impl Default for Method {
 }
 
 impl Kernels {
-    pub(crate) fn new(device: &wgpu::Device) -> Self {
+    /// Compiles both kernels.
+    #[must_use]
+    pub fn new(device: &wgpu::Device) -> Self {
         Self {
             path_trace: pipeline(device, "path_trace", PATH_TRACE),
             resolve: pipeline(device, "resolve", RESOLVE),
@@ -81,8 +84,9 @@ impl Kernels {
 }
 
 impl Renderer {
-    /// Uploads the scene, which has at least one shape.
-    pub(crate) fn new(
+    /// Uploads a scene of at least one shape.
+    #[must_use]
+    pub fn new(
         device: &wgpu::Device,
         queue: &wgpu::Queue,
         kernels: &Kernels,
@@ -94,9 +98,9 @@ impl Renderer {
         Self { device: device.clone(), queue: queue.clone(), kernels: kernels.clone(), scene }
     }
 
-    /// Records up to [`SAMPLES_PER_DISPATCH`] more samples per pixel and their means. To be
-    /// submitted before the next call, since what the kernels are told is written to one buffer.
-    pub(crate) fn encode(
+    /// Records up to [`SAMPLES_PER_DISPATCH`] more samples per pixel, then averages all. Submit
+    /// before the next call, which overwrites the uniforms of this one.
+    pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,
         film: &mut Film,
@@ -121,7 +125,7 @@ impl Renderer {
     }
 }
 
-/// The kernel of this name, bound as its shader says.
+/// The pipeline for the entry point `entry`; its bindings follow from the shader.
 fn pipeline(device: &wgpu::Device, entry: &str, source: &str) -> wgpu::ComputePipeline {
     let module = device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(entry),
@@ -137,7 +141,7 @@ fn pipeline(device: &wgpu::Device, entry: &str, source: &str) -> wgpu::ComputePi
     })
 }
 
-/// A group of buffers and then textures, from binding 0 on.
+/// Binds the buffers from binding 0 on, then the textures.
 fn bind(
     device: &wgpu::Device,
     pipeline: &wgpu::ComputePipeline,

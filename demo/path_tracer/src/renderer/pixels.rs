@@ -1,14 +1,14 @@
-//! From textures to images on the CPU.
+//! Reads textures back to the CPU.
 
 use half::f16;
 
 use super::Result;
 
-/// Reads a texture of four channels, row by row from the top left. Waits for the device.
+/// The pixels of a texture with four channels, row by row from the top left. Waits for the device.
 ///
 /// # Errors
 /// If the device fails.
-pub(crate) fn read(
+pub fn read(
     device: &wgpu::Device,
     queue: &wgpu::Queue,
     texture: &wgpu::Texture,
@@ -48,7 +48,7 @@ fn copy(
     queue.submit([encoder.finish()]);
 }
 
-/// The pixels of a row in one of the formats that a film has.
+/// Decodes a row in one of the film's formats.
 fn decode(bytes: &[u8], format: wgpu::TextureFormat) -> Vec<[f32; 4]> {
     let channels: Vec<f32> = match format {
         wgpu::TextureFormat::Rgba8Unorm => bytes.iter().map(|&b| f32::from(b) / 255.0).collect(),

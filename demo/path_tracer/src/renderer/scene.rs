@@ -1,93 +1,111 @@
-//! What a scene is made of. Metres, y is up; colours are linear.
+//! Scenes, in metres; y is up and colours are linear.
 
 use glam::Vec3;
 
 use super::camera::Camera;
 
-/// Shapes with materials under a sky.
+/// Shapes with materials, a sky and a camera.
 #[derive(Clone, Debug)]
-pub(crate) struct Scene {
-    pub(crate) shapes: Vec<(Shape, usize)>,
-    pub(crate) materials: Vec<Material>,
-    pub(crate) sky: Sky,
-    pub(crate) camera: Camera,
+pub struct Scene {
+    /// Every shape with the index of its material.
+    pub shapes: Vec<(Shape, usize)>,
+    /// The materials.
+    pub materials: Vec<Material>,
+    /// The background.
+    pub sky: Sky,
+    /// The initial view.
+    pub camera: Camera,
 }
 
-/// A surface. Its outside is where the edges, seen from there, turn counterclockwise; only that
-/// side of an emitter shines.
+/// A surface. Edges and corners run counterclockwise as seen from outside; emitters shine only
+/// outwards.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Shape {
+pub enum Shape {
+    /// A sphere.
     Sphere {
+        /// Its centre.
         centre: Vec3,
+        /// Its radius.
         radius: f32,
     },
-    /// A corner and the two edges that leave it.
+    /// A parallelogram.
     Quad {
+        /// One of its corners.
         corner: Vec3,
+        /// The two edges that leave the corner.
         edges: [Vec3; 2],
     },
-    /// Corners and the unit normals there, between which shading interpolates.
+    /// A triangle of a smooth mesh.
     Triangle {
+        /// Its corners.
         corners: [Vec3; 3],
+        /// Unit normals at the corners; shading interpolates between them.
         normals: [Vec3; 3],
     },
 }
 
-/// How a surface scatters or sends light.
+/// How a surface scatters or emits light.
 #[derive(Clone, Copy, Debug)]
-pub(crate) enum Material {
+pub enum Material {
+    /// Lambertian, with this reflectance.
     Diffuse(Vec3),
-    /// Diffuse, of two colours in cells of this side.
+    /// Lambertian, in a checkerboard.
     Checker {
+        /// Reflectances of the two kinds of cell.
         colors: [Vec3; 2],
+        /// Side of a cell.
         cell: f32,
     },
-    /// The reflectance at a right angle, and the roughness from 0.05 to 1.
+    /// GGX metal.
     Metal {
+        /// Reflectance at normal incidence.
         color: Vec3,
+        /// From 0.05 to 1.
         roughness: f32,
     },
-    /// Smooth glass and what it lets through at each surface; the other side of its shape is its
-    /// inside.
+    /// Smooth glass that fills its shape.
     Glass {
+        /// Transmittance of each surface.
         color: Vec3,
+        /// Index of refraction.
         ior: f32,
     },
-    /// Radiance of the front.
+    /// A light of this radiance.
     Emitter(Vec3),
 }
 
-/// What is seen where nothing is: radiance at the horizon, which it keeps below, and above.
+/// The background: radiance that changes from the horizon to the zenith, and a sun.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sky {
-    pub(crate) horizon: Vec3,
-    pub(crate) zenith: Vec3,
-    pub(crate) sun: Option<Sun>,
+pub struct Sky {
+    /// Radiance at the horizon and below.
+    pub horizon: Vec3,
+    /// Radiance at the zenith.
+    pub zenith: Vec3,
+    /// The sun, if it is up.
+    pub sun: Option<Sun>,
 }
 
-/// A round light so far away that it stands in one direction.
+/// A disc of light at infinity.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Sun {
-    /// Towards it; any length.
-    pub(crate) direction: Vec3,
-    /// The angle that it fills, in degrees.
-    pub(crate) angle: f32,
-    pub(crate) radiance: Vec3,
+pub struct Sun {
+    /// Direction towards it, of any length.
+    pub direction: Vec3,
+    /// Angular diameter in degrees.
+    pub angle: f32,
+    /// Its radiance.
+    pub radiance: Vec3,
 }
 
 impl Scene {
     /// An empty scene.
-    pub(crate) fn new(camera: Camera, sky: Sky) -> Self {
+    #[must_use]
+    pub fn new(camera: Camera, sky: Sky) -> Self {
         Self { shapes: Vec::new(), materials: Vec::new(), sky, camera }
     }
 
-    /// The scene with shapes of one material more.
+    /// Adds shapes of one material.
     #[must_use]
-    pub(crate) fn with(
-        mut self,
-        material: Material,
-        shapes: impl IntoIterator<Item = Shape>,
-    ) -> Self {
+    pub fn with(mut self, material: Material, shapes: impl IntoIterator<Item = Shape>) -> Self {
         let index = self.materials.len();
         self.materials.push(material);
         self.shapes.extend(shapes.into_iter().map(|shape| (shape, index)));
@@ -96,8 +114,9 @@ impl Scene {
 }
 
 impl Sky {
-    /// The same radiance everywhere.
-    pub(crate) fn constant(radiance: Vec3) -> Self {
+    /// The same radiance everywhere, without a sun.
+    #[must_use]
+    pub fn constant(radiance: Vec3) -> Self {
         Self { horizon: radiance, zenith: radiance, sun: None }
     }
 }

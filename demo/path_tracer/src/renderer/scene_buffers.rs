@@ -1,4 +1,4 @@
-//! The scene on the GPU, as `shaders/scene.wgsl` reads it.
+//! The scene's buffers, laid out as in `shaders/scene.wgsl`.
 
 use bytemuck::{NoUninit, Pod, Zeroable};
 use glam::Vec3;
@@ -8,7 +8,7 @@ use super::Method;
 use super::bvh::{Bounds, Bvh};
 use super::scene::{Material, Scene, Shape, Sky};
 
-/// Buffers in the order of their bindings.
+/// The buffers, in binding order.
 pub(super) struct SceneBuffers([wgpu::Buffer; 5]);
 
 #[repr(C)]
@@ -51,10 +51,10 @@ struct GpuWorld {
 /// Marks the sun among the lights.
 const SUN: u32 = u32::MAX;
 
-/// A cosine that no direction has.
+/// A cosine above any direction's, for a sky without a sun.
 const NO_SUN: f32 = 2.0;
 
-/// Below this, what the shader squares and divides by leaves 32-bit floats.
+/// The shader divides by powers of the roughness; smaller ones would overflow 32-bit floats.
 const LEAST_ROUGHNESS: f32 = 0.05;
 
 impl SceneBuffers {
@@ -66,7 +66,7 @@ impl SceneBuffers {
         let materials: Vec<_> = scene.materials.iter().map(GpuMaterial::from).collect();
         let mut lights = lights(scene, &bvh.order);
         let world = world(&scene.sky, if method.sample_lights { lights.len() as u32 } else { 0 });
-        // A binding must not be empty.
+        // Bindings must not be empty.
         lights.push(SUN);
         let storage = wgpu::BufferUsages::STORAGE;
         Self([
@@ -78,7 +78,7 @@ impl SceneBuffers {
         ])
     }
 
-    /// In the order of their bindings.
+    /// The buffers, in binding order.
     pub(super) fn all(&self) -> Vec<&wgpu::Buffer> {
         self.0.iter().collect()
     }
@@ -96,8 +96,8 @@ fn buffer<T: NoUninit>(
     })
 }
 
-/// Where the shapes that shine are in the tree's order, and the sun. They stand in the scene's
-/// order, so that the tree does not matter for which of them a random number chooses.
+/// Positions of the emitting shapes in the hierarchy's order, then the sun. The list itself follows
+/// the scene's order: a random number picks the same light whatever the hierarchy.
 fn lights(scene: &Scene, order: &[usize]) -> Vec<u32> {
     let shines =
         |shape: usize| matches!(scene.materials[scene.shapes[shape].1], Material::Emitter(_));

@@ -9,16 +9,16 @@ use super::camera::Camera;
 use super::meshes::{cuboid, icosphere, torus};
 use super::scene::{Material, Scene, Shape, Sky, Sun};
 
-/// A scene by its name.
+/// The built-in scenes by name.
 #[derive(Clone, Copy, Debug, ValueEnum)]
-pub(crate) enum SceneName {
-    /// All materials in a corner of a room
+pub enum SceneName {
+    /// Every material in the corner of a room
     StillLife,
-    /// Small, very bright lights and rough metal: what a denoiser finds hard
+    /// Tiny, very bright lights and rough metal: hard for a denoiser
     Fireflies,
-    /// Light that glass bundles on a diffuse floor
+    /// Light focused by glass onto a diffuse floor
     Caustics,
-    /// Objects before an empty background, in the sun
+    /// Sunlit objects against an empty background
     Sky,
 }
 
@@ -28,7 +28,9 @@ const SILVER: Vec3 = vec3(0.96, 0.95, 0.93);
 const COPPER: Vec3 = vec3(0.95, 0.64, 0.54);
 
 impl SceneName {
-    pub(crate) fn build(self) -> Scene {
+    /// Builds the scene.
+    #[must_use]
+    pub fn build(self) -> Scene {
         match self {
             Self::StillLife => still_life(),
             Self::Fireflies => fireflies(),
@@ -57,7 +59,7 @@ fn still_life() -> Scene {
         .with(Material::Emitter(vec3(26.0, 15.0, 6.0)), [sphere(vec3(0.1, 0.09, -0.25), 0.09)])
 }
 
-/// A corner with a checkered floor, lit by a window behind the camera.
+/// A corner with a checkered floor, lit by a window on the right.
 fn room() -> Scene {
     let camera = Camera {
         position: vec3(0.5, 1.35, 4.3),
@@ -134,25 +136,25 @@ fn sphere(centre: Vec3, radius: f32) -> Shape {
     Shape::Sphere { centre, radius }
 }
 
-/// At height 0, this far to each side.
+/// A floor at height 0 that extends this far in each direction.
 fn floor(reach: f32) -> Shape {
     let edges = [Vec3::Z * 2.0 * reach, Vec3::X * 2.0 * reach];
     Shape::Quad { corner: vec3(-reach, 0.0, -reach), edges }
 }
 
-/// Upright across the view.
+/// A wall across the view.
 fn wall_behind(z: f32, reach: f32, height: f32) -> Shape {
     let edges = [Vec3::X * 2.0 * reach, Vec3::Y * height];
     Shape::Quad { corner: vec3(-reach, 0.0, z), edges }
 }
 
-/// Upright along the view.
+/// A wall along the view.
 fn wall_left(x: f32, reach: f32, height: f32) -> Shape {
     let edges = [Vec3::Y * height, Vec3::Z * 2.0 * reach];
     Shape::Quad { corner: vec3(x, 0.0, -reach), edges }
 }
 
-/// A rectangle around `centre` that faces `target`.
+/// A rectangle centred on `centre` that faces `target`.
 fn panel(centre: Vec3, target: Vec3, [width, height]: [f32; 2]) -> Shape {
     let normal = (target - centre).normalize();
     let across = Vec3::Y.cross(normal).normalize();

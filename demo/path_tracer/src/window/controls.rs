@@ -1,30 +1,30 @@
-//! What mouse and keys have set.
+//! The state of mouse and keys.
 
 use winit::event::MouseScrollDelta;
 
 use super::present::Split;
 
-/// The state of mouse and keys.
+/// What the user has set.
 pub(super) struct Controls {
     denoise: bool,
-    /// Where the divider is, as a share of the width, if there is one.
+    /// Position of the divider as a share of the width, while it is shown.
     divider: Option<f32>,
-    /// The mouse, in pixels.
+    /// Position of the mouse in pixels.
     mouse: [f32; 2],
     drag: Option<Drag>,
 }
 
-/// What the pressed mouse moves.
+/// What a drag moves.
 #[derive(Clone, Copy)]
 enum Drag {
     Camera,
     Divider,
 }
 
-/// How near to the divider the mouse grasps it, in pixels.
+/// Distance in pixels at which the mouse grabs the divider.
 const GRASP: f32 = 12.0;
 
-/// Pixels of a touchpad's scrolling that count as a step of a wheel.
+/// Pixels of touchpad scrolling per step of the wheel.
 const WHEEL_STEP: f32 = 40.0;
 
 impl Default for Controls {
@@ -34,7 +34,7 @@ impl Default for Controls {
 }
 
 impl Controls {
-    /// A key with a letter was pressed.
+    /// Handles a letter key.
     pub(super) fn press(&mut self, key: &str) {
         match key {
             "d" | "D" => self.denoise = !self.denoise,
@@ -43,19 +43,19 @@ impl Controls {
         }
     }
 
-    /// The mouse was pressed in a window of this width.
+    /// Starts a drag in a window of this width.
     pub(super) fn grasp(&mut self, width: f32) {
         let near = |share: f32| (share * width - self.mouse[0]).abs() < GRASP;
         let divider = self.divider.filter(|_| self.denoise).is_some_and(near);
         self.drag = Some(if divider { Drag::Divider } else { Drag::Camera });
     }
 
-    /// The mouse was let go.
+    /// Ends the drag.
     pub(super) fn release(&mut self) {
         self.drag = None;
     }
 
-    /// The mouse was moved; returns by how many pixels it drags the camera.
+    /// Moves the mouse; returns the pixels by which it drags the camera.
     pub(super) fn move_to(&mut self, now: [f32; 2], width: f32) -> Option<[f32; 2]> {
         let before = std::mem::replace(&mut self.mouse, now);
         match self.drag? {
@@ -67,15 +67,15 @@ impl Controls {
         }
     }
 
-    /// What is to be seen in a window of this width: the noisy image up to the divider, or without
-    /// one all of it or nothing.
+    /// How a window of this width is divided: noisy up to the divider, or without one all noisy or
+    /// all denoised.
     pub(super) fn split(&self, width: f32) -> Split {
         let noisy = if self.denoise { self.divider.unwrap_or(0.0) } else { 1.0 };
         Split { divider: noisy * width, marked: self.denoise && self.divider.is_some() }
     }
 }
 
-/// Steps of a wheel, away from the hand.
+/// Steps of the wheel; positive ones come closer.
 pub(super) fn steps(delta: MouseScrollDelta) -> f32 {
     match delta {
         MouseScrollDelta::LineDelta(_, lines) => lines,

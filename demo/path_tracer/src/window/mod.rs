@@ -1,4 +1,4 @@
-//! The scene in a window.
+//! Shows a scene in a window while its samples accumulate.
 
 mod controls;
 mod orbit;
@@ -22,26 +22,26 @@ use self::screen::Screen;
 use self::stopwatch::Times;
 use self::viewer::Viewer;
 use crate::args::Args;
-use crate::renderer::Result;
+use path_tracer::renderer::Result;
 
 /// The window and what is in it.
 struct App<'a> {
     args: &'a Args,
-    /// None until the event loop says that windows can be made.
+    /// `None` until the event loop allows windows.
     open: Option<(Arc<Window>, Viewer)>,
     controls: Controls,
-    /// Why the event loop was left, if not by the user.
+    /// The error that ended the event loop, if one did.
     failure: Option<Box<dyn std::error::Error>>,
 }
 
-/// Opens a window, and returns when it is closed.
+/// Opens a window and returns when it is closed.
 ///
 /// # Errors
-/// If there is no display or no adapter for it, or the device fails.
+/// If there is no display, no adapter can draw to it, or the device fails.
 pub(crate) fn run(args: &Args) -> Result<()> {
     let mut app = App { args, open: None, controls: Controls::default(), failure: None };
     let event_loop = EventLoop::new()
-        .map_err(|_| "there is no display to open a window on; --out FILE writes files instead")?;
+        .map_err(|_| "no display to open a window on; use --out FILE to write files instead")?;
     event_loop.run_app(&mut app)?;
     app.failure.map_or(Ok(()), Err)
 }
@@ -99,11 +99,11 @@ impl App<'_> {
             WindowEvent::CursorMoved { position, .. } => {
                 let now = [position.x as f32, position.y as f32];
                 if let Some(moved) = self.controls.move_to(now, viewer.width()) {
-                    viewer.look(|camera| orbit::drag(camera, moved));
+                    viewer.look(|orbit| orbit.drag(moved));
                 }
             }
             WindowEvent::MouseWheel { delta, .. } if steps(delta) != 0.0 => {
-                viewer.look(|camera| orbit::zoom(camera, steps(delta)));
+                viewer.look(|orbit| orbit.zoom(steps(delta)));
             }
             _ => {}
         }
@@ -111,18 +111,18 @@ impl App<'_> {
     }
 }
 
-/// Draws a frame and asks for the next.
+/// Draws a frame and requests the next.
 fn draw(window: &Window, viewer: &mut Viewer, controls: &Controls) -> Result<()> {
     match viewer.draw(controls.split(viewer.width()))? {
         Some(times) => window.set_title(&title(viewer.samples(), times)),
-        // A covered window must not keep a core busy.
+        // A hidden window must not keep a core busy.
         None => std::thread::sleep(Duration::from_millis(50)),
     }
     window.request_redraw();
     Ok(())
 }
 
-/// A window without area, as when it is minimised, keeps its images.
+/// Resizes the images. A minimised window, which has no area, keeps them.
 fn resize(viewer: &mut Viewer, size: PhysicalSize<u32>) -> Result<()> {
     let visible = size.width > 0 && size.height > 0;
     if visible { viewer.resize([size.width, size.height]) } else { Ok(()) }

@@ -1,4 +1,4 @@
-//! From linear images to the screen.
+//! Shows linear images on the screen.
 
 use bytemuck::{Pod, Zeroable};
 
@@ -9,7 +9,7 @@ pub(super) struct Present {
     encode: bool,
 }
 
-/// As `present.wgsl` reads it.
+/// Uniforms, laid out as in `present.wgsl`.
 #[repr(C)]
 #[derive(Clone, Copy, Pod, Zeroable)]
 struct GpuScreen {
@@ -19,16 +19,16 @@ struct GpuScreen {
     divided: u32,
 }
 
-/// What is to be seen.
+/// How the noisy and the denoised image share the window.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Split {
-    /// Pixels from the left edge, up to which the noisy image is shown.
+    /// The noisy image is shown left of this column.
     pub(super) divider: f32,
-    /// Whether a line marks it.
+    /// Whether a line marks the divider.
     pub(super) marked: bool,
 }
 
-/// Half a stop more than the scenes' light: the curve darkens the middle.
+/// Factor on colour before the tone curve, which darkens mid-tones.
 const EXPOSURE: f32 = 0.8;
 
 impl Present {
@@ -58,7 +58,7 @@ impl Present {
         Self { pipeline, screen: screen_buffer(device), encode: !format.is_srgb() }
     }
 
-    /// Binds two images of the screen's size.
+    /// Binds the two images, which have the screen's size.
     pub(super) fn bind(
         &self,
         device: &wgpu::Device,
@@ -90,7 +90,7 @@ impl Present {
         queue.write_buffer(&self.screen, 0, bytemuck::bytes_of(&screen));
     }
 
-    /// Records the drawing of bound images onto the surface.
+    /// Records drawing the bound images onto the surface.
     pub(super) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -1,9 +1,9 @@
-// Shows linear colour on the screen: noisy on the left of a divider, denoised on the right.
+// Shows linear colour on the screen: noisy left of the divider, denoised right of it.
 
 struct Screen {
     divider: f32,            // pixels from the left edge
-    exposure: f32,           // colour is multiplied by it
-    encode: u32,             // 1: the surface does not encode sRGB by itself
+    exposure: f32,           // factor on colour
+    encode: u32,             // 1: encode sRGB here, since the surface does not
     divided: u32,            // 1: draw the divider
 }
 
@@ -31,7 +31,7 @@ fn present(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     return vec4(select(display, srgb(display), screen.encode == 1u), 1.0);
 }
 
-// Narkowicz's fit of the ACES filmic curve, 2015, with its exposure left to the caller.
+// Narkowicz's fit of the ACES filmic curve, 2015; the caller sets the exposure.
 fn tone_map(color: vec3<f32>) -> vec3<f32> {
     let up = color * (2.51 * color + 0.03);
     let down = color * (2.43 * color + 0.59) + 0.14;

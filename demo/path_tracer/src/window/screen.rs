@@ -1,13 +1,13 @@
-//! A surface and a device that draws onto it.
+//! A window's surface and a device that draws to it.
 
 use std::sync::Arc;
 
 use winit::event_loop::OwnedDisplayHandle;
 use winit::window::Window;
 
-use crate::renderer::Result;
+use path_tracer::renderer::Result;
 
-/// What a window shows is drawn here.
+/// A surface with its device.
 pub(super) struct Screen {
     pub(super) device: wgpu::Device,
     pub(super) queue: wgpu::Queue,
@@ -16,10 +16,10 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    /// Opens the adapter whose name contains `wanted`, or the best one, for this window.
+    /// Opens the fastest kind of adapter for this window, among those whose name contains `wanted`.
     ///
     /// # Errors
-    /// If no such adapter can draw onto the window, or it gives no device.
+    /// If no such adapter can draw to the window, or opening its device fails.
     pub(super) fn open(
         display: OwnedDisplayHandle,
         window: Arc<Window>,
@@ -31,7 +31,7 @@ impl Screen {
         let size = window.inner_size();
         let surface = instance.create_surface(window)?;
         let adapter = choose(&instance, &surface, wanted)?;
-        // What makes wgdenoise faster; neither it nor the renderer needs any of it.
+        // They make wgdenoise faster; neither it nor the renderer requires them.
         let (device, queue) =
             pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
                 label: Some("path tracer"),
@@ -40,7 +40,7 @@ impl Screen {
                 ..Default::default()
             }))?;
         let config = configuration(&surface, &adapter, [size.width, size.height])
-            .ok_or("the adapter cannot draw onto this window")?;
+            .ok_or("the adapter cannot draw to this window")?;
         surface.configure(&device, &config);
         Ok(Self { device, queue, config, surface })
     }
@@ -51,10 +51,10 @@ impl Screen {
         self.surface.configure(&self.device, &self.config);
     }
 
-    /// What to draw the next frame onto; `None` if this one is to be skipped.
+    /// The texture for the next frame; `None` to skip this one.
     ///
     /// # Errors
-    /// If the surface is misused.
+    /// If the surface is invalid.
     pub(super) fn next(&self) -> Result<Option<wgpu::SurfaceTexture>> {
         use wgpu::CurrentSurfaceTexture as Current;
         match self.surface.get_current_texture() {
@@ -69,7 +69,7 @@ impl Screen {
     }
 }
 
-/// Discrete before integrated before virtual before CPU drivers.
+/// Prefers discrete GPUs, then integrated and virtual ones, then CPU drivers.
 fn choose(
     instance: &wgpu::Instance,
     surface: &wgpu::Surface<'_>,
@@ -87,11 +87,11 @@ fn choose(
         wgpu::DeviceType::VirtualGpu | wgpu::DeviceType::Other => 2,
         wgpu::DeviceType::Cpu => 3,
     };
-    let none = || format!("no adapter whose name contains `{wanted}` can draw onto a window");
+    let none = || format!("no adapter with `{wanted}` in its name can draw to a window");
     Ok(usable.min_by_key(rank).ok_or_else(none)?)
 }
 
-/// In a format that encodes sRGB, if there is one.
+/// The surface's configuration, in an sRGB format where possible.
 fn configuration(
     surface: &wgpu::Surface<'_>,
     adapter: &wgpu::Adapter,

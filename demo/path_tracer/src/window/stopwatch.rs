@@ -1,19 +1,19 @@
-//! How long the parts of a frame take on the GPU.
+//! Measures a frame's parts on the GPU.
 
 use std::time::{Duration, Instant};
 
-use crate::renderer::Result;
+use path_tracer::renderer::Result;
 
-/// Times of a frame.
+/// The time of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Times {
-    /// By the GPU's clock: the path tracer, and the denoiser.
+    /// Path tracer and denoiser, by the GPU's clock.
     Parts { render: Duration, denoise: Duration },
-    /// By the CPU's, where the adapter offers none that can be trusted: the whole submission.
+    /// The whole submission by the CPU's clock, where the adapter has no reliable one.
     Whole(Duration),
 }
 
-/// Takes the time of one frame after the other.
+/// Measures one frame at a time.
 pub(super) struct Stopwatch {
     queries: Option<Queries>,
     begin: Instant,
@@ -27,14 +27,14 @@ struct Queries {
     period: f32,
 }
 
-/// Begin and end of the path tracer's pass, and begin of the pass that shows the result: what lies
-/// between the last two is the denoiser.
+/// The timestamps: start and end of the path tracer's pass, and start of the pass that shows the
+/// result. The denoiser runs between the last two.
 const TICKS: u32 = 3;
 const BYTES: u64 = TICKS as u64 * size_of::<u64>() as u64;
 
 impl Stopwatch {
     pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
-        // CPU drivers take timestamps before their threads are done.
+        // CPU drivers take timestamps before their threads have finished.
         let is_gpu = device.adapter_info().device_type != wgpu::DeviceType::Cpu;
         let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let queries =
@@ -42,12 +42,12 @@ impl Stopwatch {
         Self { queries, begin: Instant::now() }
     }
 
-    /// To be called when the recording of a frame begins.
+    /// Call before recording a frame.
     pub(super) fn start(&mut self) {
         self.begin = Instant::now();
     }
 
-    /// For the path tracer's pass.
+    /// Timestamps for the path tracer's pass.
     pub(super) fn render(&self) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         self.queries.as_ref().map(|queries| wgpu::ComputePassTimestampWrites {
             query_set: &queries.set,
@@ -56,7 +56,7 @@ impl Stopwatch {
         })
     }
 
-    /// For the pass that shows the result.
+    /// Timestamp for the pass that shows the result.
     pub(super) fn present(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.queries.as_ref().map(|queries| wgpu::RenderPassTimestampWrites {
             query_set: &queries.set,
@@ -65,7 +65,7 @@ impl Stopwatch {
         })
     }
 
-    /// To be recorded last.
+    /// Copies the timestamps; record it last.
     pub(super) fn resolve(&self, encoder: &mut wgpu::CommandEncoder) {
         if let Some(Queries { set, resolved, readable, .. }) = &self.queries {
             encoder.resolve_query_set(set, 0..TICKS, resolved, 0);
@@ -73,7 +73,7 @@ impl Stopwatch {
         }
     }
 
-    /// Waits for the submitted frame. A queue of frames would only make the camera lag.
+    /// Waits for the submitted frame: queued frames would only make the camera lag.
     ///
     /// # Errors
     /// If the device fails.
@@ -110,7 +110,7 @@ impl Queries {
         Self { set, resolved, readable, period }
     }
 
-    /// From the mapped buffer.
+    /// Reads the mapped buffer.
     fn times(&self) -> Result<Times> {
         let bytes = self.readable.get_mapped_range(..)?;
         let ticks = bytes.chunks_exact(size_of::<u64>());

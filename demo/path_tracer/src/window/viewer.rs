@@ -1,15 +1,15 @@
-//! Draws frames: path tracing, denoising and showing in one submission.
+//! Draws frames: path tracing, denoising and display in one submission.
 
 use wgdenoise::{Denoiser, Schedule};
 
+use super::orbit::Orbit;
 use super::present::{Present, Split};
 use super::screen::Screen;
 use super::stopwatch::{Stopwatch, Times};
 use crate::args::Args;
-use crate::denoise::{Denoised, denoiser};
-use crate::renderer::camera::Camera;
-use crate::renderer::film::Film;
-use crate::renderer::{Kernels, Method, Renderer, Result};
+use path_tracer::denoise::{Denoised, denoiser};
+use path_tracer::renderer::film::Film;
+use path_tracer::renderer::{Kernels, Method, Renderer, Result};
 
 /// A scene in a window.
 pub(super) struct Viewer {
@@ -19,16 +19,16 @@ pub(super) struct Viewer {
     present: Present,
     stopwatch: Stopwatch,
     canvas: Canvas,
-    camera: Camera,
+    orbit: Orbit,
     per_frame: u32,
     schedule: Schedule,
     /// Frames since the accumulation began.
     frame: u32,
-    /// Whether the denoised image is of another accumulation, or was not kept up.
+    /// Whether the denoised image shows an earlier accumulation.
     stale: bool,
 }
 
-/// All that depends on the window's size.
+/// Everything that depends on the window's size.
 struct Canvas {
     film: Film,
     denoised: Denoised,
@@ -36,8 +36,10 @@ struct Canvas {
 }
 
 impl Viewer {
+    /// Sets up the scene and the denoiser for the screen.
+    ///
     /// # Errors
-    /// If the device cannot hold what is needed.
+    /// If the device cannot hold them.
     pub(super) fn new(screen: Screen, args: &Args) -> Result<Self> {
         let (device, queue) = (&screen.device, &screen.queue);
         let scene = args.scene.build();
@@ -53,7 +55,7 @@ impl Viewer {
             present,
             stopwatch: Stopwatch::new(device, queue),
             canvas,
-            camera: scene.camera,
+            orbit: Orbit::new(&scene),
             per_frame: args.spp,
             schedule: args.schedule(),
             frame: 0,
@@ -62,7 +64,7 @@ impl Viewer {
         })
     }
 
-    /// Images of another size begin anew; the denoiser stays.
+    /// Starts over with images of another size. The denoiser stays.
     ///
     /// # Errors
     /// If the device cannot hold them.
@@ -75,9 +77,9 @@ impl Viewer {
         Ok(())
     }
 
-    /// Another view begins anew.
-    pub(super) fn look(&mut self, change: impl FnOnce(&Camera) -> Camera) {
-        self.camera = change(&self.camera);
+    /// Moves the camera and starts over.
+    pub(super) fn look(&mut self, change: impl FnOnce(&mut Orbit)) {
+        change(&mut self.orbit);
         self.canvas.film.samples = 0;
         (self.frame, self.stale) = (0, true);
     }
@@ -87,12 +89,12 @@ impl Viewer {
         self.canvas.film.samples
     }
 
-    /// Pixels per row.
+    /// Width of the window in pixels.
     pub(super) fn width(&self) -> f32 {
         self.screen.config.width as f32
     }
 
-    /// Draws a frame and waits for it; `None` if the window is not to be drawn on now.
+    /// Draws a frame and waits for it; `None` while the window cannot be drawn on.
     ///
     /// # Errors
     /// If the device fails.
@@ -108,7 +110,7 @@ impl Viewer {
         self.stopwatch.stop(&self.screen.device).map(Some)
     }
 
-    /// The whole frame.
+    /// Records the whole frame.
     fn record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
@@ -117,7 +119,7 @@ impl Viewer {
     ) {
         let Canvas { film, denoised, images } = &mut self.canvas;
         let times = self.stopwatch.render();
-        self.renderer.encode(encoder, film, &self.camera, self.per_frame, times);
+        self.renderer.encode(encoder, film, &self.orbit.camera(), self.per_frame, times);
         if split.divider < self.screen.config.width as f32 {
             if self.stale || self.schedule.due(self.frame) {
                 let share = self.schedule.blend(film.samples);

@@ -1,12 +1,12 @@
-//! The tree of boxes against tests of all shapes.
+//! The bounding volume hierarchy against a test of every shape.
 
 use glam::Vec3;
 
-use crate::renderer::Method;
-use crate::renderer::bvh::{Bounds, Bvh, Node};
-use crate::renderer::scene::Scene;
-use crate::renderer::scenes::SceneName;
 use crate::support::{Shot, draw};
+use path_tracer::renderer::Method;
+use path_tracer::renderer::bvh::{Bounds, Bvh, Node};
+use path_tracer::renderer::scene::Scene;
+use path_tracer::renderer::scenes::SceneName;
 
 fn bounds(scene: &Scene) -> Vec<Bounds> {
     scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect()
@@ -18,7 +18,7 @@ fn meets(origin: Vec3, direction: Vec3, low: Vec3, high: Vec3) -> bool {
     enter.max_element().max(0.0) <= leave.min_element()
 }
 
-/// The shapes in the leaves that a ray reaches, as the shader walks.
+/// The shapes in the leaves that a ray reaches, traversed as in the shader.
 fn candidates(bvh: &Bvh, origin: Vec3, direction: Vec3) -> Vec<usize> {
     let (mut found, mut index) = (Vec::new(), 0);
     while let Some(node) = bvh.nodes.get(index) {
@@ -36,8 +36,8 @@ fn leaf<'a>(bvh: &'a Bvh, node: &Node) -> &'a [usize] {
     if node.count == 0 { &[] } else { &bvh.order[node.next as usize..][..node.count as usize] }
 }
 
-/// Points that fill the unit cube evenly: multiples of powers of the plastic number's
-/// generalisation (Roberts, "The Unreasonable Effectiveness of Quasirandom Sequences", 2018).
+/// A low-discrepancy point in the unit cube (Roberts, "The Unreasonable Effectiveness of
+/// Quasirandom Sequences", 2018).
 fn point(index: usize) -> Vec3 {
     let root = 1.220_744_1_f32;
     let step = Vec3::new(1.0 / root, 1.0 / root.powi(2), 1.0 / root.powi(3));
@@ -64,7 +64,7 @@ fn the_walk_reaches_every_shape_whose_box_a_ray_meets() {
         reached += found.len();
         needed += expected.len();
     }
-    assert!(needed > 1000, "the rays meet {needed} boxes, too few to say anything");
+    assert!(needed > 1000, "the rays hit only {needed} boxes");
     let all = RAYS * bounds.len();
     assert!(reached * 20 < all, "the walk tests {reached} shapes of {all}");
 }
@@ -91,8 +91,8 @@ fn one_shape_is_one_leaf() {
     assert_eq!((bvh.nodes.len(), bvh.nodes[0].count, bvh.order), (1, 1, vec![0]));
 }
 
-/// What a ray meets first is the same to the bit. Of longer paths a few go elsewhere: whether a ray
-/// meets a triangle that it sees edge-on is up to rounding, and the tree spares it such tests.
+/// First hits are equal to the bit. A few longer paths differ: whether a ray hits a triangle edge-on
+/// is up to rounding, and the hierarchy skips some of these tests.
 #[test]
 fn pictures_with_and_without_the_tree_are_the_same() {
     let scene = SceneName::StillLife.build();

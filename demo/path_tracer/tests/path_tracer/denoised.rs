@@ -1,19 +1,19 @@
-//! The pass in the renderer's own submission: closer to the truth than many more samples, and with
-//! enough of them nothing but the samples.
+//! The pass in the renderer's own submission: better than many more samples, and with the schedule
+//! converging to the plain samples.
 
 use std::sync::OnceLock;
 
 use wgdenoise::{Quality, Schedule};
 
-use crate::denoise::{Denoised, denoiser};
-use crate::renderer::pixels::read;
-use crate::renderer::scenes::SceneName;
-use crate::renderer::{Method, Renderer};
 use crate::support::{Bench, Shot, bench, draw};
+use path_tracer::denoise::{Denoised, denoiser};
+use path_tracer::renderer::pixels::read;
+use path_tracer::renderer::scenes::SceneName;
+use path_tracer::renderer::{Method, Renderer};
 
 const SIZE: [u32; 2] = [96, 72];
 
-/// The mean absolute difference of colours after x ↦ x / (1 + x), so that no bright pixel decides.
+/// The mean absolute difference after x ↦ x / (1 + x), which keeps bright pixels from dominating.
 fn error(found: &[[f32; 4]], reference: &[[f32; 4]]) -> f64 {
     assert_eq!(found.len(), reference.len());
     let shown = |v: f32| f64::from(v / (1.0 + v));
@@ -23,7 +23,7 @@ fn error(found: &[[f32; 4]], reference: &[[f32; 4]]) -> f64 {
     found.iter().zip(reference).map(of_pixel).sum::<f64>() / (3 * found.len()) as f64
 }
 
-/// Plain samples of the default scene. A picture's seed is not its reference's.
+/// Plain samples of the default scene. Pictures and the reference have different seeds.
 fn plain(samples: u32, seed: u32) -> Vec<[f32; 4]> {
     let shot = Shot { size: SIZE, samples, seed };
     draw(&SceneName::StillLife.build(), Method::default(), shot).color
@@ -34,8 +34,7 @@ fn reference() -> &'static [[f32; 4]] {
     REFERENCE.get_or_init(|| plain(1024, 99))
 }
 
-/// The noisy and the denoised colour of so many samples, traced and denoised in one encoder: by the
-/// network alone, or blended as a schedule says.
+/// Noisy and denoised colour, traced and denoised in one encoder, blended if there is a schedule.
 fn denoised(samples: u32, schedule: Option<Schedule>) -> [Vec<[f32; 4]>; 2] {
     let Bench { device, queue, kernels } = bench();
     let scene = SceneName::StillLife.build();
@@ -67,7 +66,7 @@ fn four_denoised_samples_are_closer_to_the_truth_than_thirty_two_plain_ones() {
     assert!(noisy.iter().zip(&found).all(|(a, b)| a[3] == b[3]), "alpha is carried over");
 }
 
-/// The network's bias stays however many samples there are; the schedule's result tends to the
+/// The network's bias does not vanish with more samples; the schedule's result converges to the
 /// accumulation.
 #[test]
 fn with_many_samples_the_output_tends_to_them() {

@@ -1,11 +1,11 @@
-//! No material makes light, and white ones lose none: in a sky of radiance 1 all that is white
-//! looks like the sky.
+//! No material creates light, and white ones absorb none: under a sky of radiance 1, everything
+//! white looks like the sky.
 
 use glam::{Vec3, vec3};
 
-use crate::renderer::Method;
-use crate::renderer::scene::{Material, Scene, Shape, Sky};
 use crate::support::{Shot, assert_mean, camera_at, draw, floor, reds, sphere};
+use path_tracer::renderer::Method;
+use path_tracer::renderer::scene::{Material, Scene, Shape, Sky};
 
 const SHOT: Shot = Shot { size: [64, 48], samples: 8, seed: 1 };
 
@@ -26,7 +26,7 @@ fn a_white_sphere_vanishes_in_a_white_sky() {
 
 #[test]
 fn a_gray_sphere_reflects_its_share() {
-    // It is convex: every path is scattered once.
+    // It is convex, so every path scatters once.
     assert_mean("gray", &in_white_sky(Material::Diffuse(Vec3::splat(0.5))), 0.5, 0.01);
 }
 
@@ -43,17 +43,17 @@ fn metal_makes_no_light() {
     for roughness in [0.05, 0.2, 0.5, 1.0] {
         let pixels = in_white_sky(Material::Metal { color: Vec3::ONE, roughness });
         let most = pixels.iter().copied().fold(0.0, f64::max);
-        // The weight of a visible facet is at most 1; the rest is rounding.
+        // A visible microfacet weighs at most 1; the rest is rounding.
         assert!(most <= 1.0 + 1e-4, "roughness {roughness}: {most}");
         let mean = pixels.iter().sum::<f64>() / pixels.len() as f64;
         assert!(roughness > 0.05 || mean > 0.99, "nearly a mirror: {mean}");
     }
 }
 
-/// Facets of roughness 1 have all slopes: D = 1/π. Seen at a right angle none is hidden, and what
-/// comes in at a cosine c is hidden by Λ = (1/c − 1)/2. So the reflected share is
-/// ∫ D / (1 + Λ) / 4 · 2π dc = ∫ c / (1 + c) dc over c from 0 to 1: 1 − ln 2. The rest would be
-/// reflected by one facet onto another, which the model leaves out.
+/// At roughness 1, D = 1/π. At normal view no microfacet is masked, and light from cosine c is
+/// shadowed by Λ = (1/c − 1)/2. The reflected share is therefore
+/// ∫ D / (1 + Λ) / 4 · 2π dc = ∫ c / (1 + c) dc over c from 0 to 1, which is 1 − ln 2. The model
+/// leaves out the rest, which bounces between microfacets.
 #[test]
 fn the_roughest_metal_reflects_what_its_facets_do_not_hide() {
     let white = Material::Metal { color: Vec3::ONE, roughness: 1.0 };

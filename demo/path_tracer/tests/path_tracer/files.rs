@@ -1,10 +1,10 @@
-//! The files of the example are what the command line reads.
+//! The `wgdenoise` command can read the path tracer's files.
 
 use wgdenoise_files::{LayerChoice, Picture};
 
-use crate::renderer::exr::{ALBEDO, COLOR, NORMAL, write};
+use path_tracer::exr::{ALBEDO, COLOR, NORMAL, write};
 
-/// Numbers that differ in every pixel, channel and layer.
+/// A different value in every pixel, channel and layer.
 fn pixels(layer: u8) -> Vec<[f32; 4]> {
     let at = |i: u8| std::array::from_fn(|c| f32::from(layer) + f32::from(i * 4 + c as u8) / 256.0);
     (0..6).map(at).collect()

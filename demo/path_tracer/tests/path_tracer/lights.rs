@@ -1,27 +1,27 @@
-//! Light that is aimed at and light that is found by chance, against what analysis says.
+//! Light sampling and scattering alone, against analytic solutions.
 
 use std::f64::consts::PI;
 
 use glam::{Vec3, vec3};
 
-use crate::renderer::Method;
-use crate::renderer::scene::{Material, Scene, Shape, Sky, Sun};
-use crate::renderer::scenes::SceneName;
 use crate::support::{Shot, assert_mean, camera_at, draw, estimate, floor, reds, sphere};
+use path_tracer::renderer::Method;
+use path_tracer::renderer::scene::{Material, Scene, Shape, Sky, Sun};
+use path_tracer::renderer::scenes::SceneName;
 
 const BLACK: Vec3 = Vec3::ZERO;
 const REFLECTANCE: f32 = 0.5;
 const RADIANCE: f32 = 3.0;
 const CHANCE: Method = Method { sample_lights: false, hierarchy: true };
 
-/// The origin of a floor, seen from the side so closely that light is the same in all pixels.
+/// A close-up of a floor, so small that all pixels receive the same light.
 fn look_at_floor(sky: Sky) -> Scene {
     let camera = camera_at(vec3(3.0, 0.8, 0.0), 0.05);
     let gray = Material::Diffuse(Vec3::splat(REFLECTANCE));
     Scene::new(camera, sky).with(gray, [floor(4.0)])
 }
 
-/// Holds both ways against the radiance that a floor reflects under an irradiance.
+/// Compares both methods with the radiance that the floor reflects under this irradiance.
 fn check(what: &str, scene: &Scene, irradiance: f64) {
     let expected = f64::from(REFLECTANCE) / PI * irradiance;
     for (way, method, samples) in [("aimed", Method::default(), 8), ("by chance", CHANCE, 96)] {
@@ -40,7 +40,7 @@ fn a_sphere_lights_a_floor_by_the_square_of_its_sine() {
     check("sphere", &scene, irradiance);
 }
 
-/// The share of a floor's view that a parallel rectangle takes up whose corner is above it
+/// The configuration factor from a point to a parallel rectangle with a corner above the point
 /// (Howell, "A Catalog of Radiation Heat Transfer Configuration Factors", B-3).
 fn corner_factor(width: f64, depth: f64, height: f64) -> f64 {
     let (a, b) = (width / height, depth / height);
@@ -92,7 +92,7 @@ fn the_back_of_a_quad_is_dark() {
     }
 }
 
-/// A room with all materials: the mean pictures of both ways, over seeds.
+/// A room with all materials: mean brightness by both methods, over seeds.
 #[test]
 fn a_whole_scene_is_as_bright_by_aim_as_by_chance() {
     let scene = SceneName::StillLife.build();
@@ -107,6 +107,6 @@ fn a_whole_scene_is_as_bright_by_aim_as_by_chance() {
     let (aimed, aimed_error) = estimate(&means(Method::default(), 8));
     let (chance, chance_error) = estimate(&means(CHANCE, 24));
     let error = aimed_error.hypot(chance_error);
-    assert!(error < 0.02 * aimed, "{aimed} and {chance} ± {error} say too little");
+    assert!(error < 0.02 * aimed, "{aimed} and {chance} ± {error} are too uncertain");
     assert!((aimed - chance).abs() < 5.0 * error, "{aimed} and {chance} ± {error}");
 }

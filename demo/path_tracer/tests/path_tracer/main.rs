@@ -1,14 +1,10 @@
-//! The renderer of the example `path_tracer`: that what it gives the denoiser is right.
+//! Tests of the path tracer: what it hands the denoiser is correct.
 
 mod bvh;
-#[path = "../../src/denoise.rs"]
-mod denoise;
 mod denoised;
 mod energy;
 mod files;
 mod images;
 mod lights;
-#[path = "../../src/renderer/mod.rs"]
-mod renderer;
 mod shaders;
 mod support;

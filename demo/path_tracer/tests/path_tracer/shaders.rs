@@ -1,9 +1,9 @@
-//! The shaders run on every backend: they need no feature, and naga can write them for each.
+//! The shaders run on every backend: they need no feature, and naga translates them for each.
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, back};
 
-use crate::renderer::{PATH_TRACE, RESOLVE};
+use path_tracer::renderer::{PATH_TRACE, RESOLVE};
 
 const PRESENT: &str = include_str!("../../src/window/present.wgsl");
 

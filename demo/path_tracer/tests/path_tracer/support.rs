@@ -1,14 +1,14 @@
-//! Draws scenes on the adapter of this machine, and what is known of a mean.
+//! Draws scenes on this machine's adapter, and estimates means.
 
 use std::sync::OnceLock;
 
 use glam::{Vec3, vec3};
 use wgdenoise::Gpu;
 
-use crate::renderer::camera::Camera;
-use crate::renderer::pixels::read;
-use crate::renderer::scene::{Scene, Shape};
-use crate::renderer::{Kernels, Method, Renderer};
+use path_tracer::renderer::camera::Camera;
+use path_tracer::renderer::pixels::read;
+use path_tracer::renderer::scene::{Scene, Shape};
+use path_tracer::renderer::{Kernels, Method, Renderer};
 
 /// The images of a film.
 pub(crate) struct Drawn {
@@ -25,7 +25,7 @@ pub(crate) struct Shot {
     pub(crate) seed: u32,
 }
 
-/// What all tests draw with: a device without any feature, with WebGPU's default limits.
+/// The device of all tests, without features and with WebGPU's default limits.
 pub(crate) struct Bench {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
@@ -44,7 +44,7 @@ pub(crate) fn bench() -> &'static Bench {
     })
 }
 
-/// Draws a scene.
+/// Draws a scene and reads its images.
 pub(crate) fn draw(scene: &Scene, method: Method, shot: Shot) -> Drawn {
     let Bench { device, queue, kernels } = bench();
     let renderer = Renderer::new(device, queue, kernels, scene, method);
@@ -68,7 +68,7 @@ pub(crate) fn sphere(centre: Vec3, radius: f32) -> Shape {
     Shape::Sphere { centre, radius }
 }
 
-/// A square at height 0, seen from above.
+/// A square at height 0 that faces up.
 pub(crate) fn floor(reach: f32) -> Shape {
     let edges = [Vec3::Z * 2.0 * reach, Vec3::X * 2.0 * reach];
     Shape::Quad { corner: vec3(-reach, 0.0, -reach), edges }
@@ -87,12 +87,12 @@ pub(crate) fn estimate(values: &[f64]) -> (f64, f64) {
     (mean, (variance / count).sqrt())
 }
 
-/// Fails if the mean is not `expected`: further from it than five standard errors, which happens by
-/// chance in one of a million runs, or known less well than to `precision` of it.
+/// Fails if the mean is off by more than five standard errors, a one-in-a-million chance, or if the
+/// standard error exceeds this share of `expected`.
 pub(crate) fn assert_mean(what: &str, values: &[f64], expected: f64, precision: f64) {
     let (mean, error) = estimate(values);
-    assert!(error < precision * expected, "{what}: {mean} ± {error} says too little");
-    // What is exact but for rounding has no spread.
+    assert!(error < precision * expected, "{what}: {mean} ± {error} is too uncertain");
+    // Values that are exact but for rounding have no spread.
     let rounding = 1e-5 * expected;
     let off = (mean - expected).abs();
     assert!(off < 5.0 * error + rounding, "{what}: {mean} ± {error}, expected {expected}");

@@ -1,7 +1,7 @@
-//! Writes `docs/hard-cases.md`: the table of `tests/hard_cases`, with what comes out of the engine, of
-//! the reference, and of another denoiser whose results stand in a file.
+//! Writes `docs/hard-cases.md`: the hard cases with the results of the engine, of the reference,
+//! and of another denoiser, which are read from a file.
 //!
-//! `benches/peers/hard_cases.py` runs all of it: inputs, Open Image Denoise, page.
+//! `benches/peers/hard_cases.py` runs all steps: inputs, Open Image Denoise, page.
 
 mod page;
 mod plot;
@@ -12,13 +12,13 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-/// What can go wrong, as a sentence.
+/// Errors are sentences.
 type Result<T> = std::result::Result<T, String>;
 
 /// Measures the hard cases.
 #[derive(Debug, Parser)]
 enum Command {
-    /// Write the inputs into a safetensors file, `[height, width, 3]` each
+    /// Write the inputs to a safetensors file, `[height, width, 3]` each
     Inputs {
         /// The file
         file: PathBuf,
@@ -27,7 +27,7 @@ enum Command {
     Page {
         /// Another denoiser's results, named and shaped like the inputs
         others: PathBuf,
-        /// The folder with the page
+        /// The folder of the page
         docs: PathBuf,
     },
 }

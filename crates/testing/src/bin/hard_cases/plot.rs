@@ -1,4 +1,4 @@
-//! How the rounding error grows, as an SVG.
+//! Growth of the rounding error, as an SVG.
 
 use std::error::Error;
 
@@ -15,10 +15,10 @@ type Drawn = std::result::Result<(), Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (960, 540);
 const FONT: &str = "sans-serif";
-/// One per input; those of 16-bit tensors stand above those of 32 bits.
+/// One per input. Curves of 16-bit tensors lie above those of 32 bits.
 const COLORS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115)];
 
-/// A line of the plot.
+/// A curve of the plot.
 struct Line {
     name: &'static str,
     color: RGBColor,
@@ -68,7 +68,7 @@ fn draw(text: &mut String, lines: &[Line]) -> Drawn {
         chart.draw_series([name])?;
     }
     for line in lines {
-        // A tensor that is exact has no place on a logarithmic axis.
+        // A logarithmic axis cannot show an exact tensor.
         let errors = line.growth.iter().enumerate().filter(|(_, (_, error))| *error > 0.0);
         let places: Vec<_> = errors.map(|(i, (_, error))| (i as f64, *error)).collect();
         chart.draw_series([PathElement::new(places, line.color.stroke_width(2))])?;
@@ -79,7 +79,7 @@ fn draw(text: &mut String, lines: &[Line]) -> Drawn {
     Ok(root.present()?)
 }
 
-/// Layers' names under the axis, turned to fit.
+/// Draws the layers' names below the axis, rotated to fit.
 fn name_layers(root: &Area<'_>, lines: &[Line], below: &[(i32, i32)]) -> Drawn {
     let style = (FONT, 12).into_font().transform(FontTransform::Rotate90).into_text_style(root);
     let style = style.pos(Pos::new(HPos::Left, VPos::Center));

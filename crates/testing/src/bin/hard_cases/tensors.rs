@@ -1,4 +1,4 @@
-//! Images in a safetensors file, as `[height, width, 3]` in 32-bit float.
+//! Images in a safetensors file, as `[height, width, 3]` in 32-bit floats.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -13,7 +13,7 @@ use crate::Result;
 /// Images by name.
 pub(crate) type Images = BTreeMap<String, Image>;
 
-/// Writes all of them.
+/// Writes all images.
 pub(crate) fn write(path: &Path, images: &Images) -> Result<()> {
     let view = |(name, image): (&String, &Image)| {
         let shape = vec![image.height() as usize, image.width() as usize, 3];
@@ -29,13 +29,13 @@ pub(crate) fn write(path: &Path, images: &Images) -> Result<()> {
     fs::write(path, file).map_err(|e| format!("{} cannot be written: {e}", path.display()))
 }
 
-/// Reads all of them.
+/// Reads all images.
 pub(crate) fn read(path: &Path) -> Result<Images> {
     let wrong = |what: String| format!("{}: {what}", path.display());
     let bytes = fs::read(path).map_err(|e| wrong(format!("cannot be read: {e}")))?;
     let tensors = SafeTensors::deserialize(&bytes).map_err(|e| wrong(e.to_string()))?;
     let images = tensors.tensors().into_iter().map(|(name, view)| {
-        let image = image(&view).ok_or_else(|| wrong(format!("`{name}` is no image")))?;
+        let image = image(&view).ok_or_else(|| wrong(format!("`{name}` is not an image")))?;
         Ok((name, image))
     });
     images.collect()

@@ -1,14 +1,14 @@
-// How materials scatter light. Directions leave the surface; in local ones z is along the normal.
+// How materials scatter light. Directions point away from the surface; local z is the normal.
 
 const PI = 3.14159265;
 
 struct Scattered {
     direction: vec3<f32>,
     weight: vec3<f32>,       // BSDF · cosine ÷ density; 0: absorbed
-    density: f32,            // per steradian; 0: the only direction there is
+    density: f32,            // per steradian; 0: a delta distribution
 }
 
-// BSDF · cosine in rgb and the density of `scatter` in w; 0 for glass, which no light sample meets.
+// BSDF · cosine in rgb, the density of `scatter` in w; 0 for glass, which scatters into deltas.
 fn bsdf(surface: Surface, out: vec3<f32>, direction: vec3<f32>) -> vec4<f32> {
     let frame = frame_around(surface.normal);
     let local = direction * frame;
@@ -73,8 +73,8 @@ fn smith_lambda(direction: vec3<f32>, alpha: f32) -> f32 {
     return (sqrt(1.0 + tangent * tangent) - 1.0) / 2.0;
 }
 
-// A facet's normal, by how much of it is seen: Dupuy and Benyoub, "Sampling Visible GGX Normals
-// with Spherical Caps", 2023.
+// A microfacet's normal, sampled by visible area (Dupuy and Benyoub, "Sampling Visible GGX Normals
+// with Spherical Caps", 2023).
 fn visible_normal(out: vec3<f32>, alpha: f32) -> vec3<f32> {
     let xi = random_pair();
     let view = normalize(vec3(alpha * out.xy, out.z));
@@ -85,8 +85,8 @@ fn visible_normal(out: vec3<f32>, alpha: f32) -> vec3<f32> {
     return normalize(vec3(alpha * half_way.xy, half_way.z));
 }
 
-// Smooth glass reflects or refracts. Refraction also narrows the beam, but what enters leaves
-// again before it reaches the camera, so the factors of the radiance cancel.
+// Smooth glass reflects or refracts. Refraction also scales radiance, but light that enters leaves
+// again before it reaches the camera, so the factors cancel.
 fn scatter_glass(surface: Surface, out: vec3<f32>) -> Scattered {
     let ior = surface.material.ior;
     let eta = select(ior, 1.0 / ior, surface.outward);
@@ -98,7 +98,7 @@ fn scatter_glass(surface: Surface, out: vec3<f32>) -> Scattered {
     return Scattered(refracted, surface.material.color, 0.0);
 }
 
-// The share of unpolarised light that is reflected; `eta` is the index outside over that inside.
+// Reflectance for unpolarised light; `eta` is the index of refraction outside over that inside.
 fn fresnel_of_glass(cosine: f32, eta: f32) -> f32 {
     let sine2 = eta * eta * (1.0 - cosine * cosine);
     if sine2 >= 1.0 {

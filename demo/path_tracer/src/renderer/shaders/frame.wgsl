@@ -1,9 +1,9 @@
-// What one dispatch draws, as `film.rs` lays it out.
+// Uniforms of one dispatch; keep in step with `GpuFrame` in `film.rs`.
 
 struct Frame {
     origin: vec3<f32>,       // of the camera
-    first_sample: u32,       // samples that the sums hold already
-    right: vec3<f32>,        // from the middle of the image plane to its edge
+    first_sample: u32,       // samples already in the sums
+    right: vec3<f32>,        // from the centre of the image plane to its edge
     samples: u32,            // to add
     up: vec3<f32>,
     seed: u32,

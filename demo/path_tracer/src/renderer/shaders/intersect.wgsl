@@ -1,4 +1,4 @@
-// Where a ray meets the scene.
+// Intersects rays with the scene.
 
 struct Ray {
     origin: vec3<f32>,
@@ -14,7 +14,7 @@ struct Hit {
 const NOTHING = 0xffffffffu;
 const FAR = 1e30;
 
-// The nearest hit before `limit`; any hit if `any`, which is all that a shadow ray asks for.
+// The nearest hit before `limit`, or with `any` the first one found, which serves shadow rays.
 fn trace(ray: Ray, limit: f32, any: bool) -> Hit {
     var hit = Hit(limit, NOTHING, vec2(0.0));
     let inverse = 1.0 / away_from_zero(ray.direction);
@@ -28,13 +28,13 @@ fn trace(ray: Ray, limit: f32, any: bool) -> Hit {
                 break;
             }
         }
-        // Nodes stand in depth-first order: the first child, or what follows a leaf, comes next.
+        // Nodes are in depth-first order: the first child or the node after a leaf is the next one.
         index = select(node.next, index + 1u, met || node.count > 0u);
     }
     return hit;
 }
 
-// A ray along an axis would divide zero by zero on the planes of a box.
+// A ray along an axis would divide zero by zero in a box's planes.
 fn away_from_zero(direction: vec3<f32>) -> vec3<f32> {
     return select(direction, vec3(1e-12), abs(direction) < vec3(1e-12));
 }
@@ -58,7 +58,7 @@ fn hit_leaf(ray: Ray, leaf: Node, hit: ptr<function, Hit>) {
     }
 }
 
-// Distance and coordinates on the primitive; a distance of 0 is a miss.
+// Distance and coordinates on the primitive; distance 0 is a miss.
 fn hit_primitive(ray: Ray, primitive: Primitive) -> vec3<f32> {
     if primitive.kind == SPHERE {
         return vec3(hit_sphere(ray, primitive.at, primitive.edge1.x), 0.0, 0.0);
@@ -66,8 +66,8 @@ fn hit_primitive(ray: Ray, primitive: Primitive) -> vec3<f32> {
     return hit_face(ray, primitive);
 }
 
-// Hearn and Baker's form, which keeps its precision far from small spheres: the discriminant from
-// the distance between centre and ray ("Ray Tracing Gems", chapter 7).
+// Hearn and Baker's form computes the discriminant from the distance between centre and ray, which
+// stays precise far from small spheres ("Ray Tracing Gems", chapter 7).
 fn hit_sphere(ray: Ray, centre: vec3<f32>, radius: f32) -> f32 {
     let to_centre = centre - ray.origin;
     let along = dot(to_centre, ray.direction);

@@ -1,6 +1,5 @@
-// Light from emitters, the sun and the sky, found by chance or aimed at. The two ways are weighted
-// by the power heuristic (Veach, "Robust Monte Carlo Methods for Light Transport Simulation",
-// 1997).
+// Light from emitters, the sun and the sky, by light sampling and by scattering, combined with the
+// power heuristic (Veach, "Robust Monte Carlo Methods for Light Transport Simulation", 1997).
 
 const SUN = 0xffffffffu;
 
@@ -8,10 +7,10 @@ struct LightSample {
     direction: vec3<f32>,
     distance: f32,
     radiance: vec3<f32>,
-    density: f32,            // per steradian; 0: no light from there
+    density: f32,            // per steradian; 0: no light from this direction
 }
 
-// What a randomly chosen light sends through this point.
+// Light reflected from one light chosen at random.
 fn direct_light(surface: Surface, out: vec3<f32>) -> vec3<f32> {
     if world.lights == 0u || surface.material.kind == GLASS {
         return vec3(0.0);
@@ -33,7 +32,7 @@ fn heuristic(taken: f32, other: f32) -> f32 {
     return 1.0 / (1.0 + ratio * ratio);
 }
 
-// The weight of light that scattering of this density found: 1 if no light sample could have.
+// The weight of light found by scattering; 1 where light sampling cannot find it.
 fn chance_weight(scattering: f32, light: f32) -> f32 {
     if scattering == 0.0 || world.lights == 0u {
         return 1.0;
@@ -69,7 +68,7 @@ fn sample_face(origin: vec3<f32>, face: Primitive) -> LightSample {
     return LightSample(direction, distance, materials[face.material].color, density);
 }
 
-// Points are uniform over the area; seen from behind there is no light.
+// Density of points uniform over the area; 0 from behind, where the face is dark.
 fn face_density(face: Primitive, direction: vec3<f32>, distance: f32) -> f32 {
     let across = cross(face.edge1, face.edge2);
     let area = select(1.0, 0.5, face.kind == TRIANGLE) * length(across);
@@ -77,18 +76,18 @@ fn face_density(face: Primitive, direction: vec3<f32>, distance: f32) -> f32 {
     return select(0.0, distance * distance / (cosine * area), cosine > 0.0);
 }
 
-// Directions are uniform over the cone that the sphere fills.
+// Directions uniform over the cone that the sphere subtends.
 fn sample_sphere(origin: vec3<f32>, sphere: Primitive) -> LightSample {
     let to_centre = sphere.at - origin;
     let height = sphere_cone(sphere, to_centre);
     let direction = frame_around(normalize(to_centre)) * cone_direction(height);
     let distance = hit_sphere(Ray(origin, direction), sphere.at, sphere.edge1.x);
-    // A ray along the cone's edge may miss by rounding: then it ends beside the centre.
+    // Rounding may make a ray along the cone's edge miss: it then ends beside the centre.
     let reach = select(dot(to_centre, direction), distance, distance > 0.0);
     return LightSample(direction, reach, materials[sphere.material].color, cone_density(height));
 }
 
-// 1 − cosine of half the angle that a sphere fills, without the difference of nearly equal numbers.
+// 1 − cosine of the sphere's angular radius, without cancellation.
 fn sphere_cone(sphere: Primitive, to_centre: vec3<f32>) -> f32 {
     let sine2 = min(sphere.edge1.x * sphere.edge1.x / dot(to_centre, to_centre), 1.0);
     return sine2 / (1.0 + sqrt(1.0 - sine2));
@@ -106,7 +105,7 @@ fn cone_density(height: f32) -> f32 {
     return 1.0 / (2.0 * PI * height);
 }
 
-// Light of an emitter that a ray met, `density` being that of the scattering which sent it there.
+// Light of an emitter that a scattered ray hit; `density` is that of the scattering.
 fn emitted(ray: Ray, hit: Hit, surface: Surface, density: f32) -> vec3<f32> {
     if !surface.outward {
         return vec3(0.0);
@@ -119,7 +118,7 @@ fn emitted(ray: Ray, hit: Hit, surface: Surface, density: f32) -> vec3<f32> {
     return chance_weight(density, light) * surface.material.color;
 }
 
-// The sky, brighter or darker towards its zenith, and the sun where it stands.
+// The sky's gradient, plus the sun where the ray hits it.
 fn sky(direction: vec3<f32>, density: f32) -> vec3<f32> {
     let gradient = mix(world.horizon, world.zenith, sqrt(max(direction.y, 0.0)));
     if dot(direction, world.sun_direction) < world.sun_cosine {

@@ -1,4 +1,4 @@
-// Adds samples to the sums of every pixel: colour, and for the denoiser albedo and normal.
+// Adds samples of colour, albedo and normal to every pixel's sums.
 
 @group(1) @binding(0) var<uniform> frame: Frame;
 @group(1) @binding(1) var<storage, read_write> colors: array<vec4<f32>>;
@@ -31,14 +31,14 @@ fn path_trace(@builtin(global_invocation_id) id: vec3<u32>) {
     normals[pixel] = vec4(sum.normal, 0.0);
 }
 
-// Through a random point of the pixel: a box filter, which leaves the noise of pixels independent.
+// A ray through a random point of the pixel. This is a box filter: noise is independent per pixel.
 fn camera_ray(pixel: vec2<u32>) -> Ray {
     let at = 2.0 * (vec2<f32>(pixel) + random_pair()) / vec2<f32>(frame.size) - 1.0;
     return Ray(frame.origin, normalize(frame.forward + at.x * frame.right - at.y * frame.up));
 }
 
-const MAX_SCATTERINGS = 32;  // what roulette has not ended by then is lost
-const SAFE_SCATTERINGS = 3;  // before Russian roulette
+const MAX_SCATTERINGS = 32;  // paths that roulette has not ended by then are cut off
+const SAFE_SCATTERINGS = 3;  // before Russian roulette begins
 
 fn follow_path(camera: Ray) -> Sample {
     var ray = camera;
@@ -72,7 +72,7 @@ fn follow_path(camera: Ray) -> Sample {
     return found;
 }
 
-// Ends dim paths at random and makes up for it in those that go on.
+// Ends dim paths at random and reweights the others to stay unbiased.
 fn roulette(throughput: vec3<f32>, scatterings: i32) -> f32 {
     if scatterings < SAFE_SCATTERINGS {
         return 1.0;
@@ -81,7 +81,7 @@ fn roulette(throughput: vec3<f32>, scatterings: i32) -> f32 {
     return select(0.0, 1.0 / survival, random() < survival);
 }
 
-// What denoisers expect: the reflectance, 1 for clear glass, at most 1 for emitters.
+// Albedo as denoisers expect it: reflectance, 1 for clear glass, at most 1 for emitters.
 fn albedo(material: Material) -> vec3<f32> {
     return min(material.color, vec3(1.0));
 }

@@ -1,5 +1,5 @@
 // Random numbers: the PCG hash of Jarzynski and Olano, "Hash Functions for GPU Rendering",
-// JCGT 9(3), 2020. Every sample of every pixel draws from a sequence of its own.
+// JCGT 9(3), 2020. Every sample of every pixel has its own sequence.
 
 var<private> random_state: u32;
 

@@ -1,4 +1,4 @@
-// Writes the means of the sums into textures, which the denoiser reads and the window shows.
+// Writes the averages to textures, which the denoiser reads and the window shows.
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> colors: array<vec4<f32>>;

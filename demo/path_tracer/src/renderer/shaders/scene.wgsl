@@ -1,8 +1,8 @@
-// The scene as the host lays it out in `scene_buffers.rs`: the two must agree field by field.
+// The scene's buffers; keep every struct in step with `scene_buffers.rs` and `bvh.rs`.
 
 const SPHERE = 0u;           // `at`: centre, `edge1.x`: radius
-const QUAD = 1u;             // `at`: a corner, the edges that leave it
-const TRIANGLE = 2u;         // the same, and a normal at each corner
+const QUAD = 1u;             // `at`: a corner, with the edges that leave it
+const TRIANGLE = 2u;         // the same, with a normal at each corner
 
 struct Primitive {
     at: vec3<f32>,
@@ -19,26 +19,26 @@ const GLASS = 2u;
 const EMITTER = 3u;
 
 struct Material {
-    color: vec3<f32>,        // reflectance; of an emitter its radiance
+    color: vec3<f32>,        // reflectance, or an emitter's radiance
     kind: u32,
     second_color: vec3<f32>, // of every other cell
-    cell: f32,               // side of a checkerboard's cell in metres; 0: one colour
-    alpha: f32,              // width of the microfacets' slopes
+    cell: f32,               // side of a checkerboard cell in metres; 0: one colour
+    alpha: f32,              // GGX width
     ior: f32,                // index of refraction
 }
 
 struct Node {
     low: vec3<f32>,
-    next: u32,               // inner: the node after its descendants; leaf: first primitive
+    next: u32,               // inner: the node after its descendants; leaf: its first primitive
     high: vec3<f32>,
-    count: u32,              // primitives of a leaf; 0 for an inner node
+    count: u32,              // primitives in a leaf; 0 for an inner node
 }
 
 struct World {
-    horizon: vec3<f32>,      // radiance of the sky there
-    lights: u32,             // how many are sampled
-    zenith: vec3<f32>,
-    sun_cosine: f32,         // of half the angle that the sun fills
+    horizon: vec3<f32>,      // radiance of the sky at the horizon
+    lights: u32,             // number of sampled lights
+    zenith: vec3<f32>,       // radiance of the sky at the zenith
+    sun_cosine: f32,         // of the sun's angular radius
     sun_direction: vec3<f32>,
     sun_radiance: vec3<f32>,
 }
@@ -47,5 +47,5 @@ struct World {
 @group(0) @binding(1) var<storage, read> nodes: array<Node>;
 @group(0) @binding(2) var<storage, read> primitives: array<Primitive>;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
-// Indices of emitting primitives, or `SUN`.
+// Indices of the emitting primitives, and `SUN`.
 @group(0) @binding(4) var<storage, read> lights: array<u32>;

@@ -1,10 +1,10 @@
-// What a ray finds where it hits.
+// The surface at a ray's hit.
 
 struct Surface {
     position: vec3<f32>,
-    geometric: vec3<f32>,    // unit normal of the shape, on the ray's side
-    normal: vec3<f32>,       // unit normal for shading, on the ray's side
-    outward: bool,           // whether the ray came from outside
+    geometric: vec3<f32>,    // unit normal of the shape, towards the ray
+    normal: vec3<f32>,       // unit shading normal, towards the ray
+    outward: bool,           // the ray hit the outside
     primitive: u32,
     material: Material,
 }
@@ -32,7 +32,7 @@ fn outside_normal(primitive: Primitive, position: vec3<f32>) -> vec3<f32> {
     return normalize(cross(primitive.edge1, primitive.edge2));
 }
 
-// Nearer to the surface than a point computed along a long ray.
+// More precise than a point computed along a long ray.
 fn position_on(primitive: Primitive, hit: Hit, outside: vec3<f32>) -> vec3<f32> {
     if primitive.kind == SPHERE {
         return primitive.at + primitive.edge1.x * outside;
@@ -40,7 +40,7 @@ fn position_on(primitive: Primitive, hit: Hit, outside: vec3<f32>) -> vec3<f32> 
     return primitive.at + hit.uv.x * primitive.edge1 + hit.uv.y * primitive.edge2;
 }
 
-// Interpolated over a triangle, unless that would face away from the ray.
+// Interpolated over a triangle, unless the result faces away from the ray.
 fn shading_normal(
     primitive: Primitive, uv: vec2<f32>, geometric: vec3<f32>, direction: vec3<f32>,
 ) -> vec3<f32> {
@@ -57,12 +57,12 @@ fn color_at(material: Material, position: vec3<f32>) -> vec3<f32> {
     if material.cell == 0.0 {
         return material.color;
     }
-    // A cell is centred on the origin, so that no plane through it lies on an edge.
+    // Cells are centred on the origin, so no coordinate plane runs along their edges.
     let cell = vec3<i32>(floor(position / material.cell + 0.5));
     return select(material.color, material.second_color, ((cell.x + cell.y + cell.z) & 1) == 1);
 }
 
-// A ray that leaves the surface: off it by a bit more than rounding, so that it does not meet it.
+// A ray from the surface, started off it by more than rounding to avoid hitting it again.
 fn leave(surface: Surface, direction: vec3<f32>) -> Ray {
     let size = max(max(abs(surface.position.x), abs(surface.position.y)), abs(surface.position.z));
     let off = 2e-5 * max(size, 1.0) * sign(dot(direction, surface.geometric));

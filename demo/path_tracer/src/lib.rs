@@ -1,0 +1,9 @@
+//! A small progressive path tracer that denoises every frame it draws.
+//!
+//! [`renderer`] draws a scene into textures and knows nothing of the denoiser. [`denoise`] is all
+//! the code that a renderer needs to add wgdenoise. [`exr`] writes the images into files that the
+//! `wgdenoise` command reads.
+
+pub mod denoise;
+pub mod exr;
+pub mod renderer;

@@ -1,0 +1,35 @@
+// A workgroup's tile of a 3×3 convolution, from the sums to the store. Where the kernel pools, the
+// maximum of the 2×2 pixels of an invocation is stored too, as one pixel of the smaller tensor.
+
+import package::common::conv_output::{activated, bias, output};
+import package::common::conv_sums::{QUADS, TILE, convolve};
+import package::common::need::is_needed;
+@if(pools) import package::common::tensor::TensorOut;
+
+@if(pools) @group(0) @binding(6) var pooled: TensorOut;
+
+fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
+    // Stores outside of the tensor do nothing.
+    textureStore(output, at, quad, activated(a + bias[quad]));
+    textureStore(output, at + vec2(1, 0), quad, activated(b + bias[quad]));
+    textureStore(output, at + vec2(0, 1), quad, activated(c + bias[quad]));
+    textureStore(output, at + vec2(1, 1), quad, activated(d + bias[quad]));
+    @if(pools)
+    textureStore(pooled, at / 2, quad, activated(max(max(a, b), max(c, d)) + bias[quad]));
+}
+
+fn make_tile(group: vec3<u32>, local: vec2<u32>, lane: u32) {
+    let corner = vec2<i32>(group.xy * TILE);
+    let first = local * 2u;
+    // The same for the whole workgroup.
+    if !is_needed(corner) {
+        return;
+    }
+    let sums = convolve(corner, first, group.z, lane);
+    let at = corner + vec2<i32>(first);
+    let quad = group.z * QUADS;
+    store(sums.a0, sums.b0, sums.c0, sums.d0, at, quad);
+    store(sums.a1, sums.b1, sums.c1, sums.d1, at, quad + 1u);
+    store(sums.a2, sums.b2, sums.c2, sums.d2, at, quad + 2u);
+    store(sums.a3, sums.b3, sums.c3, sums.d3, at, quad + 3u);
+}

@@ -1,0 +1,42 @@
+// What the network reads at a pixel, image by image: repaired, exposed and encoded.
+
+import package::common::encoding::{SIGNED, encode, transfer_function};
+import package::common::fill::filled;
+import package::common::images::{ALBEDO, COLOR, NORMAL};
+import package::common::inputs::unorm_normal;
+import package::common::repair::repaired;
+import package::common::scale::input_scale;
+import package::common::tile::tile;
+
+override zero_padding: bool; // whether the input is 0 right of and below the image
+
+fn encoded_color(at: vec2<u32>) -> vec4<f32> {
+    if transfer_function == SIGNED {
+        return vec4(encode(filled(COLOR, at) * input_scale), 0.0);
+    }
+    return vec4(encode(repaired(at) * input_scale), 0.0);
+}
+
+fn encoded_albedo(at: vec2<u32>) -> vec4<f32> {
+    return vec4(clamp(filled(ALBEDO, at), vec3(0.0), vec3(1.0)), 0.0);
+}
+
+fn encoded_normal(at: vec2<u32>) -> vec4<f32> {
+    let xyz = filled(NORMAL, at);
+    if unorm_normal {
+        let encoded = clamp(xyz, vec3(0.0), vec3(1.0));
+        return vec4(select(encoded, vec3(0.5), all(xyz == vec3(0.0))), 0.0);
+    }
+    return vec4(clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5, 0.0);
+}
+
+// A pixel of the tile as a pixel of the bound images. Beyond the image, its edge repeats.
+fn place(pixel: vec2<u32>) -> vec2<u32> {
+    return min(tile.origin + pixel, tile.image_size - 1u);
+}
+
+// A value of the pixel, or what replaces it outside of the image.
+fn padded(value: vec4<f32>, pixel: vec2<u32>) -> vec4<f32> {
+    let is_outside = any(tile.origin + pixel >= tile.image_size);
+    return select(value, vec4<f32>(), zero_padding && is_outside);
+}

@@ -1,0 +1,40 @@
+// The end of the network behind the sums of its 1×1 convolution: sigmoid or none, inverse transfer
+// function, exposure taken back, crop, blend with the noisy colour, store. Clean blocks get their
+// input, its bad pixels filled, instead.
+
+import package::common::block::BLOCK;
+import package::common::encoding::decode;
+import package::common::result::{store_denoised, store_noisy};
+import package::common::tensor::TensorIn;
+import package::common::tile::tile;
+
+// Whether each block of the tile is clean, row by row.
+@group(0) @binding(5) var<storage, read> clean: array<u32>;
+@group(0) @binding(6) var input: TensorIn;
+// Row = input quad, texel = input channel of it: what that channel adds to the outputs. The last
+// row begins with the bias.
+@group(0) @binding(7) var weights: texture_storage_2d_array<rgba32float, read>;
+
+override sigmoid: bool;      // whether there is one
+
+fn is_clean(pixel: vec2<u32>) -> bool {
+    let block = pixel / BLOCK;
+    return clean[block.y * (textureDimensions(input).x / BLOCK) + block.x] != 0u;
+}
+
+// Stores the pixel of the tile whose 1×1 convolution has these sums.
+fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
+    let at = tile.origin + vec2<u32>(pixel);
+    if any(at < tile.begin) || any(at >= tile.end) {
+        return;
+    }
+    if is_clean(vec2<u32>(pixel)) {
+        store_noisy(at);
+        return;
+    }
+    let bias = textureLoad(weights, vec2(0, i32(textureDimensions(weights).y) - 1), 0);
+    // Beyond ±30 the sigmoid is within 1e-13 of 0 or 1, and exp stays far from overflow.
+    let x = clamp(sums + bias, vec4(-30.0), vec4(30.0));
+    let encoded = select(x, 1.0 / (1.0 + exp(-x)), sigmoid);
+    store_denoised(at, decode(encoded.rgb));
+}

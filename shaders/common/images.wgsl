@@ -1,0 +1,23 @@
+// The bound images by number. Callers pass a constant, so that compilers keep one branch.
+
+import package::common::color::load_color;
+import package::common::tile::tile;
+@if(auxiliary) import package::common::albedo::load_albedo;
+@if(auxiliary) import package::common::normal::load_normal;
+
+const COLOR = 0u;
+const ALBEDO = 1u;
+const NORMAL = 2u;
+
+// The bits of a pixel as 32-bit floats.
+fn load(image: u32, at: vec2<u32>) -> vec3<u32> {
+    @if(auxiliary)
+    if image == ALBEDO {
+        return load_albedo(tile.albedo, at);
+    }
+    @if(auxiliary)
+    if image == NORMAL {
+        return load_normal(tile.normal, at);
+    }
+    return load_color(tile.color, at);
+}

@@ -1,0 +1,17 @@
+// What counts as light, and how bright it is.
+
+const GREY: f32 = 0.18;      // what the average luminance becomes, times input_scale
+const OUTLIER: f32 = 16.0;   // how many times as bright as its surroundings a pixel may be
+const MOST: f32 = 1e30;      // sums and quotients of what is clamped to this stay within f32
+
+fn is_finite(bits: vec3<u32>) -> bool {
+    return all((bits & vec3(0x7f800000u)) != vec3(0x7f800000u));
+}
+
+fn lit(rgb: vec3<f32>) -> vec3<f32> {
+    return clamp(rgb, vec3(0.0), vec3(MOST));
+}
+
+fn luminance(rgb: vec3<f32>) -> f32 {
+    return dot(rgb, vec3(0.212671, 0.715160, 0.072169));
+}

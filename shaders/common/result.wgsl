@@ -1,0 +1,44 @@
+// What the end of the network stores for a pixel. Alpha is carried over from the noisy colour.
+
+import package::common::color::{alpha_of_color, load_color};
+import package::common::fill::filled;
+import package::common::images::COLOR;
+import package::common::limits::LARGEST_F32;
+import package::common::output::store;
+import package::common::scale::input_scale;
+import package::common::tile::tile;
+
+@group(0) @binding(3) var<uniform> blend: f32;   // share of the noisy colour in the result
+
+// A noisy value that is no number has no share.
+fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
+    let is_number = (bits & vec3(0x7f800000u)) != vec3(0x7f800000u);
+    let noisy = bitcast<vec3<f32>>(select(vec3(0u), bits, is_number));
+    let share = select(vec3(0.0), vec3(blend), is_number);
+    return rgb * (1.0 - share) + noisy * share;
+}
+
+// Takes the exposure back. A small one must not make infinity.
+fn store_denoised(at: vec2<u32>, exposed: vec3<f32>) {
+    var result = min(exposed / input_scale, vec3(LARGEST_F32));
+    // The same for all: the noisy colour is not read for nothing.
+    if blend > 0.0 {
+        result = blended(result, load_color(tile.color, at));
+    }
+    store(at, result, alpha_of_color(tile.color, at));
+}
+
+// Finite and not negative: bits in the order of their values, up to infinity; or −0.
+fn is_light(bits: vec3<u32>) -> bool {
+    return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
+}
+
+// Bit for bit, unless the noisy colour is no light.
+fn store_noisy(at: vec2<u32>) {
+    let bits = load_color(tile.color, at);
+    var rgb = bitcast<vec3<f32>>(bits);
+    if !is_light(bits) {
+        rgb = max(filled(COLOR, at), vec3(0.0));
+    }
+    store(at, rgb, alpha_of_color(tile.color, at));
+}

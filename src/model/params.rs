@@ -1,0 +1,20 @@
+//! Weights of one layer.
+
+/// Weight and bias of one layer, batch norm folded in.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Params {
+    /// Convolution: `[output][input][ky][kx]`; transposed: `[input][output][ky][kx]`.
+    pub weight: Vec<f32>,
+    /// One value per output channel.
+    pub bias: Vec<f32>,
+}
+
+impl Params {
+    /// Leaves `channels` channels as they are, at each of `taps` taps.
+    #[must_use]
+    pub fn identity(channels: usize, taps: usize) -> Self {
+        let same = |i: usize| i / taps / channels == i / taps % channels;
+        let weight = (0..channels * channels * taps).map(|i| f32::from(u8::from(same(i))));
+        Self { weight: weight.collect(), bias: vec![0.0; channels] }
+    }
+}

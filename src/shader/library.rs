@@ -1,0 +1,73 @@
+//! All of `shaders/`, and the features of its variants.
+
+use super::composer::Library;
+
+macro_rules! modules {
+    ($($name:literal),* $(,)?) => {
+        &[$(($name, include_str!(concat!("../../shaders/", $name, ".wgsl")))),*]
+    };
+}
+
+/// Every module of `shaders/`.
+pub const LIBRARY: Library<'static> = Library { modules: MODULES, features: FEATURES };
+
+#[rustfmt::skip]
+const MODULES: &[(&str, &str)] = modules![
+    "activity", "autoexposure", "common/albedo", "common/block", "common/color",
+    "common/conv_head", "common/conv_output", "common/conv_sums", "common/conv_tile",
+    "common/encoded", "common/encoding", "common/fill", "common/half", "common/head",
+    "common/images", "common/inputs", "common/layout", "common/light", "common/limits",
+    "common/need", "common/normal", "common/output", "common/repair", "common/result",
+    "common/scale", "common/simd", "common/tensor", "common/tile", "conv1x1", "conv3x3",
+    "conv3x3_matrix", "conv3x3_simd", "conv3x3_tiled", "conv_head_simd", "conv_head_tiled",
+    "conv_transpose", "head", "input_conv_tiled", "input_process", "max_pool", "output_process",
+    "sigmoid", "up_conv_simd", "up_conv_tiled", "upsample",
+];
+
+const FEATURES: &[&str] = &[
+    // Tensors are of 16 bits, not 32.
+    "tensor_f16",
+    // Images are textures, or buffers of 16-bit floats; without either, buffers of 32-bit ones.
+    "color_f16",
+    "color_texture",
+    "albedo_f16",
+    "albedo_texture",
+    "normal_f16",
+    "normal_texture",
+    "output_f16",
+    "output_rgba16float",
+    "output_rgba32float",
+    // The kernel reads albedo and normal, not the colour alone.
+    "auxiliary",
+    // The convolution also makes the max-pool of its output.
+    "pools",
+    // The kernel is the fused one of this name, whose bindings differ.
+    "conv_head",
+    "input_conv",
+    "up_conv",
+    // Matrices: factors of 16 bits, not 32; of 16×16, not 8×8; 32 output channels, not 16.
+    "factor_f16",
+    "side_16",
+    "channels_32",
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_file_of_the_folder_is_in_the_library() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("shaders");
+        let mut files = Vec::new();
+        for folder in ["", "common/"] {
+            for entry in std::fs::read_dir(root.join(folder)).expect("the folder exists") {
+                let name = entry.expect("it can be listed").file_name();
+                let name = name.to_string_lossy();
+                files.extend(name.strip_suffix(".wgsl").map(|stem| format!("{folder}{stem}")));
+            }
+        }
+        files.sort();
+        let listed: Vec<_> = LIBRARY.modules.iter().map(|(name, _)| *name).collect();
+        assert_eq!(listed, files);
+    }
+}
