@@ -12,13 +12,12 @@ use wgdenoise::Frame;
 use wgdenoise_files::{Format, Picture, Selection, escaped, exposed};
 
 /// Carries out a request.
-pub(crate) fn run(request: &Denoise) -> Result<(), Failure> {
-    let console = Console::new(request.verbosity);
+pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
     let jobs = plan::jobs(request)?;
-    let session = Session::new(&request.device, &request.weights, &console)?;
+    let session = Session::new(&request.device, &request.weights, console)?;
     let mut batch = Batch {
         request,
-        console: &console,
+        console,
         session,
         images: jobs.len(),
         failed: 0,
