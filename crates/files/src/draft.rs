@@ -45,7 +45,7 @@ impl Draft {
             Self::Nameless(file) => {
                 let link = |name: &Path| nameless::link(&file, name);
                 builder()
-                    .make_in(super::output::folder(path), link)
+                    .make_in(super::identity::folder(path), link)
                     .map_err(|error| known(&error))?
                     .into_temp_path()
             }

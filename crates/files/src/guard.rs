@@ -6,9 +6,10 @@ use ::exr::meta::attribute::{Compression, IntegerBounds};
 use ::exr::meta::header::Header;
 use ::exr::meta::{BlockDescription, MetaData};
 
+use super::error::Problem;
 use super::escape::escaped;
+use super::exr::text::name;
 use super::limits::Limits;
-use super::{Problem, exr};
 
 /// Checks every part's claims against the limits and against the file's length.
 ///
@@ -77,7 +78,7 @@ pub(super) fn check_sampling(header: &Header) -> Result<(), Problem> {
         Err(Problem::Unsupported(format!(
             "channel `{}` has one sample for {}×{} pixels, which is not supported; write all \
              channels at full resolution",
-            escaped(&exr::name(&channel.name)),
+            escaped(&name(&channel.name)),
             channel.sampling.width(),
             channel.sampling.height()
         )))

@@ -23,10 +23,18 @@ impl Identity {
             return Self::Number(metadata.dev(), metadata.ino());
         }
         Self::Place(fs::canonicalize(path).unwrap_or_else(|_| {
-            let folder = super::output::folder(path);
-            let folder = fs::canonicalize(folder).unwrap_or_else(|_| folder.to_path_buf());
-            folder.join(path.file_name().unwrap_or_default())
+            let parent = folder(path);
+            let parent = fs::canonicalize(parent).unwrap_or_else(|_| parent.to_path_buf());
+            parent.join(path.file_name().unwrap_or_default())
         }))
+    }
+}
+
+/// The folder that a path is in.
+pub(crate) fn folder(path: &Path) -> &Path {
+    match path.parent() {
+        Some(parent) if parent != Path::new("") => parent,
+        _ => Path::new("."),
     }
 }
 

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::draft::Draft;
 use super::format::Format;
+use super::identity::folder;
 use super::{FileError, Problem};
 
 /// The file being written.
@@ -80,13 +81,6 @@ fn draft(path: &Path) -> Result<Draft, Problem> {
 /// The target of a link, so that the link stays one.
 fn resolved(path: &Path) -> PathBuf {
     fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
-}
-
-pub(super) fn folder(path: &Path) -> &Path {
-    match path.parent() {
-        Some(parent) if parent != Path::new("") => parent,
-        _ => Path::new("."),
-    }
 }
 
 #[cfg(test)]

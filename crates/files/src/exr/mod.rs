@@ -9,7 +9,9 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::{IntegerBounds, SampleType, Text};
+use ::exr::meta::attribute::{IntegerBounds, SampleType};
+
+use self::text::name;
 use ::exr::meta::header::Header;
 
 use self::index::Block;
@@ -24,6 +26,7 @@ mod index;
 mod parallel;
 mod pixels;
 mod scan;
+pub(crate) mod text;
 mod write;
 
 pub(super) use write::write_rgb;
@@ -177,11 +180,6 @@ impl ExrFile {
         }
         Ok(blocks)
     }
-}
-
-/// A name in UTF-8, as renderers write it, or else in Latin-1.
-pub(super) fn name(text: &Text) -> String {
-    std::str::from_utf8(text.bytes()).map_or_else(|_| text.to_string(), String::from)
 }
 
 fn read_meta(head: &[u8]) -> Result<MetaData, Problem> {
