@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     };
     let noise = (0..64 * 48).map(|i| 0.25 + (43758.547 * (i as f32).sin()).rem_euclid(0.5));
     let noisy = upload(&noise.map(|value| [value, value, value, 1.0]).collect::<Vec<_>>());
-    let albedo = upload(&[[0.5; 4]; 64 * 48]);
+    let albedo = upload(&vec![[0.5; 4]; 64 * 48]);
     let [color, albedo, output] = [&noisy, &albedo, &clean].map(PassImage::Texture);
     let pass = denoiser.pass(&PassDescriptor::new(64, 48, color, output).albedo(albedo))?;
 

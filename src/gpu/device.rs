@@ -42,9 +42,9 @@ impl Gpu {
     /// Silences Mesa's device-select layer, which reorders adapters for desktops and complains on
     /// stderr where no desktop session runs. Sets `NODEVICE_SELECT=1` unless it is already set.
     /// Call it before the process starts a second thread; later, and on systems other than Linux,
-    /// it does nothing and returns `false`.
-    pub fn silence_device_select() -> bool {
-        set_variable_early("NODEVICE_SELECT", "1")
+    /// it does nothing.
+    pub fn silence_device_select() {
+        set_variable_early("NODEVICE_SELECT", "1");
     }
 
     fn request(adapter: &wgpu::Adapter) -> Result<Self> {

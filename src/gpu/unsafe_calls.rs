@@ -4,21 +4,17 @@
 
 use super::compiled::Compiled;
 
-/// Sets an environment variable for C libraries unless it is already set. Returns `false` if the
+/// Sets an environment variable for C libraries unless it is already set. Does nothing if the
 /// process has several threads, or if their number is unknown, as on any system but Linux.
 ///
 /// Std offers no safe way to do this.
-pub(crate) fn set_variable_early(name: &str, value: &str) -> bool {
+pub(crate) fn set_variable_early(name: &str, value: &str) {
     let threads = std::fs::read_dir("/proc/self/task").map(Iterator::count);
-    if !matches!(threads, Ok(1)) {
-        return false;
-    }
-    if std::env::var_os(name).is_none() {
+    if matches!(threads, Ok(1)) && std::env::var_os(name).is_none() {
         // SAFETY: this is the only thread of the process, so no other thread reads the environment
         // meanwhile.
         unsafe { std::env::set_var(name, value) };
     }
-    true
 }
 
 /// A pipeline cache initialised from an earlier run's data, if any. The device must have the

@@ -85,17 +85,14 @@ pub fn conv_head(
     let taps = Taps { outputs, taps: 9, map, weight: &weight };
     let shape = simd::SimdKernel::ConvHead;
     let kernels = kernels.resolve(&context.device);
-    let (kernel, weights) = match kernels {
-        KernelSet::Simd => {
-            let (quads, tile) = (shape.quads(outputs), shape.tile());
-            let weights = conv3x3::generated_weights(context, shape, &taps);
-            (HeadKernel { spec: simd_spec, quads, tile }, weights)
-        }
-        _ => {
-            let spec = |_, color, output| tiled_spec(color, output);
-            let weights = conv3x3::tiled_weights(context, &taps);
-            (HeadKernel { spec, quads: CHANNELS / 4, tile: [TILE; 2] }, weights)
-        }
+    let (kernel, weights) = if kernels == KernelSet::Simd {
+        let (quads, tile) = (shape.quads(outputs), shape.tile());
+        let weights = conv3x3::generated_weights(context, shape, &taps);
+        (HeadKernel { spec: simd_spec, quads, tile }, weights)
+    } else {
+        let spec = |_, color, output| tiled_spec(color, output);
+        let weights = conv3x3::tiled_weights(context, &taps);
+        (HeadKernel { spec, quads: CHANNELS / 4, tile: [TILE; 2] }, weights)
     };
     Head {
         kernel,

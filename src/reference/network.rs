@@ -32,7 +32,8 @@ pub fn run_by(
     assert_eq!(input.channels, network.shapes[INPUT].channels, "channels of the network's input");
     for (layer, shape) in network.layers.iter().zip(&network.shapes[1..]) {
         let inputs: Vec<&Tensor> = layer.inputs.iter().map(|&id| &tensors[id]).collect();
-        let weights = layer.op.has_weights().then(|| params(&layer.name)).unwrap_or_default();
+        let weighted = layer.op.has_weights();
+        let weights = if weighted { params(&layer.name) } else { Params::default() };
         let made = apply(layer.op, &weights, &inputs);
         let declared = (shape.channels, input.height >> shape.level, input.width >> shape.level);
         assert_eq!(made.shape(), declared, "shape of what {} makes", layer.name);

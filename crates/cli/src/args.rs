@@ -50,7 +50,6 @@ const OUTPUT: &str = "Advanced output options";
     arg_required_else_help = true,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
-    disable_help_subcommand = true,
     override_usage = USAGE
 )]
 pub(crate) struct Cli {

@@ -146,7 +146,10 @@ struct Progress {
 impl Progress {
     fn new(items: usize) -> Self {
         let style = ProgressStyle::with_template(TEMPLATE).expect("the template is well-formed");
-        let style = style.with_key("time", time_left);
+        let style =
+            style.with_key("time", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
+                let _ = text.write_str(&time(state.pos(), state.elapsed(), state.eta()));
+            });
         let hidden = ProgressDrawTarget::hidden();
         let bar = ProgressBar::with_draw_target(Some(items as u64 * STEPS), hidden);
         let (patience, done) = channel();
@@ -178,11 +181,11 @@ impl Progress {
 }
 
 /// The time left, or, as long as nothing is known, the time so far.
-fn time_left(state: &ProgressState, text: &mut dyn std::fmt::Write) {
-    let _ = match state.pos() {
-        0 => write!(text, "{:#} so far", HumanDuration(state.elapsed())),
-        _ => write!(text, "{:#} left", HumanDuration(state.eta())),
-    };
+fn time(position: u64, elapsed: Duration, left: Duration) -> String {
+    match position {
+        0 => format!("{:#} so far", HumanDuration(elapsed)),
+        _ => format!("{:#} left", HumanDuration(left)),
+    }
 }
 
 impl Drop for Progress {
@@ -190,5 +193,42 @@ impl Drop for Progress {
         self.patience = None;
         let _ = self.appearance.take().map(JoinHandle::join);
         self.bar.finish_and_clear();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_bar_shows_the_image_the_count_and_the_way_through_all_images() {
+        let progress = Progress::new(4);
+        progress.item(2, "beauty.0007.exr");
+        assert_eq!(progress.bar.message(), "beauty.0007.exr (3 of 4)");
+        assert_eq!((progress.bar.position(), progress.bar.length()), (2000, Some(4000)));
+        progress.within_item(0.25);
+        assert_eq!(progress.bar.position(), 2250);
+        // A frame that starts over with smaller tiles moves back, not into the next image.
+        progress.within_item(0.0);
+        progress.within_item(1.0);
+        assert_eq!(progress.bar.position(), 3000);
+        let single = Progress::new(1);
+        single.item(0, "render.exr");
+        assert_eq!(single.bar.message(), "render.exr");
+    }
+
+    #[test]
+    fn the_time_left_is_shown_as_soon_as_it_is_known() {
+        let seconds = Duration::from_secs;
+        assert_eq!(time(0, seconds(3), seconds(0)), "3s so far");
+        assert_eq!(time(1, seconds(3), seconds(90)), "2m left");
+    }
+
+    #[test]
+    fn a_sentence_is_told_once() {
+        let console = Console::new(Verbosity::Quiet);
+        console.notice_once("a.exr: ", "text");
+        console.notice_once("b.exr: ", "text");
+        assert_eq!(console.said.borrow().len(), 1);
     }
 }

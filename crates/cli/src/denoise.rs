@@ -12,13 +12,12 @@ use wgdenoise::Frame;
 use wgdenoise_files::{Format, Picture, Selection, escaped, exposed};
 
 /// Carries out a request.
-pub(crate) fn run(request: &Denoise) -> Result<(), Failure> {
-    let console = Console::new(request.verbosity);
+pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
     let jobs = plan::jobs(request)?;
-    let session = Session::new(&request.device, &request.weights, &console)?;
+    let session = Session::new(&request.device, &request.weights, console)?;
     let mut batch = Batch {
         request,
-        console: &console,
+        console,
         session,
         images: jobs.len(),
         failed: 0,
@@ -116,14 +115,13 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// One line on the layers that are used; all of it with `--verbose`.
+    /// One line on the layers that are used; with `--verbose`, each with the reason.
     fn tell_selection(&self, job: &Job, selection: &Selection) {
-        let text = match self.console.verbosity {
-            Verbosity::Verbose => selection.explanation.clone(),
-            _ => selection.summary(LINE_WIDTH),
-        };
+        match self.console.verbosity {
+            Verbosity::Verbose => self.tell(job, &selection.explanation),
+            _ => self.tell(job, &[selection.summary(LINE_WIDTH)]),
+        }
         let others: Vec<_> = other_colors(selection).into_iter().collect();
-        self.tell(job, &[text]);
         self.tell(job, &others);
     }
 

@@ -41,6 +41,10 @@ impl Source {
         })
     }
 
+    pub(crate) fn is_sequence(&self) -> bool {
+        matches!(self, Self::Sequence(_))
+    }
+
     /// The files, all of which exist, with the frame numbers of a sequence.
     pub(crate) fn files(
         &self,

@@ -41,21 +41,23 @@ fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
 fn info_text(file: &Description, costs: &[(&str, f64)]) -> String {
     let mut lines = vec![format!("{}, {}×{} pixels", file.format, file.width, file.height)];
     lines.extend(file.layers.iter().map(layer_line));
-    lines.push(choice(file));
-    if let Some(Ok(selection)) = &file.selection {
-        lines.extend(selection.left_out.iter().cloned());
-        lines.extend(other_colors(selection));
+    match &file.selection {
+        Some(Ok(selection)) => {
+            lines.extend(selection.explanation.iter().chain(&selection.left_out).cloned());
+            lines.extend(other_colors(selection));
+        }
+        _ => lines.push(choice(file)),
     }
     let costs: Vec<_> = costs.iter().map(|(name, gflop)| format!("{name} {gflop:.1}")).collect();
     lines.push(format!("cost in GFLOP: {}", costs.join(", ")));
     lines.join("\n")
 }
 
-/// Which layers are used and why, or why the file cannot be denoised.
+/// Which layers are used and why, on one line, or why the file cannot be denoised.
 fn choice(file: &Description) -> String {
     match &file.selection {
         None => "color from the pixels, decoded by the sRGB curve".into(),
-        Some(Ok(selection)) => selection.explanation.clone(),
+        Some(Ok(selection)) => selection.explanation.join("; "),
         Some(Err(problem @ Problem::AmbiguousColor(_))) => {
             format!("cannot be denoised: it {problem}; name one with --color")
         }

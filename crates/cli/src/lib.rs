@@ -44,7 +44,7 @@ pub fn main() -> ExitCode {
 fn run(request: Request) -> Result<(), Failure> {
     let console = Console::new(Verbosity::Normal);
     match request {
-        Request::Denoise(request) => denoise::run(&request),
+        Request::Denoise(request) => denoise::run(&request, &Console::new(request.verbosity)),
         Request::Info(request) => inspect::info(&request),
         Request::Preview(request) => inspect::preview(&request, &console),
         Request::Compare(request) => inspect::compare(&request),

@@ -11,6 +11,13 @@ fn grammar(line: &str) -> Result<Cli, clap::Error> {
     Cli::try_parse_from(line.split_whitespace())
 }
 
+/// `wgdenoise help info` prints and ends the process, so the grammar alone is asked.
+#[test]
+fn help_is_a_command_too() {
+    let help = grammar("wgdenoise help info").unwrap_err();
+    assert_eq!(help.kind(), clap::error::ErrorKind::DisplayHelp);
+}
+
 fn denoising(line: &str) -> Denoise {
     match parse(&words(line)) {
         Ok(Request::Denoise(request)) => request,

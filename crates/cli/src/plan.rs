@@ -27,81 +27,86 @@ pub(crate) struct Job {
 pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
     let sources =
         request.inputs.iter().map(|input| Source::of(input)).collect::<Result<Vec<_>, _>>()?;
-    let is_sequence = |source: &Source| matches!(source, Source::Sequence(_));
-    if request.frames.is_some() && !sources.iter().any(is_sequence) {
-        return Err(Failure::Usage(
-            "--frames needs an IN with a place for the frame number, such as beauty.####.exr"
-                .into(),
-        ));
+    if request.frames.is_some() && !sources.iter().any(Source::is_sequence) {
+        let what =
+            "--frames needs an IN with a place for the frame number, such as beauty.####.exr";
+        return Err(Failure::Usage(what.into()));
     }
     let target = Target::of(&request.output, &sources, request.writing.parents)?;
     let mut jobs = Vec::new();
     for source in &sources {
-        let files = source.files(request.frames.as_ref())?;
-        let layers = Layers::of(&request.layers, is_sequence(source))?;
-        layers.check(&files.iter().filter_map(|(_, frame)| *frame).collect::<Vec<_>>())?;
-        for (input, frame) in files {
-            let output = target.path(&input, frame);
-            let (layers, replace) = (layers.at(frame), request.writing.force);
-            jobs.push(Job { input, output, layers, replace });
-        }
+        jobs.extend(jobs_of(source, &target, request)?);
     }
     check_conflicts(&mut jobs, request.writing.in_place)?;
+    if request.exposure.is_some() {
+        jobs.iter().try_for_each(Job::check_exposure)?;
+    }
     for job in &jobs {
-        let format = prepare_output(&job.output, job.replace, request.writing)?;
-        if request.exposure.is_some() && !format.is_display_referred() {
-            return Err(Failure::of(
-                &job.output,
-                "--exposure changes PNG and JPEG only; EXR keeps the light as it was rendered",
-            ));
-        }
+        prepare_output(&job.output, job.replace, request.writing)?;
     }
     Ok(jobs)
 }
 
+/// The jobs of one IN.
+fn jobs_of(source: &Source, target: &Target, request: &Denoise) -> Result<Vec<Job>, Failure> {
+    let files = source.files(request.frames.as_ref())?;
+    let layers = Layers::of(&request.layers, source.is_sequence())?;
+    layers.check(&files.iter().filter_map(|(_, frame)| *frame).collect::<Vec<_>>())?;
+    let job = |(input, frame): (PathBuf, Option<u32>)| Job {
+        output: target.path(&input, frame),
+        layers: layers.at(frame),
+        replace: request.writing.force,
+        input,
+    };
+    Ok(files.into_iter().map(job).collect())
+}
+
 /// Checks that an output can be written, and creates its folder if asked to.
-pub(crate) fn prepare_output(
-    path: &Path,
-    replace: bool,
-    writing: Writing,
-) -> Result<Format, Failure> {
+pub(crate) fn prepare_output(path: &Path, replace: bool, writing: Writing) -> Result<(), Failure> {
     // An output that will be refused leaves no folder behind.
-    Format::of_extension(path).map_err(|problem| problem.at(path))?;
+    format(path)?;
     if let Some(folder) = path.parent().filter(|_| writing.parents) {
         let failed = |error| Failure::of(folder, format_args!("cannot be created: {error}"));
         fs::create_dir_all(folder).map_err(failed)?;
     }
-    Ok(wgdenoise_files::check_output(path, replace)?)
+    wgdenoise_files::check_output(path, replace)?;
+    Ok(())
 }
 
-/// Refuses outputs that are inputs or belong to two inputs.
+fn format(output: &Path) -> Result<Format, Failure> {
+    Ok(Format::of_extension(output).map_err(|problem| problem.at(output))?)
+}
+
+/// Refuses outputs that are inputs or belong to two inputs. With `in_place`, an output may be its own
+/// input.
 fn check_conflicts(jobs: &mut [Job], in_place: bool) -> Result<(), Failure> {
-    let mut read = HashMap::new();
-    for job in jobs.iter() {
-        for input in job.files() {
-            read.insert(Identity::of(input), input.to_path_buf());
-        }
-    }
+    let readers = readers(jobs);
     let mut written = HashMap::new();
-    for Job { input, output, replace, .. } in jobs {
-        let identity = Identity::of(output);
-        if identity == Identity::of(input) {
-            if !in_place {
-                let what = "is also the input {}; give another OUT, or --in-place to replace it";
-                return Err(Failure::of(output, what.replace("{}", &shown(input))));
-            }
-            *replace = true;
-        } else if let Some(input) = read.get(&identity) {
-            let what = format!("is also the input {}; give another OUT", shown(input));
-            return Err(Failure::of(output, what));
+    for (index, job) in jobs.iter_mut().enumerate() {
+        let identity = Identity::of(&job.output);
+        if let Some(readers) = readers.get(&identity) {
+            let other = readers.iter().find(|(reader, _)| *reader != index);
+            let (_, input) = other.unwrap_or(&readers[0]);
+            job.overwrite(input, in_place, other.is_none())?;
         }
-        if let Some(other) = written.insert(identity, input.clone()) {
-            let (other, input) = (shown(&other), shown(input));
+        if let Some(other) = written.insert(identity, job.input.clone()) {
+            let (other, input) = (shown(&other), shown(&job.input));
             let what = format!("is the output of both {other} and {input}; denoise one by one");
-            return Err(Failure::of(output, what));
+            return Err(Failure::of(&job.output, what));
         }
     }
     Ok(())
+}
+
+/// For each file, the jobs that read it and the path by which they do.
+fn readers(jobs: &[Job]) -> HashMap<Identity, Vec<(usize, PathBuf)>> {
+    let mut readers: HashMap<_, Vec<_>> = HashMap::new();
+    for (index, job) in jobs.iter().enumerate() {
+        for file in job.files() {
+            readers.entry(Identity::of(file)).or_default().push((index, file.to_path_buf()));
+        }
+    }
+    readers
 }
 
 impl Job {
@@ -109,7 +114,28 @@ impl Job {
     fn files(&self) -> impl Iterator<Item = &Path> {
         let aux = [&self.layers.albedo, &self.layers.normal].into_iter().flatten();
         let files = aux.map(Path::new).filter(|path| path.is_file());
-        files.chain([self.input.as_path()])
+        [self.input.as_path()].into_iter().chain(files)
+    }
+
+    /// Refuses `--exposure` for an EXR file.
+    fn check_exposure(&self) -> Result<(), Failure> {
+        if format(&self.output)?.is_display_referred() {
+            return Ok(());
+        }
+        let what = "--exposure changes PNG and JPEG only; EXR keeps the light as it was rendered";
+        Err(Failure::of(&self.output, what))
+    }
+
+    /// Lets the output replace `input` if that is asked for, and `only` this job reads it.
+    fn overwrite(&mut self, input: &Path, in_place: bool, only: bool) -> Result<(), Failure> {
+        let own = only && Identity::of(&self.input) == Identity::of(input);
+        if own && in_place {
+            self.replace = true;
+            return Ok(());
+        }
+        let advice = if own { ", or --in-place to replace it" } else { "" };
+        let what = format!("is also the input {}; give another OUT{advice}", shown(input));
+        Err(Failure::of(&self.output, what))
     }
 }
 

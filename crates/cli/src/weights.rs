@@ -117,7 +117,7 @@ fn choose(folder: &Path, subject: Subject, quality: Option<Quality>) -> Result<P
         Failure::of(
             folder,
             format_args!(
-                "has {none} {list}.tza, nor a converted one; docs/cli.md tells where to get Open \
+                "has {none} {list}.tza, nor a converted one; docs/weights.md tells where to get Open \
                  Image Denoise's weights"
             ),
         )

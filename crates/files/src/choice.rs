@@ -167,7 +167,7 @@ impl Choice {
         }
     }
 
-    fn explain(&self, albedo_file: Option<&str>, normal_file: Option<&str>) -> String {
+    fn explain(&self, albedo_file: Option<&str>, normal_file: Option<&str>) -> [String; 3] {
         let aux = |what: &str, pick: &Option<Pick>, file: Option<&str>| match (pick, file) {
             (_, Some(file)) => format!("{what} from the file {}", escaped(file)),
             (Some(pick), None) => {
@@ -175,15 +175,13 @@ impl Choice {
             }
             (None, None) => format!("no {what}"),
         };
-        let Self { color, target, .. } = self;
-        format!(
-            "color from `{}` ({}), written to `{}`; {}; {}",
-            escaped(&color.layer),
-            color.reason,
-            escaped(&target.layer),
+        let [color, target] = [&self.color, &self.target].map(|pick| escaped(&pick.layer));
+        let reason = self.color.reason;
+        [
+            format!("color from `{color}` ({reason}), written to `{target}`"),
             aux("albedo", &self.albedo, albedo_file),
-            aux("normal", &self.normal, normal_file)
-        )
+            aux("normal", &self.normal, normal_file),
+        ]
     }
 }
 

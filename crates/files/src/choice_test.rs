@@ -208,7 +208,7 @@ fn a_view_layer_is_preferred_to_the_compositors_output_and_the_others_are_named(
          Fog.Combined.B Fog.Combined.G Fog.Combined.R",
     )]);
     let said = automatic(&parts).unwrap().selection(None, None);
-    assert!(said.explanation.starts_with("color from `Fog.Combined`"), "{said:?}");
+    assert!(said.explanation[0].starts_with("color from `Fog.Combined`"), "{said:?}");
     assert_eq!(said.other_colors, ["Composite.Combined"]);
     let named = choose(&parts, Some("Fog.Combined"), &Wish::Auto, &Wish::Auto).unwrap();
     assert!(named.other_colors.is_empty() && named.left_out.is_empty(), "{named:?}");
@@ -237,14 +237,14 @@ fn a_separate_file_with_two_candidates_is_refused_with_advice() {
 }
 
 #[test]
-fn no_aux_leaves_both_out_and_the_choice_is_one_line() {
+fn no_aux_leaves_both_out_and_the_choice_is_explained() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let choice = choose(&parts, None, &Wish::Without, &Wish::Without).unwrap();
     assert_eq!(
         choice.selection(None, None).explanation,
-        "color from `C` (Karma's beauty), written to `C`; no albedo; no normal"
+        ["color from `C` (Karma's beauty), written to `C`", "no albedo", "no normal"]
     );
     let with_file = choice.selection(Some("a.exr"), None);
-    assert!(with_file.explanation.contains("albedo from the file a.exr; no normal"));
+    assert!(with_file.explanation[1..] == ["albedo from the file a.exr", "no normal"]);
     assert!(with_file.albedo && !with_file.normal, "{with_file:?}");
 }

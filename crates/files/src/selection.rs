@@ -15,8 +15,8 @@ pub struct Selection {
     pub albedo: bool,
     /// Whether normals are used.
     pub normal: bool,
-    /// Each layer with the reason it was chosen, on one long line.
-    pub explanation: String,
+    /// Color, albedo and normal with the reasons they were chosen, a line each.
+    pub explanation: [String; 3],
     /// Other layers that could be the color; they stay as they are.
     pub other_colors: Vec<String>,
     /// Why a layer that was found is not used, a sentence each.
@@ -79,7 +79,7 @@ mod tests {
             target: target.into(),
             albedo: true,
             normal: true,
-            explanation: String::new(),
+            explanation: Default::default(),
             other_colors: Vec::new(),
             left_out: Vec::new(),
         }

@@ -3,6 +3,7 @@
 
 #![allow(
     missing_docs,
+    clippy::missing_errors_doc,
     clippy::missing_panics_doc,
     clippy::must_use_candidate,
     reason = "not published: its users are the tests beside it, and a panic is how a test fails"

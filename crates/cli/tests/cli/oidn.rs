@@ -66,7 +66,7 @@ fn the_file_for_the_layers_of_the_image_is_picked_from_a_folder() {
     says(&run(WITH_ALL, "a.exr"), &["weights: weights/rt_hdr_alb_nrm.tza"]);
     let denoise = ["plain_rgb.exr", "b.exr", "-q", "--weights"];
     let failed = |weights| folder.run(&[&denoise[..], &[weights]].concat());
-    failed("weights").assert_failed(1, &["weights: has no rt_hdr.tza, nor", "docs/cli.md"]);
+    failed("weights").assert_failed(1, &["weights: has no rt_hdr.tza, nor", "docs/weights.md"]);
     failed("weights/rt_hdr_alb_nrm.tza")
         .assert_failed(1, &["needs color, albedo, normal, but color was given", "rt_hdr.tza"]);
     put(&folder, "rt_alb.tza", "rt_hdr_small.tza");

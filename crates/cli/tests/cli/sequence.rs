@@ -167,3 +167,24 @@ fn outputs_that_exist_are_kept_unless_forced_and_inputs_always() {
     assert_ne!(fs::read(folder.path("clean/beauty.0010.exr")).unwrap(), b"old");
     assert_eq!(folder.names_in("clean"), ["beauty.0010.exr"]);
 }
+
+#[test]
+fn a_batch_is_denoised_in_place_unless_another_image_reads_what_is_replaced() {
+    let folder = animation();
+    let all = ["beauty.####.exr", "."];
+    folder.denoise(&all).assert_failed(1, &["is also the input beauty.0001.exr", "--in-place"]);
+    let names = ["beauty.0001.exr", "beauty.0002.exr", "beauty.0010.exr"];
+    let before = names.map(|name| fs::read(folder.path(name)).unwrap());
+    let shared = ["beauty.0001.exr", "beauty.0002.exr", ".", "--albedo", "beauty.0001.exr"];
+    let run = folder.denoise(&[&shared[..], &["--in-place", "--force"]].concat());
+    run.assert_failed(1, &["beauty.0001.exr: is also the input"]);
+    assert!(!run.stderr.contains("or --in-place"), "{run:?}");
+    assert!(names.map(|name| fs::read(folder.path(name)).unwrap()) == before);
+
+    folder.denoise(&["beauty.####.exr", "clean", "-q"]).assert_done();
+    folder.denoise(&[&all[..], &["--in-place", "-q"]].concat()).assert_done();
+    for name in names {
+        let clean = fs::read(folder.path("clean").join(name)).unwrap();
+        assert!(fs::read(folder.path(name)).unwrap() == clean, "{name}");
+    }
+}
