@@ -73,7 +73,8 @@
 //! wgdenoise uses wgpu 30 and re-exports it as [`wgpu`]; a renderer on the same major version passes
 //! its own objects. WebGPU's default limits suffice and no feature is required.
 //! [`required_features`] and [`required_limits`] list what makes it faster, and what each one costs
-//! to leave out.
+//! to leave out. The repository's `docs/embedding.md` covers devices, images and frames in detail;
+//! `examples/` has complete programs.
 //!
 //! # Inside
 //!

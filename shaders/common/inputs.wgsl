@@ -2,4 +2,4 @@
 
 override has_albedo: bool;
 override has_normal: bool;
-override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, 0 where no surface was hit
+override unorm_normal: bool; // whether normals are stored as 0.5 n + 0.5, or 0 for a miss

@@ -117,8 +117,8 @@ impl Denoiser {
         };
         let [w, h] = smaller.tile;
         let notice = format!(
-            "the adapter ran out of memory with tiles of {width}×{height} pixels; continuing with {w}×{h}, \
-             which takes longer and gives the same result"
+            "the adapter ran out of memory with tiles of {width}×{height} pixels; continuing with \
+             {w}×{h}, which takes longer and gives the same result"
         );
         self.notices.lock().expect("no thread panicked here").push(notice);
         Ok(smaller)

@@ -18,7 +18,7 @@ fn budgets() -> impl Strategy<Value = u64> {
     prop_oneof![(0_u32..40).prop_map(|bits| 3 << bits), 1_u64 << 22..1 << 28, any::<u64>()]
 }
 
-/// The blocking call's allocation for a tile, with every image counted again for its copy in transit.
+/// The blocking call's allocation for a tile, with a second copy of every image in transit.
 fn allocated(denoiser: &Denoiser, tile: [u32; 2], width: u32, inputs: Inputs) -> u64 {
     let network = denoiser.network(inputs).unwrap();
     let image = u64::from(tile[0]) * u64::from(tile[1]) * PIXEL_BYTES;

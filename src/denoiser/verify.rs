@@ -32,8 +32,8 @@ impl std::fmt::Display for Verified {
         let [width, height] = self.rect.size();
         write!(
             f,
-            "verified {width}×{height} pixels at ({x}, {y}): they differ from the CPU reference by at most \
-             {largest:.1e} of the encoded range, {rms:.1e} on average"
+            "verified {width}×{height} pixels at ({x}, {y}): they differ from the CPU reference by \
+             at most {largest:.1e} of the encoded range, {rms:.1e} on average"
         )
     }
 }
