@@ -9,7 +9,8 @@ use ::exr::math::Vec2;
 use ::exr::meta::MetaData;
 use ::exr::meta::header::Header;
 
-use super::{Problem, guard};
+use crate::error::Problem;
+use crate::guard;
 
 /// One stored block: some scan lines or a tile of one part.
 #[derive(Clone, Debug)]
