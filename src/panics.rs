@@ -9,9 +9,9 @@ thread_local! {
 
 /// Runs `work` and returns `None` if it panicked. The program's panic hook runs first.
 pub fn caught<R>(work: impl FnOnce() -> R) -> Option<R> {
-    CAUGHT.set(true);
+    let outer = CAUGHT.replace(true);
     let result = panic::catch_unwind(AssertUnwindSafe(work));
-    CAUGHT.set(false);
+    CAUGHT.set(outer);
     result.ok()
 }
 
@@ -35,6 +35,8 @@ mod tests {
         assert_eq!(caught(|| 7), Some(7));
         assert_eq!(caught(|| assert!(CAUGHT.get(), "outside")), Some(()));
         assert_eq!(caught(|| panic!("caught")), None::<()>);
+        let nested = || (caught(|| panic!("inner")), CAUGHT.get());
+        assert_eq!(caught(nested), Some((None::<()>, true)));
         assert!(!CAUGHT.get());
     }
 }

@@ -14,7 +14,8 @@ use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::{PlacedTile, TilePlan};
 
-const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
+/// Bytes of a pixel of an image.
+pub(super) const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
 /// The buffers of a tile and the kernel calls on them.
 pub(crate) struct TileBuffers<'a> {

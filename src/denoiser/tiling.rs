@@ -3,6 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::Denoiser;
+use super::tile_buffers::PIXEL_BYTES;
 use crate::error::{Error, Result};
 use crate::model::Inputs;
 use crate::model::macs::largest_layer_macs_per_pixel;
@@ -10,9 +11,6 @@ use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::BIN;
 use crate::plan::memory::Footprint;
 use crate::plan::tiles::{Constraints, MAX_SIDE, TilePlan};
-
-/// Bytes of one image pixel.
-const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
 /// Bytes per pixel that the blocking call needs for an image: once on the GPU, and once more while
 /// a copy waits to be uploaded or read.

@@ -43,7 +43,7 @@ const MOST_BLOCKS: usize = 4096;
 
 /// A block whose mean second difference exceeds this is not clean (see [`crate::ops::activity`]),
 /// so the network has worked on it.
-const NOISY: f64 = 1.0 / 512.0;
+const NOISY: f64 = 2.0 * reference::BEND;
 
 impl Denoiser {
     /// Compares a result of [`denoise`](Self::denoise) with the naive CPU functions, which compute

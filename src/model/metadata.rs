@@ -59,9 +59,10 @@ impl MainImage {
 /// The kinds of network that a file can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Topology {
-    /// [`Network::unet`].
+    /// The thesis network: per level two convolutions and a max-pool, then transposed convolutions
+    /// and skips.
     Unet,
-    /// [`Network::oidn`].
+    /// A network of Intel Open Image Denoise, with nearest upsampling.
     Oidn(OidnSize),
 }
 

@@ -138,6 +138,14 @@ impl Weights {
         macs_per_pixel(&self.network)
     }
 
+    /// The same where only these images are given: the channels of the others are cut out.
+    ///
+    /// # Errors
+    /// Fails if the network cannot do without one of the others.
+    pub fn macs_per_pixel_for(&self, inputs: Inputs) -> Result<f64> {
+        Ok(self.for_inputs(inputs)?.macs_per_pixel())
+    }
+
     /// The weights of a layer; empty if it has none.
     #[must_use]
     #[doc(hidden)]

@@ -135,7 +135,7 @@ fn check_layers(storage: &Storage, limits: &wgpu::Limits) -> Result<()> {
     if most <= limits.max_texture_array_layers {
         return Ok(());
     }
-    Err(Error::weights(format!(
+    Err(Error::Budget(format!(
         "the widest tensor needs {most} array layers, but the device was created with {}; ask the \
          adapter for more (see required_limits) or use narrower weights",
         limits.max_texture_array_layers

@@ -162,7 +162,8 @@ fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
             Op::Conv3x3 { .. } => vec![x - 1, x, x + 1],
             Op::MaxPool => vec![2 * x, 2 * x + 1],
             Op::ConvTranspose | Op::Upsample => vec![x.div_euclid(2)],
-            _ => vec![x],
+            Op::Concat | Op::Conv1x1 | Op::Sigmoid => vec![x],
+            Op::UpConv { .. } => unreachable!("these networks are not fused"),
         };
         let read: BTreeSet<_> = seen[i + 1].iter().copied().flat_map(of).collect();
         layer.inputs.iter().for_each(|&input| seen[input].extend(&read));

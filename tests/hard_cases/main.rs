@@ -1,6 +1,7 @@
 //! Inputs that break denoisers, and bounds on the results. The table is in `cases.rs`;
 //! `docs/hard-cases.md` shows the results next to Open Image Denoise's.
 
+mod growth;
 mod highlights;
 
 use wgdenoise::{Image, Precision, Quality, Weights};

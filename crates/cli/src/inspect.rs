@@ -32,8 +32,8 @@ fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
     let given = Inputs { albedo: file.albedo.is_some(), normal: file.normal.is_some() };
     let cost = |quality: Quality| {
         let weights = Weights::builtin(quality)?;
-        let sliced = weights.for_inputs(given.intersection(weights.metadata().inputs))?;
-        Ok((quality.name(), 2.0 * sliced.macs_per_pixel() * pixels / 1e9))
+        let read = given.intersection(weights.metadata().inputs);
+        Ok((quality.name(), 2.0 * weights.macs_per_pixel_for(read)? * pixels / 1e9))
     };
     Quality::ALL.into_iter().map(cost).collect()
 }

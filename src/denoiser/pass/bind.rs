@@ -129,11 +129,13 @@ fn check_device<T>(
     name: &dyn std::fmt::Display,
     bind: impl FnOnce() -> T,
 ) -> Result<T> {
-    catch(device, || Ok(bind())).map_err(|report| {
-        Error::Image(format!(
+    catch(device, || Ok(bind())).map_err(|report| match report {
+        Error::Device { .. } => Error::Image(format!(
             "{name} cannot be bound on the denoiser's device: it belongs to another device or was \
              destroyed; create it on the device passed to Denoiser::new ({report})"
-        ))
+        )),
+        // A loss or a lack of memory has nothing to do with the image.
+        other => other,
     })
 }
 

@@ -8,7 +8,7 @@ use super::kind::TzaKind;
 use super::reader::{TzaTensor, read};
 use crate::error::{Error, Result};
 use crate::model::metadata::{MAX_WIDTH, Topology};
-use crate::model::{Network, OidnSize, Op};
+use crate::model::{Network, OidnSize};
 
 /// Converts a TZA file called `name` (without its extension) to a weights file, as bytes.
 /// [`Weights::from_bytes`](crate::Weights::from_bytes) then checks that the tensors are complete
@@ -82,7 +82,7 @@ fn skip_first(network: &Network, tensor: &TzaTensor<'_>) -> Result<Vec<u8>> {
     let concat = network.layers.iter().enumerate().find_map(|(i, layer)| {
         let weight = tensor.name.strip_suffix(".weight") == Some(&layer.name);
         let before = &network.layers[layer.inputs[0].checked_sub(1)?];
-        (weight && i > 0 && before.op == Op::Concat).then_some(before)
+        (weight && i > 0 && before.op.facts().joins).then_some(before)
     });
     let Some(concat) = concat else { return Ok(tensor.data.to_vec()) };
     let [skip, up] = [0, 1].map(|i| network.shapes[concat.inputs[i]].channels);

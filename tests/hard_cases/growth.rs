@@ -1,0 +1,20 @@
+//! How rounding grows through the layers.
+
+use wgdenoise::{Precision, Quality, Weights};
+use wgdenoise_testing::hard_cases::growth::{growth, inputs_to_grow, rounding};
+
+/// Each layer adds its own rounding to its input's error, as in a random walk, and passes the sum
+/// on at about the same size. Every layer may reach four times the length of that walk.
+#[test]
+fn rounding_grows_no_faster_than_a_random_walk() {
+    let weights = Weights::builtin(Quality::Fast).expect("they are built in");
+    for precision in [Precision::F32, Precision::F16] {
+        for (name, color) in inputs_to_grow() {
+            for (steps, (layer, error)) in (1..).zip(growth(&weights, &color, precision)) {
+                let walk = f64::from(steps).sqrt() * rounding(precision);
+                println!("{precision:?} {name}: {layer} {:.2}", error / walk);
+                assert!(error <= 4.0 * walk, "{precision:?}, {name}, {layer}: {error:e}");
+            }
+        }
+    }
+}
