@@ -10,7 +10,7 @@ type Cause = Box<dyn std::error::Error + Send + Sync>;
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum Error {
-    /// A weights file is damaged, in an unknown format, or not built in.
+    /// A weights file is damaged, in an unknown format, not built in, or made for other inputs.
     #[error("weights: {message}")]
     Weights {
         /// The error text.
@@ -18,7 +18,8 @@ pub enum Error {
         /// The parser's error.
         source: Option<Cause>,
     },
-    /// An image has the wrong size, layout, format or usage, or two images do not match.
+    /// An image has the wrong size, layout, format or usage, two images do not match, or an exposure
+    /// is no positive number.
     #[error("image: {0}")]
     Image(String),
     /// No adapter was found, none matches the requested name, or the adapter failed to open a

@@ -6,7 +6,7 @@ use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use super::fold::{BatchNorm, fold};
 use super::metadata::Metadata;
-use super::operators::{Axes, Op};
+use super::operators::Axes;
 use super::params::Params;
 use super::shown::shown;
 use super::topology::{Layer, Network};
@@ -52,8 +52,8 @@ impl<'a> WeightsFile<'a> {
             Some(Axes::Fused) | None => unreachable!("a file has no weights of {name}"),
         };
         let mut weight = self.take(&format!("{name}.weight"), &shape)?;
-        let normed = matches!(op, Op::Conv3x3 { .. })
-            && self.unread.contains(&format!("{name}.norm.weight"));
+        let normed =
+            op.facts().may_have_norm && self.unread.contains(&format!("{name}.norm.weight"));
         let biased = !normed || self.unread.contains(&format!("{name}.bias"));
         let mut bias = vec![0.0; output];
         if biased {

@@ -14,6 +14,7 @@ macro_rules! for_each_operator {
                 relu: bool
             } = Facts {
                 weights: Some(Axes::OutputInput([3, 3])),
+                may_have_norm: true,
                 sees: |_, output| around(output),
                 macs: |inputs, output| 9 * inputs[0] * output,
                 ..POINTWISE
@@ -115,6 +116,8 @@ pub type Interval = (i64, i64);
 pub struct Facts {
     /// The axes of its weight; `None` if it has no weight and no bias.
     pub weights: Option<Axes>,
+    /// Whether a batch norm may follow in a file, which is folded into its weight and bias.
+    pub may_have_norm: bool,
     /// How many times both sides are halved relative to the last input: 1, 0 or −1.
     pub level: i32,
     /// The pixels of input `i` that an interval of output pixels depends on.
@@ -150,6 +153,7 @@ impl Op {
 /// Each output pixel depends on the same pixel of every input, without weights.
 const POINTWISE: Facts = Facts {
     weights: None,
+    may_have_norm: false,
     level: 0,
     sees: |_, output| output,
     macs: |_, _| 0,
