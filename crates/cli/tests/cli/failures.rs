@@ -1,4 +1,5 @@
 use std::fs;
+use std::process::{Command, Stdio};
 
 use crate::support::{Folder, Run};
 
@@ -30,6 +31,34 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
         folder.denoise(&[input, "out.exr"]).assert_failed(1, &[words]);
         assert_eq!(folder.names(), before, "{input}");
     }
+}
+
+/// Opening a pipe would wait forever for its writer.
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_a_device_is_refused_wherever_a_file_is_read() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    image::RgbImage::new(37, 23).save(folder.path("a.png")).unwrap();
+    assert!(Command::new("mkfifo").arg(folder.path("pipe")).status().unwrap().success());
+    for args in [
+        &["pipe", "out.exr"][..],
+        &["/dev/null", "out.exr"],
+        &["/dev/stdin", "out.exr"],
+        &["info", "pipe"],
+        &["preview", "pipe", "look.png"],
+        &["compare", "plain_rgb.exr", "pipe"],
+        &["convert", "pipe", "w.safetensors"],
+        &["plain_rgb.exr", "out.exr", "-q", "--albedo", "pipe"],
+        &["a.png", "out.exr", "-q", "--normal", "pipe"],
+        &["plain_rgb.exr", "out.exr", "-q", "--weights", "pipe"],
+    ] {
+        let output = folder.command(args).stdin(Stdio::piped()).output().unwrap();
+        let name = args.iter().find(|arg| arg.contains("pipe") || arg.contains("/dev/")).unwrap();
+        let words = format!("{name}: is not a regular file; give a file on disk");
+        Run::of(&output).assert_failed(1, &[&words]);
+    }
+    assert_eq!(folder.names(), ["a.png", "pipe", "plain_rgb.exr"]);
 }
 
 /// The decoder panics with checked arithmetic only, and the user must not see it.
