@@ -32,10 +32,15 @@ pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
             "--frames needs an IN with a place for the frame number, such as beauty.####.exr";
         return Err(Failure::Usage(what.into()));
     }
+    // A missing input is reported before a missing folder.
+    let files: Vec<_> = sources
+        .iter()
+        .map(|source| source.files(request.frames.as_ref()))
+        .collect::<Result<_, _>>()?;
     let target = Target::of(&request.output, &sources, request.writing.parents)?;
     let mut jobs = Vec::new();
-    for source in &sources {
-        jobs.extend(jobs_of(source, &target, request)?);
+    for (source, files) in sources.iter().zip(files) {
+        jobs.extend(jobs_of(source, files, &target, request)?);
     }
     check_conflicts(&mut jobs, request.writing.in_place)?;
     if request.exposure.is_some() {
@@ -47,9 +52,13 @@ pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
     Ok(jobs)
 }
 
-/// The jobs of one IN.
-fn jobs_of(source: &Source, target: &Target, request: &Denoise) -> Result<Vec<Job>, Failure> {
-    let files = source.files(request.frames.as_ref())?;
+/// The jobs of one IN, from its files and their frames.
+fn jobs_of(
+    source: &Source,
+    files: Vec<(PathBuf, Option<u32>)>,
+    target: &Target,
+    request: &Denoise,
+) -> Result<Vec<Job>, Failure> {
     let layers = Layers::of(&request.layers, source.is_sequence())?;
     layers.check(&files.iter().filter_map(|(_, frame)| *frame).collect::<Vec<_>>())?;
     let job = |(input, frame): (PathBuf, Option<u32>)| Job {
