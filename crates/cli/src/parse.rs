@@ -11,6 +11,7 @@ use crate::args::{
 };
 use crate::console::Verbosity;
 use crate::failure::{Failure, shown};
+use crate::inputs::Source;
 use crate::request::{
     Bench, Compare, Convert, Denoise, DeviceChoice, Info, Preview, Report, Request, WeightsChoice,
     Writing,
@@ -41,7 +42,7 @@ fn misspelled(word: &OsStr) -> Option<String> {
     let text = word.to_str()?.to_lowercase();
     let is_name = text.chars().all(char::is_alphanumeric) && !Path::new(word).exists();
     let cli = Cli::command();
-    let names = cli.get_subcommands().map(clap::Command::get_name);
+    let names = cli.get_subcommands().map(clap::Command::get_name).chain(["help"]);
     let distance = |name: &&str| strsim::damerau_levenshtein(name, &text);
     let nearest = names.filter(|_| is_name).min_by_key(distance)?;
     let near = distance(&nearest) <= nearest.len() / 3 && word != nearest;
@@ -133,12 +134,20 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
 fn inputs_and_output(mut files: Vec<PathBuf>) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
     match (files.pop(), files.as_slice()) {
         (Some(output), [_, ..]) => Ok((files, output)),
-        (Some(only), []) => Err(Failure::Usage(format!(
-            "`{0}` has no output; write wgdenoise {0} OUT, or see --help",
-            shown(&only)
-        ))),
+        (Some(only), []) => Err(Failure::Usage(without_output(&only)?)),
         (None, _) => Err(Failure::Usage("name IN and OUT, or a command; see --help".into())),
     }
+}
+
+/// What is wrong with a command line of one word.
+fn without_output(word: &Path) -> Result<String, Failure> {
+    let name = shown(word);
+    Ok(match Source::of(word)? {
+        Source::File(path) if !path.exists() => {
+            format!("`{name}` is neither a file nor a command; see --help")
+        }
+        _ => format!("`{name}` has no output; write wgdenoise {name} OUT, or see --help"),
+    })
 }
 
 fn chosen_weights(network: &NetworkArgs, choice: &ChoiceArgs) -> Result<WeightsChoice, Failure> {

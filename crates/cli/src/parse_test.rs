@@ -127,6 +127,7 @@ fn a_misspelled_command_is_answered_with_the_command() {
         ("device", "devices"),
         ("bensh", "bench"),
         ("completion", "completions"),
+        ("hlep", "help"),
     ] {
         for rest in ["", " a.exr", " a.exr b.exr", " a.exr --json"] {
             let error = parse(&words(&format!("wgdenoise {word}{rest}"))).unwrap_err();
@@ -136,7 +137,18 @@ fn a_misspelled_command_is_answered_with_the_command() {
         }
     }
     // A command, files that exist, names of files, and words that resemble no command.
-    for word in ["info", "src", "compar.exr", "./infoo", "render", "a", "-v"] {
+    for word in ["info", "help", "src", "compar.exr", "./infoo", "render", "a", "-v"] {
         assert_eq!(misspelled(OsStr::new(word)), None, "{word}");
+    }
+}
+
+#[test]
+fn a_lone_word_is_answered_by_what_it_lacks() {
+    let error = |word: &str| parse(&words(&format!("wgdenoise {word}"))).unwrap_err().to_string();
+    for word in ["render", "nowhere.exr", "./infoo"] {
+        assert_eq!(error(word), format!("`{word}` is neither a file nor a command; see --help"));
+    }
+    for word in ["Cargo.toml", "beauty.####.exr", "renders/*.exr"] {
+        assert!(error(word).contains(&format!("write wgdenoise {word} OUT")), "{word}");
     }
 }

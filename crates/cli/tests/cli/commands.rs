@@ -13,6 +13,19 @@ fn help_tells_the_exit_codes() {
 }
 
 #[test]
+fn help_is_a_command_that_takes_another() {
+    let folder = Folder::new();
+    for (args, usage) in [
+        (&["help"][..], "Usage: wgdenoise [OPTIONS] <IN>... <OUT>"),
+        (&["help", "info"], "Usage: wgdenoise info [OPTIONS] <IN>"),
+    ] {
+        let run = folder.run(args);
+        assert!(run.code == 0 && run.stdout.contains(usage), "{run:?}");
+    }
+    folder.run(&["render"]).assert_failed(2, &["`render` is neither a file nor a command"]);
+}
+
+#[test]
 fn the_short_help_fits_a_screen_and_has_what_is_used_every_day() {
     let run = Folder::new().run(&["-h"]);
     assert_eq!(run.code, 0);
