@@ -31,7 +31,7 @@ Exit codes:
   0  done
   1  an input could not be read, or an output could not be written
   2  the command line was wrong
-  3  no usable adapter (GPU or CPU driver)
+  3  no usable adapter (GPU or CPU driver), or it lacks what the flags need
   4  the device was lost, hangs or computes wrong results";
 
 const USAGE: &str = "wgdenoise [OPTIONS] <IN>... <OUT>\n       wgdenoise <COMMAND>";

@@ -101,6 +101,7 @@ pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failur
     if Identity::of(input) == Identity::of(output) {
         return Err(Failure::of(output, "is also the input; give another OUT"));
     }
+    wgdenoise_files::Preview::format(output).map_err(|error| Failure::Usage(error.to_string()))?;
     prepare_output(output, writing.force, *writing)?;
     let layer = request.layer.as_deref();
     let preview = wgdenoise_files::Preview::open(input, layer, request.limits).map_err(of_file)?;

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf, is_separator};
 use crate::failure::{Failure, shown};
 use crate::inputs::{Sequence, Source};
 use crate::request::{Denoise, Writing};
-use wgdenoise_files::{Format, Identity, LayerChoice};
+use wgdenoise_files::{Format, Identity, LayerChoice, Problem};
 
 /// One image to denoise.
 #[derive(Debug)]
@@ -83,7 +83,8 @@ pub(crate) fn prepare_output(path: &Path, replace: bool, writing: Writing) -> Re
 }
 
 fn format(output: &Path) -> Result<Format, Failure> {
-    Ok(Format::of_extension(output).map_err(|problem| problem.at(output))?)
+    let usage = |problem: Problem| Failure::Usage(problem.at(output).to_string());
+    Format::of_extension(output).map_err(usage)
 }
 
 /// Refuses outputs that are inputs or belong to two inputs. With `in_place`, an output may be its own
@@ -132,7 +133,7 @@ impl Job {
             return Ok(());
         }
         let what = "--exposure changes PNG and JPEG only; EXR keeps the light as it was rendered";
-        Err(Failure::of(&self.output, what))
+        Err(Failure::Usage(format!("{}: {what}", shown(&self.output))))
     }
 
     /// Lets the output replace `input` if that is asked for, and `only` this job reads it.

@@ -199,7 +199,7 @@ fn matrix_kernels_run_or_are_refused() {
         }
         None => folder
             .denoise(&[&args[..], &["-q"]].concat())
-            .assert_failed(1, &["no matrices that fit", "choose --kernels auto"]),
+            .assert_failed(3, &["no matrices that fit", "choose --kernels auto"]),
     }
 }
 

@@ -119,7 +119,7 @@ fn the_most_pixels_that_are_accepted_hold_for_every_format_and_command() {
 fn an_output_that_cannot_be_written_is_refused_before_the_work() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
-    folder.denoise(&["plain_rgb.exr", "out.tiff"]).assert_failed(1, &[".exr, .png, .jpg"]);
+    folder.denoise(&["plain_rgb.exr", "out.tiff"]).assert_failed(2, &[".exr, .png, .jpg"]);
     folder
         .denoise(&["plain_rgb.exr", "no/out.exr"])
         .assert_failed(1, &["the folder no does not exist", "--parents"]);

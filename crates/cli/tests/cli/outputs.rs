@@ -80,7 +80,7 @@ fn missing_folders_are_created_only_if_asked() {
     // An output that is refused for another reason leaves no folder behind.
     folder
         .denoise(&["plain_rgb.exr", "a/out.tiff", "--parents"])
-        .assert_failed(1, &["its name must end in"]);
+        .assert_failed(2, &["its name must end in"]);
     assert_eq!(folder.names(), ["karma_like.exr", "plain_rgb.exr"]);
 
     folder.denoise(&[&one[..], &["--parents"]].concat()).assert_done();

@@ -120,7 +120,7 @@ fn what_cannot_be_done_in_whole_is_refused_before_the_first_image() {
         (&["no*.exr", one, "missing"], 1, "no*.exr: no file has such a name"),
         (&[all, one, "missing", "--frames", "3"], 1, "frame 3 is missing"),
         (&[one, "other", "clean"], 1, "other: is a folder"),
-        (&["notes.txt", one, "clean"], 1, "clean/notes.txt: cannot be written: its name must"),
+        (&["notes.txt", one, "clean"], 2, "clean/notes.txt: cannot be written: its name must"),
         (&[all, "clean.exr"], 2, "clean.exr: needs a place for the frame number as IN has"),
         (&[one, "clean.####.exr"], 2, "clean.####.exr: has a place for a frame number"),
         (&[all, one, "clean.####.exr"], 2, "needs exactly one IN that has one too"),
