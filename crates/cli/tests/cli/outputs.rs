@@ -51,6 +51,17 @@ fn a_folder_that_takes_no_file_is_refused_before_the_work() {
     folder.denoise(&args).assert_failed(1, &["/proc/out.exr: cannot be written: "]);
 }
 
+/// No file system takes a name of over 255 bytes, which is noticed before a GPU is opened.
+#[test]
+fn a_name_that_is_too_long_is_refused_before_the_work() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let long = format!("{}.exr", "x".repeat(255));
+    let args = ["plain_rgb.exr", &long, "--adapter", "nosuch"];
+    folder.denoise(&args).assert_failed(1, &["x.exr: cannot be written: File name too long"]);
+    assert_eq!(folder.names(), ["plain_rgb.exr"]);
+}
+
 #[test]
 fn a_result_goes_through_a_link_and_into_a_folder() {
     let folder = Folder::new();
