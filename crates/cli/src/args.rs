@@ -19,6 +19,7 @@ are found by the names that renderers give them; `wgdenoise info IN` shows which
 Several images go into a folder: wgdenoise renders/*.exr clean/
 In the file names of a sequence, #### or %04d stands for the frame number:
 wgdenoise beauty.####.exr clean.####.exr --frames 1-48
+Images may replace themselves: wgdenoise renders/*.exr --in-place
 Everything is checked before the first image is denoised. An image that fails is reported and the
 batch continues.
 
@@ -109,7 +110,9 @@ pub(crate) struct DenoiseArgs {
     pub(crate) exposure: Option<f32>,
     #[command(flatten)]
     pub(crate) writing: WritingArgs,
-    /// Replace an input with its own result
+    /// Replace an input with its own result; without OUT, replace every input
+    ///
+    /// The last FILE is OUT if it is a folder, does not exist or is one of the inputs.
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) in_place: bool,
     /// Compare part of the result with the CPU reference before it is written

@@ -18,7 +18,7 @@ use crate::request::{
 };
 use crate::values::QualityArg;
 use wgdenoise::Quality;
-use wgdenoise_files::{LayerChoice, Limits};
+use wgdenoise_files::{Identity, LayerChoice, Limits};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the
 /// grammar refuses are printed and end the process.
@@ -110,7 +110,7 @@ fn manual() -> Result<Vec<u8>, Failure> {
 }
 
 fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
-    let (inputs, output) = inputs_and_output(args.files)?;
+    let (inputs, output) = inputs_and_output(args.files, args.in_place)?;
     let weights = chosen_weights(&args.network, &args.choice)?;
     Ok(Denoise {
         verbosity: match (args.quiet, args.verbose) {
@@ -131,11 +131,30 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
     })
 }
 
-fn inputs_and_output(mut files: Vec<PathBuf>) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+/// IN and OUT, which `--in-place` may leave out.
+fn inputs_and_output(
+    mut files: Vec<PathBuf>,
+    in_place: bool,
+) -> Result<(Vec<PathBuf>, Option<PathBuf>), Failure> {
+    if in_place && files.split_last().is_some_and(|(last, others)| is_input(last, others)) {
+        return Ok((files, None));
+    }
     match (files.pop(), files.as_slice()) {
-        (Some(output), [_, ..]) => Ok((files, output)),
+        (Some(output), [_, ..]) => Ok((files, Some(output))),
         (Some(only), []) => Err(Failure::Usage(without_output(&only)?)),
         (None, _) => Err(Failure::Usage("name IN and OUT, or a command; see --help".into())),
+    }
+}
+
+/// Whether the last file of an `--in-place` run is one more IN rather than OUT: it is alone, or it
+/// names files that exist, none of which is another IN.
+fn is_input(last: &Path, others: &[PathBuf]) -> bool {
+    let named_before = || others.iter().any(|other| Identity::of(other) == Identity::of(last));
+    match Source::of(last) {
+        _ if others.is_empty() => true,
+        Ok(Source::File(path)) => path.is_file() && !named_before(),
+        Ok(Source::Glob(_)) => true,
+        _ => false,
     }
 }
 

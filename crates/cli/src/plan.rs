@@ -37,7 +37,10 @@ pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
         .iter()
         .map(|source| source.files(request.frames.as_ref()))
         .collect::<Result<_, _>>()?;
-    let target = Target::of(&request.output, &sources, request.writing.parents)?;
+    let target = match &request.output {
+        Some(output) => Target::of(output, &sources, request.writing.parents)?,
+        None => Target::Input,
+    };
     let mut jobs = Vec::new();
     for (source, files) in sources.iter().zip(files) {
         jobs.extend(jobs_of(source, files, &target, request)?);
@@ -197,6 +200,8 @@ enum Target {
     Sequence(Sequence),
     /// Each result by the name of its input.
     Folder(PathBuf),
+    /// Each result in place of its input.
+    Input,
 }
 
 impl Target {
@@ -238,6 +243,7 @@ impl Target {
             (Self::Sequence(_), None) => unreachable!("an OUT with frames has an IN with frames"),
             (Self::Folder(folder), _) => folder.join(input.file_name().unwrap_or_default()),
             (Self::File(path), _) => path.clone(),
+            (Self::Input, _) => input.to_path_buf(),
         }
     }
 }

@@ -185,9 +185,27 @@ fn a_batch_is_denoised_in_place_unless_another_image_reads_what_is_replaced() {
     assert!(names.map(|name| fs::read(folder.path(name)).unwrap()) == before);
 
     folder.denoise(&["beauty.####.exr", "clean", "-q"]).assert_done();
-    folder.denoise(&[&all[..], &["--in-place", "-q"]].concat()).assert_done();
-    for name in names {
-        let clean = fs::read(folder.path("clean").join(name)).unwrap();
-        assert!(fs::read(folder.path(name)).unwrap() == clean, "{name}");
+    let clean = names.map(|name| fs::read(folder.path("clean").join(name)).unwrap());
+    for inputs in [&all[..], &all[..1], &names, &["beauty*.exr"]] {
+        names
+            .iter()
+            .zip(&before)
+            .for_each(|(name, old)| fs::write(folder.path(name), old).unwrap());
+        folder.denoise(&[inputs, &["--in-place", "-q"]].concat()).assert_done();
+        assert!(names.map(|name| fs::read(folder.path(name)).unwrap()) == clean, "{inputs:?}");
     }
+}
+
+#[test]
+fn images_in_place_are_checked_as_others_are() {
+    let folder = animation();
+    fs::hard_link(folder.path("beauty.0001.exr"), folder.path("same.exr")).unwrap();
+    fs::write(folder.path("notes.txt"), "notes").unwrap();
+    let before = folder.names().len();
+    let run = |files: &[&str]| folder.denoise(&[files, &["--in-place"]].concat());
+    run(&["nowhere.exr"]).assert_failed(1, &["nowhere.exr: cannot be read"]);
+    run(&["*.exr"]).assert_failed(1, &["is also the input"]);
+    run(&["beauty.0002.exr", "notes.txt"]).assert_failed(2, &["notes.txt: ", "must end in .exr"]);
+    assert_eq!(fs::read(folder.path("notes.txt")).unwrap(), b"notes");
+    assert_eq!(folder.names().len(), before);
 }
