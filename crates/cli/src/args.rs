@@ -225,9 +225,9 @@ pub(crate) struct DeviceArgs {
     #[arg(long, value_name = "TIME", value_parser = time, hide_short_help = true,
           help_heading = DEVICE)]
     pub(crate) timeout: Option<Duration>,
-    /// Variant of the convolutions, for tests and measurements
-    #[arg(long, value_enum, value_name = "SET", default_value = "auto", hide_short_help = true,
-          help_heading = DEVICE)]
+    /// Variant of the convolutions, for tests and measurements [default: auto]
+    #[arg(long, value_enum, value_name = "SET", default_value = "auto",
+          hide_default_value = true, hide_short_help = true, help_heading = DEVICE)]
     pub(crate) kernels: KernelsArg,
     /// Run the network on blocks without noise too, such as an empty background
     #[arg(long, hide_short_help = true, help_heading = DEVICE)]
@@ -257,9 +257,9 @@ pub(crate) struct PreviewArgs {
     /// Layer or channel to show [default: the one that results are written to]
     #[arg(long, value_name = "NAME")]
     pub(crate) layer: Option<String>,
-    /// Brighten by stops, such as 1.5
-    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops,
-          allow_negative_numbers = true)]
+    /// Brighten by stops, such as 1.5 [default: 0]
+    #[arg(long, value_name = "EV", default_value_t = 0.0, hide_default_value = true,
+          value_parser = stops, allow_negative_numbers = true)]
     pub(crate) exposure: f32,
     #[command(flatten)]
     pub(crate) writing: WritingArgs,
@@ -295,14 +295,17 @@ pub(crate) struct CompareArgs {
 /// What `bench` and `profile` share.
 #[derive(Debug, Args)]
 pub(crate) struct MeasureArgs {
-    /// Pixels per row
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
+    /// Pixels per row [default: 1024]
+    #[arg(long, value_name = "N", default_value_t = 1024, hide_default_value = true,
+          value_parser = side())]
     pub(crate) width: u32,
-    /// Rows
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
+    /// Rows [default: 1024]
+    #[arg(long, value_name = "N", default_value_t = 1024, hide_default_value = true,
+          value_parser = side())]
     pub(crate) height: u32,
-    /// Number of runs; the median is reported
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = runs())]
+    /// Number of runs; the median is reported [default: 5]
+    #[arg(long, value_name = "N", default_value_t = 5, hide_default_value = true,
+          value_parser = runs())]
     pub(crate) runs: u32,
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
@@ -330,7 +333,7 @@ pub(crate) struct ReportArgs {
     /// The noisy image
     #[arg(value_name = "NOISY")]
     pub(crate) noisy: PathBuf,
-    /// What it should look like
+    /// The converged image
     #[arg(value_name = "REFERENCE")]
     pub(crate) reference: PathBuf,
     /// Folder for report.md, report.json and a plot, report.svg
@@ -339,8 +342,9 @@ pub(crate) struct ReportArgs {
     /// Replace a report that exists
     #[arg(long, requires = "out")]
     pub(crate) force: bool,
-    /// Runs of each configuration; the median is reported
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = runs())]
+    /// Runs of each configuration; the median is reported [default: 5]
+    #[arg(long, value_name = "N", default_value_t = 5, hide_default_value = true,
+          value_parser = runs())]
     pub(crate) runs: u32,
     /// Print JSON
     #[arg(long)]

@@ -185,9 +185,8 @@ impl<'a> Session<'a> {
         let result = result?;
         if verify {
             let verified = denoiser.verify(frame, &result)?;
-            self.console.detail(|| {
-                verified.map_or(NOTHING_TO_VERIFY.into(), |verified| verified.to_string())
-            });
+            let told = verified.map_or(NOTHING_TO_VERIFY.into(), |verified| verified.to_string());
+            self.console.notice(&told);
         }
         Ok(result)
     }

@@ -25,6 +25,17 @@ fn help_is_a_command_that_takes_another() {
     folder.run(&["render"]).assert_failed(2, &["`render` is neither a file nor a command"]);
 }
 
+/// clap would give a default a paragraph of its own.
+#[test]
+fn defaults_stand_in_the_line_of_their_flag() {
+    let folder = Folder::new();
+    for command in ["preview", "bench", "profile", "report"] {
+        let run = folder.run(&[command, "--help"]);
+        let alone = |line: &str| line.trim_start().starts_with("[default");
+        assert!(run.stdout.contains("[default: ") && !run.stdout.lines().any(alone), "{run:?}");
+    }
+}
+
 #[test]
 fn the_short_help_fits_a_screen_and_has_what_is_used_every_day() {
     let run = Folder::new().run(&["-h"]);

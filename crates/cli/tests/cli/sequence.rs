@@ -81,6 +81,8 @@ fn a_picture_that_fails_is_reported_and_the_batch_continues() {
         ["wgdenoise: error: beauty.0002.exr: is empty", "wgdenoise: error: 1 of 3 images failed"];
     assert_eq!(lines, expected);
     assert_eq!(folder.names_in("clean"), ["beauty.0001.exr", "beauty.0010.exr"]);
+    let run = folder.denoise(&["beauty.####.exr", "clean", "--force"]);
+    assert!(run.stderr.contains("wgdenoise: wrote 2 of 3 images in "), "{run:?}");
 }
 
 #[test]
