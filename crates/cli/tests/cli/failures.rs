@@ -1,5 +1,6 @@
 use std::fs;
 use std::process::{Command, Stdio};
+use std::thread;
 
 use crate::support::{Folder, Run};
 
@@ -40,7 +41,10 @@ fn a_pipe_or_a_device_is_refused_wherever_a_file_is_read() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     image::RgbImage::new(37, 23).save(folder.path("a.png")).unwrap();
-    assert!(Command::new("mkfifo").arg(folder.path("pipe")).status().unwrap().success());
+    let pipe = folder.path("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // Answers a program that does open it, so that the test fails rather than waits.
+    thread::spawn(move || while fs::write(&pipe, "").is_ok() {});
     for args in [
         &["pipe", "out.exr"][..],
         &["/dev/null", "out.exr"],
