@@ -19,6 +19,7 @@ are found by the names that renderers give them; `wgdenoise info IN` shows which
 Several images go into a folder: wgdenoise renders/*.exr clean/
 In the file names of a sequence, #### or %04d stands for the frame number:
 wgdenoise beauty.####.exr clean.####.exr --frames 1-48
+Images may replace themselves: wgdenoise renders/*.exr --in-place
 Everything is checked before the first image is denoised. An image that fails is reported and the
 batch continues.
 
@@ -31,7 +32,7 @@ Exit codes:
   0  done
   1  an input could not be read, or an output could not be written
   2  the command line was wrong
-  3  no usable adapter (GPU or CPU driver)
+  3  no usable adapter (GPU or CPU driver), or it lacks what the flags need
   4  the device was lost, hangs or computes wrong results";
 
 const USAGE: &str = "wgdenoise [OPTIONS] <IN>... <OUT>\n       wgdenoise <COMMAND>";
@@ -109,7 +110,9 @@ pub(crate) struct DenoiseArgs {
     pub(crate) exposure: Option<f32>,
     #[command(flatten)]
     pub(crate) writing: WritingArgs,
-    /// Replace an input with its own result
+    /// Replace an input with its own result; without OUT, replace every input
+    ///
+    /// The last FILE is OUT if it is a folder, does not exist or is one of the inputs.
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) in_place: bool,
     /// Compare part of the result with the CPU reference before it is written
@@ -222,9 +225,9 @@ pub(crate) struct DeviceArgs {
     #[arg(long, value_name = "TIME", value_parser = time, hide_short_help = true,
           help_heading = DEVICE)]
     pub(crate) timeout: Option<Duration>,
-    /// Variant of the convolutions, for tests and measurements
-    #[arg(long, value_enum, value_name = "SET", default_value = "auto", hide_short_help = true,
-          help_heading = DEVICE)]
+    /// Variant of the convolutions, for tests and measurements [default: auto]
+    #[arg(long, value_enum, value_name = "SET", default_value = "auto",
+          hide_default_value = true, hide_short_help = true, help_heading = DEVICE)]
     pub(crate) kernels: KernelsArg,
     /// Run the network on blocks without noise too, such as an empty background
     #[arg(long, hide_short_help = true, help_heading = DEVICE)]
@@ -254,9 +257,9 @@ pub(crate) struct PreviewArgs {
     /// Layer or channel to show [default: the one that results are written to]
     #[arg(long, value_name = "NAME")]
     pub(crate) layer: Option<String>,
-    /// Brighten by stops, such as 1.5
-    #[arg(long, value_name = "EV", default_value_t = 0.0, value_parser = stops,
-          allow_negative_numbers = true)]
+    /// Brighten by stops, such as 1.5 [default: 0]
+    #[arg(long, value_name = "EV", default_value_t = 0.0, hide_default_value = true,
+          value_parser = stops, allow_negative_numbers = true)]
     pub(crate) exposure: f32,
     #[command(flatten)]
     pub(crate) writing: WritingArgs,
@@ -292,14 +295,17 @@ pub(crate) struct CompareArgs {
 /// What `bench` and `profile` share.
 #[derive(Debug, Args)]
 pub(crate) struct MeasureArgs {
-    /// Pixels per row
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
+    /// Pixels per row [default: 1024]
+    #[arg(long, value_name = "N", default_value_t = 1024, hide_default_value = true,
+          value_parser = side())]
     pub(crate) width: u32,
-    /// Rows
-    #[arg(long, value_name = "N", default_value_t = 1024, value_parser = side())]
+    /// Rows [default: 1024]
+    #[arg(long, value_name = "N", default_value_t = 1024, hide_default_value = true,
+          value_parser = side())]
     pub(crate) height: u32,
-    /// Number of runs; the median is reported
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = runs())]
+    /// Number of runs; the median is reported [default: 5]
+    #[arg(long, value_name = "N", default_value_t = 5, hide_default_value = true,
+          value_parser = runs())]
     pub(crate) runs: u32,
     #[command(flatten)]
     pub(crate) network: NetworkArgs,
@@ -327,7 +333,7 @@ pub(crate) struct ReportArgs {
     /// The noisy image
     #[arg(value_name = "NOISY")]
     pub(crate) noisy: PathBuf,
-    /// What it should look like
+    /// The converged image
     #[arg(value_name = "REFERENCE")]
     pub(crate) reference: PathBuf,
     /// Folder for report.md, report.json and a plot, report.svg
@@ -336,8 +342,9 @@ pub(crate) struct ReportArgs {
     /// Replace a report that exists
     #[arg(long, requires = "out")]
     pub(crate) force: bool,
-    /// Runs of each configuration; the median is reported
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = runs())]
+    /// Runs of each configuration; the median is reported [default: 5]
+    #[arg(long, value_name = "N", default_value_t = 5, hide_default_value = true,
+          value_parser = runs())]
     pub(crate) runs: u32,
     /// Print JSON
     #[arg(long)]

@@ -15,7 +15,7 @@ pub(crate) enum Failure {
     /// The command line was wrong in a way that its grammar cannot express.
     #[error("{0}")]
     Usage(String),
-    /// No adapter can do the work.
+    /// No adapter can do the work, or the chosen one lacks what the flags need.
     #[error("{0}")]
     Adapter(String),
     /// The device was lost, hangs or computes wrong results.

@@ -8,6 +8,7 @@ use glob::MatchOptions;
 
 use crate::failure::{Failure, shown};
 use crate::frames::{self, Frames, Pattern};
+use wgdenoise_files::Problem;
 
 /// One IN.
 #[derive(Debug)]
@@ -67,7 +68,8 @@ fn check_file(path: &Path) -> Result<(), Failure> {
     match path.metadata() {
         Err(error) => Err(Failure::of(path, format_args!("cannot be read: {error}"))),
         Ok(metadata) if metadata.is_dir() => Err(Failure::of(path, "is a folder and not an image")),
-        Ok(_) => Ok(()),
+        Ok(metadata) if metadata.is_file() => Ok(()),
+        Ok(_) => Err(Failure::of(path, Problem::NotRegular)),
     }
 }
 

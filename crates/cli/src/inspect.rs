@@ -48,9 +48,16 @@ fn info_text(file: &Description, costs: &[(&str, f64)]) -> String {
         }
         _ => lines.push(choice(file)),
     }
-    let costs: Vec<_> = costs.iter().map(|(name, gflop)| format!("{name} {gflop:.1}")).collect();
+    let costs: Vec<_> =
+        costs.iter().map(|(name, gflop)| format!("{name} {}", amount(*gflop))).collect();
     lines.push(format!("cost in GFLOP: {}", costs.join(", ")));
     lines.join("\n")
+}
+
+/// One decimal, or two significant digits of a positive value below 1.
+fn amount(value: f64) -> String {
+    let decimals = if value < 1.0 { 1.0 - value.log10().floor() } else { 1.0 };
+    format!("{value:.*}", decimals as usize)
 }
 
 /// Which layers are used and why, on one line, or why the file cannot be denoised.
@@ -101,6 +108,7 @@ pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failur
     if Identity::of(input) == Identity::of(output) {
         return Err(Failure::of(output, "is also the input; give another OUT"));
     }
+    wgdenoise_files::Preview::format(output).map_err(|error| Failure::Usage(error.to_string()))?;
     prepare_output(output, writing.force, *writing)?;
     let layer = request.layer.as_deref();
     let preview = wgdenoise_files::Preview::open(input, layer, request.limits).map_err(of_file)?;
@@ -170,4 +178,18 @@ fn adapter_json(index: usize, adapter: &AdapterInfo) -> Value {
         "driver": adapter.driver,
         "driver_info": adapter.driver_info,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_small_amount_has_two_significant_digits() {
+        for (value, text) in
+            [(0.0312, "0.031"), (0.5, "0.50"), (1.0, "1.0"), (12.34, "12.3"), (4321.0, "4321.0")]
+        {
+            assert_eq!(amount(value), text);
+        }
+    }
 }

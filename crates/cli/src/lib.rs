@@ -26,7 +26,8 @@ use crate::failure::Failure;
 use crate::request::Request;
 
 /// Runs the program and returns its exit code: 0 done, 1 an input or output failed, 2 wrong usage,
-/// 3 no usable adapter, 4 the device failed.
+/// 3 no
+/// usable adapter, or it lacks what the flags need, 4 the device failed.
 #[must_use]
 pub fn main() -> ExitCode {
     wgdenoise::Gpu::silence_device_select();

@@ -11,13 +11,14 @@ use crate::args::{
 };
 use crate::console::Verbosity;
 use crate::failure::{Failure, shown};
+use crate::inputs::Source;
 use crate::request::{
     Bench, Compare, Convert, Denoise, DeviceChoice, Info, Preview, Report, Request, WeightsChoice,
     Writing,
 };
 use crate::values::QualityArg;
 use wgdenoise::Quality;
-use wgdenoise_files::{LayerChoice, Limits};
+use wgdenoise_files::{Identity, LayerChoice, Limits};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the
 /// grammar refuses are printed and end the process.
@@ -41,7 +42,7 @@ fn misspelled(word: &OsStr) -> Option<String> {
     let text = word.to_str()?.to_lowercase();
     let is_name = text.chars().all(char::is_alphanumeric) && !Path::new(word).exists();
     let cli = Cli::command();
-    let names = cli.get_subcommands().map(clap::Command::get_name);
+    let names = cli.get_subcommands().map(clap::Command::get_name).chain(["help"]);
     let distance = |name: &&str| strsim::damerau_levenshtein(name, &text);
     let nearest = names.filter(|_| is_name).min_by_key(distance)?;
     let near = distance(&nearest) <= nearest.len() / 3 && word != nearest;
@@ -109,7 +110,7 @@ fn manual() -> Result<Vec<u8>, Failure> {
 }
 
 fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
-    let (inputs, output) = inputs_and_output(args.files)?;
+    let (inputs, output) = inputs_and_output(args.files, args.in_place)?;
     let weights = chosen_weights(&args.network, &args.choice)?;
     Ok(Denoise {
         verbosity: match (args.quiet, args.verbose) {
@@ -130,15 +131,42 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
     })
 }
 
-fn inputs_and_output(mut files: Vec<PathBuf>) -> Result<(Vec<PathBuf>, PathBuf), Failure> {
+/// IN and OUT, which `--in-place` may leave out.
+fn inputs_and_output(
+    mut files: Vec<PathBuf>,
+    in_place: bool,
+) -> Result<(Vec<PathBuf>, Option<PathBuf>), Failure> {
+    if in_place && files.split_last().is_some_and(|(last, others)| is_input(last, others)) {
+        return Ok((files, None));
+    }
     match (files.pop(), files.as_slice()) {
-        (Some(output), [_, ..]) => Ok((files, output)),
-        (Some(only), []) => Err(Failure::Usage(format!(
-            "`{0}` has no output; write wgdenoise {0} OUT, or see --help",
-            shown(&only)
-        ))),
+        (Some(output), [_, ..]) => Ok((files, Some(output))),
+        (Some(only), []) => Err(Failure::Usage(without_output(&only)?)),
         (None, _) => Err(Failure::Usage("name IN and OUT, or a command; see --help".into())),
     }
+}
+
+/// Whether the last file of an `--in-place` run is one more IN rather than OUT: it is alone, or it
+/// names files that exist, none of which is another IN.
+fn is_input(last: &Path, others: &[PathBuf]) -> bool {
+    let named_before = || others.iter().any(|other| Identity::of(other) == Identity::of(last));
+    match Source::of(last) {
+        _ if others.is_empty() => true,
+        Ok(Source::File(path)) => path.is_file() && !named_before(),
+        Ok(Source::Glob(_)) => true,
+        _ => false,
+    }
+}
+
+/// What is wrong with a command line of one word.
+fn without_output(word: &Path) -> Result<String, Failure> {
+    let name = shown(word);
+    Ok(match Source::of(word)? {
+        Source::File(path) if !path.exists() => {
+            format!("`{name}` is neither a file nor a command; see --help")
+        }
+        _ => format!("`{name}` has no output; write wgdenoise {name} OUT, or see --help"),
+    })
 }
 
 fn chosen_weights(network: &NetworkArgs, choice: &ChoiceArgs) -> Result<WeightsChoice, Failure> {

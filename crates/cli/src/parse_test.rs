@@ -33,7 +33,7 @@ fn the_grammar_is_consistent() {
 #[test]
 fn two_files_are_denoised_and_a_command_is_a_command() {
     let request = denoising("wgdenoise a.exr b.exr --force --parents");
-    assert_eq!((request.inputs, request.output), (vec!["a.exr".into()], "b.exr".into()));
+    assert_eq!((request.inputs, request.output), (vec!["a.exr".into()], Some("b.exr".into())));
     assert!(request.writing.force && request.writing.parents && !request.writing.in_place);
     let is = |line: &str| parse(&words(line)).unwrap();
     assert!(matches!(is("wgdenoise info a.exr --json"), Request::Info(Info { json: true, .. })));
@@ -51,7 +51,8 @@ fn several_images_may_stand_on_both_sides_of_flags() {
     for line in ["wgdenoise a b --frames 1-2,9 out", "wgdenoise a --frames=1,2,9 b out -q"] {
         let request = denoising(line);
         assert_eq!(request.inputs, ["a", "b"].map(PathBuf::from));
-        assert_eq!((request.output, request.frames), ("out".into(), Some(Frames(vec![1, 2, 9]))));
+        assert_eq!(request.output, Some("out".into()));
+        assert_eq!(request.frames, Some(Frames(vec![1, 2, 9])));
     }
 }
 
@@ -127,6 +128,7 @@ fn a_misspelled_command_is_answered_with_the_command() {
         ("device", "devices"),
         ("bensh", "bench"),
         ("completion", "completions"),
+        ("hlep", "help"),
     ] {
         for rest in ["", " a.exr", " a.exr b.exr", " a.exr --json"] {
             let error = parse(&words(&format!("wgdenoise {word}{rest}"))).unwrap_err();
@@ -136,7 +138,36 @@ fn a_misspelled_command_is_answered_with_the_command() {
         }
     }
     // A command, files that exist, names of files, and words that resemble no command.
-    for word in ["info", "src", "compar.exr", "./infoo", "render", "a", "-v"] {
+    for word in ["info", "help", "src", "compar.exr", "./infoo", "render", "a", "-v"] {
         assert_eq!(misspelled(OsStr::new(word)), None, "{word}");
     }
+}
+
+#[test]
+fn a_lone_word_is_answered_by_what_it_lacks() {
+    let error = |word: &str| parse(&words(&format!("wgdenoise {word}"))).unwrap_err().to_string();
+    for word in ["render", "nowhere.exr", "./infoo"] {
+        assert_eq!(error(word), format!("`{word}` is neither a file nor a command; see --help"));
+    }
+    for word in ["Cargo.toml", "beauty.####.exr", "renders/*.exr"] {
+        assert!(error(word).contains(&format!("write wgdenoise {word} OUT")), "{word}");
+    }
+}
+
+#[test]
+fn images_that_replace_themselves_need_no_output() {
+    let output = |files: &str| denoising(&format!("wgdenoise {files} --in-place")).output;
+    for files in ["a.exr", "a.####.exr", "Cargo.toml", "Cargo.toml src/lib.rs", "a.exr *.exr"] {
+        assert_eq!(output(files), None, "{files}");
+    }
+    for (files, out) in [
+        ("Cargo.toml Cargo.toml", "Cargo.toml"),
+        ("Cargo.toml ./src/../Cargo.toml", "./src/../Cargo.toml"),
+        ("Cargo.toml nowhere.exr", "nowhere.exr"),
+        ("Cargo.toml src", "src"),
+        ("a.####.exr b.####.exr", "b.####.exr"),
+    ] {
+        assert_eq!(output(files), Some(out.into()), "{files}");
+    }
+    assert_eq!(denoising("wgdenoise Cargo.toml src/lib.rs").output, Some("src/lib.rs".into()));
 }

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf, is_separator};
 use crate::failure::{Failure, shown};
 use crate::inputs::{Sequence, Source};
 use crate::request::{Denoise, Writing};
-use wgdenoise_files::{Format, Identity, LayerChoice};
+use wgdenoise_files::{Format, Identity, LayerChoice, Problem};
 
 /// One image to denoise.
 #[derive(Debug)]
@@ -32,10 +32,18 @@ pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
             "--frames needs an IN with a place for the frame number, such as beauty.####.exr";
         return Err(Failure::Usage(what.into()));
     }
-    let target = Target::of(&request.output, &sources, request.writing.parents)?;
+    // A missing input is reported before a missing folder.
+    let files: Vec<_> = sources
+        .iter()
+        .map(|source| source.files(request.frames.as_ref()))
+        .collect::<Result<_, _>>()?;
+    let target = match &request.output {
+        Some(output) => Target::of(output, &sources, request.writing.parents)?,
+        None => Target::Input,
+    };
     let mut jobs = Vec::new();
-    for source in &sources {
-        jobs.extend(jobs_of(source, &target, request)?);
+    for (source, files) in sources.iter().zip(files) {
+        jobs.extend(jobs_of(source, files, &target, request)?);
     }
     check_conflicts(&mut jobs, request.writing.in_place)?;
     if request.exposure.is_some() {
@@ -47,9 +55,13 @@ pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
     Ok(jobs)
 }
 
-/// The jobs of one IN.
-fn jobs_of(source: &Source, target: &Target, request: &Denoise) -> Result<Vec<Job>, Failure> {
-    let files = source.files(request.frames.as_ref())?;
+/// The jobs of one IN, from its files and their frames.
+fn jobs_of(
+    source: &Source,
+    files: Vec<(PathBuf, Option<u32>)>,
+    target: &Target,
+    request: &Denoise,
+) -> Result<Vec<Job>, Failure> {
     let layers = Layers::of(&request.layers, source.is_sequence())?;
     layers.check(&files.iter().filter_map(|(_, frame)| *frame).collect::<Vec<_>>())?;
     let job = |(input, frame): (PathBuf, Option<u32>)| Job {
@@ -74,7 +86,8 @@ pub(crate) fn prepare_output(path: &Path, replace: bool, writing: Writing) -> Re
 }
 
 fn format(output: &Path) -> Result<Format, Failure> {
-    Ok(Format::of_extension(output).map_err(|problem| problem.at(output))?)
+    let usage = |problem: Problem| Failure::Usage(problem.at(output).to_string());
+    Format::of_extension(output).map_err(usage)
 }
 
 /// Refuses outputs that are inputs or belong to two inputs. With `in_place`, an output may be its own
@@ -123,7 +136,7 @@ impl Job {
             return Ok(());
         }
         let what = "--exposure changes PNG and JPEG only; EXR keeps the light as it was rendered";
-        Err(Failure::of(&self.output, what))
+        Err(Failure::Usage(format!("{}: {what}", shown(&self.output))))
     }
 
     /// Lets the output replace `input` if that is asked for, and `only` this job reads it.
@@ -187,6 +200,8 @@ enum Target {
     Sequence(Sequence),
     /// Each result by the name of its input.
     Folder(PathBuf),
+    /// Each result in place of its input.
+    Input,
 }
 
 impl Target {
@@ -228,6 +243,7 @@ impl Target {
             (Self::Sequence(_), None) => unreachable!("an OUT with frames has an IN with frames"),
             (Self::Folder(folder), _) => folder.join(input.file_name().unwrap_or_default()),
             (Self::File(path), _) => path.clone(),
+            (Self::Input, _) => input.to_path_buf(),
         }
     }
 }

@@ -34,7 +34,8 @@ pub(crate) struct Denoise {
     pub(crate) verbosity: Verbosity,
     /// Files, sequences and patterns, at least one.
     pub(crate) inputs: Vec<PathBuf>,
-    pub(crate) output: PathBuf,
+    /// `None` if each image replaces itself.
+    pub(crate) output: Option<PathBuf>,
     /// The frames to take of a sequence; all by default.
     pub(crate) frames: Option<Frames>,
     pub(crate) layers: LayerChoice,

@@ -21,7 +21,7 @@ pub(crate) fn open(choice: &DeviceChoice) -> Result<(Gpu, Options), Failure> {
     let matrix = MatrixShape::of(&gpu.adapter, precision);
     let kernels = choice.kernels.on(matrix).ok_or_else(|| {
         let name = &gpu.info.name;
-        Failure::Work(format!("{name} reports no matrices that fit; choose --kernels auto"))
+        Failure::Adapter(format!("{name} reports no matrices that fit; choose --kernels auto"))
     })?;
     let options = default
         .precision(precision)
@@ -185,9 +185,8 @@ impl<'a> Session<'a> {
         let result = result?;
         if verify {
             let verified = denoiser.verify(frame, &result)?;
-            self.console.detail(|| {
-                verified.map_or(NOTHING_TO_VERIFY.into(), |verified| verified.to_string())
-            });
+            let told = verified.map_or(NOTHING_TO_VERIFY.into(), |verified| verified.to_string());
+            self.console.notice(&told);
         }
         Ok(result)
     }

@@ -1,6 +1,5 @@
 //! Weights files: which one an image needs, reading it, and converting those of Open Image Denoise.
 
-use std::fs::File;
 use std::io::{self, Read as _, Write as _};
 use std::path::{Path, PathBuf};
 
@@ -150,11 +149,10 @@ fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// A whole weights file. No more than the limit is read, even from a pipe or a device, which have
-/// no length.
+/// A whole weights file. No more than the limit is read, even if the file grows meanwhile.
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let unreadable = |error: io::Error| Failure::of(path, format_args!("cannot be read: {error}"));
-    let file = File::open(path).map_err(unreadable)?;
+    let file = wgdenoise_files::open(path).map_err(|problem| problem.at(path))?;
     let length = file.metadata().map_err(unreadable)?.len();
     let mut bytes = Vec::new();
     if length <= MAX_WEIGHTS_BYTES {

@@ -17,7 +17,7 @@ use super::{FileError, Problem, ldr};
 /// A file's format, size and layers, and which of them would be denoised.
 #[derive(Debug)]
 pub struct Description {
-    /// `EXR`, or what kind of PNG or JPEG.
+    /// Such as `EXR with 2 parts` or `PNG, 8-bit RGB`.
     pub format: String,
     /// Pixels per row of the color.
     pub width: u32,
@@ -58,14 +58,16 @@ impl Description {
     pub fn of(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
         let described = match format::sniff(path) {
             Ok(Format::Exr) => Self::of_exr(path, wanted),
-            Ok(_) => Self::of_ldr(path, wanted),
+            Ok(Format::Png) => Self::of_ldr(path, "PNG", wanted),
+            Ok(Format::Jpeg) => Self::of_ldr(path, "JPEG", wanted),
             Err(problem) => Err(problem),
         };
         described.map_err(|problem| problem.at(path))
     }
 
-    fn of_ldr(path: &Path, wanted: &LayerChoice) -> Result<Self, Problem> {
-        let (format, (width, height)) = ldr::describe(path, wanted.limits)?;
+    fn of_ldr(path: &Path, name: &str, wanted: &LayerChoice) -> Result<Self, Problem> {
+        let (kind, (width, height)) = ldr::describe(path, wanted.limits)?;
+        let format = format!("{name}, {kind}");
         let (albedo, normal) = (wanted.albedo.clone(), wanted.normal.clone());
         let (layers, color, target, selection) = (Vec::new(), None, None, None);
         Ok(Self { format, width, height, layers, color, target, albedo, normal, selection })

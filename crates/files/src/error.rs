@@ -30,6 +30,9 @@ pub enum Problem {
     /// The system cannot write it.
     #[error("cannot be written: {0}")]
     Write(#[source] io::Error),
+    /// It is a pipe or a device, whose reading may never end.
+    #[error("is not a regular file; give a file on disk")]
+    NotRegular,
     /// It exists and must not be replaced.
     #[error("already exists")]
     Exists,

@@ -17,14 +17,24 @@ pub enum Format {
     Jpeg,
 }
 
+/// Opens a file to read. Opening a pipe would wait for its writer, so only regular files are opened.
+///
+/// # Errors
+/// If the file cannot be opened or is not a regular file.
+pub fn open(path: &Path) -> Result<File, Problem> {
+    if path.metadata().map_err(Problem::Read)?.is_file() {
+        return File::open(path).map_err(Problem::Read);
+    }
+    Err(Problem::NotRegular)
+}
+
 /// The format of a file to read, by its first bytes.
 pub(super) fn sniff(path: &Path) -> Result<Format, Problem> {
     if path.is_dir() {
         return Err(Problem::Format("is a folder and not an image".into()));
     }
     let mut first = Vec::new();
-    let file = File::open(path).map_err(Problem::Read)?;
-    file.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
+    open(path)?.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
     match first.as_slice() {
         [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Format::Exr),
         [0x89, b'P', b'N', b'G', ..] => Ok(Format::Png),

@@ -6,7 +6,8 @@ use std::path::Path;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{
-    ColorType, DynamicImage, ImageDecoder, ImageEncoder, ImageError, ImageFormat, ImageReader,
+    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError,
+    ImageFormat, ImageReader,
 };
 
 use super::format::Format;
@@ -91,10 +92,22 @@ pub(super) fn write_new(
     Ok(vec!["wrote only the color, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
 }
 
-/// The kind of file, and its width and height.
+/// What the file stores, such as `8-bit RGB`, and its width and height.
 pub(super) fn describe(path: &Path, limits: Limits) -> Result<(String, (u32, u32)), Problem> {
     let decoder = decoder(path, limits)?;
-    Ok((format!("image of {:?}", decoder.original_color_type()), decoder.dimensions()))
+    Ok((kind(decoder.original_color_type()), decoder.dimensions()))
+}
+
+fn kind(color: ExtendedColorType) -> String {
+    let channels = color.channel_count();
+    let name = match (color, channels) {
+        (ExtendedColorType::Cmyk8 | ExtendedColorType::Cmyk16, _) => "CMYK",
+        (_, 1) => "gray",
+        (_, 2) => "gray with alpha",
+        (_, 3) => "RGB",
+        _ => "RGBA",
+    };
+    format!("{}-bit {name}", color.bits_per_pixel() / u16::from(channels))
 }
 
 /// Reads normals, which are stored as `n·0.5+0.5` without a curve.

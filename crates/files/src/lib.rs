@@ -34,7 +34,7 @@ mod window;
 pub use describe::{Description, LayerInfo};
 pub use error::{FileError, Problem};
 pub use escape::{escaped, escaped_json, escaped_lines};
-pub use format::Format;
+pub use format::{Format, open};
 pub use identity::Identity;
 pub use limits::Limits;
 pub use output::Out;

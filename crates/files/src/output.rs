@@ -2,7 +2,7 @@
 //! name at the end, so a failure leaves what was there.
 
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::draft::Draft;
@@ -16,8 +16,8 @@ pub type Out<'a> = BufWriter<&'a File>;
 /// Checks, before any work is done, that `path` can be written; returns its format.
 ///
 /// # Errors
-/// If its extension names no format, its folder does not exist or takes no file, it is not a plain
-/// file, or it exists and `force` is not given.
+/// If its extension names no format, its folder does not exist or takes no file, the system takes no
+/// such name, it is not a plain file, or it exists and `force` is not given.
 pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     let format = Format::of_extension(path).map_err(|p| p.at(path))?;
     if !folder(path).is_dir() {
@@ -26,8 +26,13 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     if path.exists() && !path.is_file() {
         return Err(Problem::Format("cannot be written: it is not a plain file".into()).at(path));
     }
-    if !force && fs::symlink_metadata(path).is_ok() {
-        return Err(Problem::Exists.at(path));
+    match fs::symlink_metadata(path) {
+        Ok(_) if !force => return Err(Problem::Exists.at(path)),
+        // Such as a name that is too long.
+        Err(error) if error.kind() != ErrorKind::NotFound => {
+            return Err(Problem::Write(error).at(path));
+        }
+        _ => {}
     }
     // The file that is made here goes away again at once.
     draft(&resolved(path)).map_err(|p| p.at(path))?;
@@ -59,7 +64,7 @@ fn replace_resolved<T>(
     drop(out);
     finish(draft.file(), path).map_err(Problem::Write)?;
     draft.keep(path, force).map_err(|error| match error.kind() {
-        std::io::ErrorKind::AlreadyExists => Problem::Exists,
+        ErrorKind::AlreadyExists => Problem::Exists,
         _ => Problem::Write(error),
     })?;
     Ok(result)

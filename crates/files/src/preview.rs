@@ -63,16 +63,25 @@ impl Preview {
         self.layer.as_deref()
     }
 
+    /// The format of a preview, by the extension of its file.
+    ///
+    /// # Errors
+    /// If the extension is not .png, .jpg or .jpeg.
+    pub fn format(path: &Path) -> Result<Format, FileError> {
+        let what = "cannot be written: a preview is a .png, .jpg or .jpeg file";
+        Format::of_extension(path)
+            .ok()
+            .filter(|format| format.is_display_referred())
+            .ok_or_else(|| Problem::Format(what.into()).at(path))
+    }
+
     /// Writes an 8-bit PNG or JPEG: values times 2^`stops`, clipped to [0, 1], sRGB-encoded.
     ///
     /// # Errors
     /// If `path` names another format, exists and `force` is not given, or cannot be written.
     pub fn save(self, path: &Path, stops: f32, force: bool) -> Result<(), FileError> {
-        let format = output::check(path, force)?;
-        if !format.is_display_referred() {
-            let what = "cannot be written: a preview is a .png, .jpg or .jpeg file";
-            return Err(Problem::Format(what.into()).at(path));
-        }
+        let format = Self::format(path)?;
+        output::check(path, force)?;
         let image = exposed(self.image, stops);
         output::replace(path, force, |out| ldr::write_new(out, format, &image)).map(|_| ())
     }

@@ -36,7 +36,7 @@ pub(super) fn wish(
         None => Ok((Wish::Auto, None)),
         Some(name) => match layers::named(&layers::layers(parts), name) {
             Ok(_) => Ok((Wish::Named(name.into()), None)),
-            Err(_) if Path::new(name).is_file() => Ok((Wish::Without, Some(name.into()))),
+            Err(_) if Path::new(name).exists() => Ok((Wish::Without, Some(name.into()))),
             Err(Problem::Layers(text)) => {
                 Err(Problem::Layers(format!("{text}, and there is no file `{name}`")))
             }

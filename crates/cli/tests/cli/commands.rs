@@ -13,6 +13,30 @@ fn help_tells_the_exit_codes() {
 }
 
 #[test]
+fn help_is_a_command_that_takes_another() {
+    let folder = Folder::new();
+    for (args, usage) in [
+        (&["help"][..], "Usage: wgdenoise [OPTIONS] <IN>... <OUT>"),
+        (&["help", "info"], "Usage: wgdenoise info [OPTIONS] <IN>"),
+    ] {
+        let run = folder.run(args);
+        assert!(run.code == 0 && run.stdout.contains(usage), "{run:?}");
+    }
+    folder.run(&["render"]).assert_failed(2, &["`render` is neither a file nor a command"]);
+}
+
+/// clap would give a default a paragraph of its own.
+#[test]
+fn defaults_stand_in_the_line_of_their_flag() {
+    let folder = Folder::new();
+    for command in ["preview", "bench", "profile", "report"] {
+        let run = folder.run(&[command, "--help"]);
+        let alone = |line: &str| line.trim_start().starts_with("[default");
+        assert!(run.stdout.contains("[default: ") && !run.stdout.lines().any(alone), "{run:?}");
+    }
+}
+
+#[test]
 fn the_short_help_fits_a_screen_and_has_what_is_used_every_day() {
     let run = Folder::new().run(&["-h"]);
     assert_eq!(run.code, 0);
@@ -186,7 +210,7 @@ fn matrix_kernels_run_or_are_refused() {
         }
         None => folder
             .denoise(&[&args[..], &["-q"]].concat())
-            .assert_failed(1, &["no matrices that fit", "choose --kernels auto"]),
+            .assert_failed(3, &["no matrices that fit", "choose --kernels auto"]),
     }
 }
 

@@ -1,4 +1,6 @@
 use std::fs;
+use std::process::{Command, Stdio};
+use std::thread;
 
 use crate::support::{Folder, Run};
 
@@ -30,6 +32,37 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
         folder.denoise(&[input, "out.exr"]).assert_failed(1, &[words]);
         assert_eq!(folder.names(), before, "{input}");
     }
+}
+
+/// Opening a pipe would wait forever for its writer.
+#[cfg(unix)]
+#[test]
+fn a_pipe_or_a_device_is_refused_wherever_a_file_is_read() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    image::RgbImage::new(37, 23).save(folder.path("a.png")).unwrap();
+    let pipe = folder.path("pipe");
+    assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+    // Answers a program that does open it, so that the test fails rather than waits.
+    thread::spawn(move || while fs::write(&pipe, "").is_ok() {});
+    for args in [
+        &["pipe", "out.exr"][..],
+        &["/dev/null", "out.exr"],
+        &["/dev/stdin", "out.exr"],
+        &["info", "pipe"],
+        &["preview", "pipe", "look.png"],
+        &["compare", "plain_rgb.exr", "pipe"],
+        &["convert", "pipe", "w.safetensors"],
+        &["plain_rgb.exr", "out.exr", "-q", "--albedo", "pipe"],
+        &["a.png", "out.exr", "-q", "--normal", "pipe"],
+        &["plain_rgb.exr", "out.exr", "-q", "--weights", "pipe"],
+    ] {
+        let output = folder.command(args).stdin(Stdio::piped()).output().unwrap();
+        let name = args.iter().find(|arg| arg.contains("pipe") || arg.contains("/dev/")).unwrap();
+        let words = format!("{name}: is not a regular file; give a file on disk");
+        Run::of(&output).assert_failed(1, &[&words]);
+    }
+    assert_eq!(folder.names(), ["a.png", "pipe", "plain_rgb.exr"]);
 }
 
 /// The decoder panics with checked arithmetic only, and the user must not see it.
@@ -90,7 +123,7 @@ fn the_most_pixels_that_are_accepted_hold_for_every_format_and_command() {
 fn an_output_that_cannot_be_written_is_refused_before_the_work() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
-    folder.denoise(&["plain_rgb.exr", "out.tiff"]).assert_failed(1, &[".exr, .png, .jpg"]);
+    folder.denoise(&["plain_rgb.exr", "out.tiff"]).assert_failed(2, &[".exr, .png, .jpg"]);
     folder
         .denoise(&["plain_rgb.exr", "no/out.exr"])
         .assert_failed(1, &["the folder no does not exist", "--parents"]);

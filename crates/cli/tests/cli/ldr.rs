@@ -82,5 +82,5 @@ fn a_png_has_no_layers_and_says_so() {
         .denoise(&["in.png", "out.png", "--color", "beauty"])
         .assert_failed(1, &["in.png: has no layers"]);
     let info = folder.run(&["info", "in.png"]);
-    assert!(info.stdout.contains("image of Rgb8, 33×21 pixels"), "{info:?}");
+    assert!(info.stdout.contains("PNG, 8-bit RGB, 33×21 pixels"), "{info:?}");
 }

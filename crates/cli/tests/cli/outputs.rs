@@ -51,6 +51,17 @@ fn a_folder_that_takes_no_file_is_refused_before_the_work() {
     folder.denoise(&args).assert_failed(1, &["/proc/out.exr: cannot be written: "]);
 }
 
+/// No file system takes a name of over 255 bytes, which is noticed before a GPU is opened.
+#[test]
+fn a_name_that_is_too_long_is_refused_before_the_work() {
+    let folder = Folder::new();
+    folder.copy("plain_rgb.exr");
+    let long = format!("{}.exr", "x".repeat(255));
+    let args = ["plain_rgb.exr", &long, "--adapter", "nosuch"];
+    folder.denoise(&args).assert_failed(1, &["x.exr: cannot be written: File name too long"]);
+    assert_eq!(folder.names(), ["plain_rgb.exr"]);
+}
+
 #[test]
 fn a_result_goes_through_a_link_and_into_a_folder() {
     let folder = Folder::new();
@@ -80,7 +91,7 @@ fn missing_folders_are_created_only_if_asked() {
     // An output that is refused for another reason leaves no folder behind.
     folder
         .denoise(&["plain_rgb.exr", "a/out.tiff", "--parents"])
-        .assert_failed(1, &["its name must end in"]);
+        .assert_failed(2, &["its name must end in"]);
     assert_eq!(folder.names(), ["karma_like.exr", "plain_rgb.exr"]);
 
     folder.denoise(&[&one[..], &["--parents"]].concat()).assert_done();

@@ -66,7 +66,10 @@ fn what_cannot_be_previewed_is_one_sentence_and_leaves_nothing_behind() {
     let folder = layers();
     fs::write(folder.path("old.png"), "old").unwrap();
     let preview = |args: &[&str]| folder.run(&[&["preview"], args].concat());
-    preview(&["in.exr", "look.exr"]).assert_failed(1, &["look.exr: ", "a preview is a .png"]);
+    for name in ["look.exr", "look.tif", "look", "new/look"] {
+        let says = format!("{name}: cannot be written: a preview is a .png, .jpg or .jpeg file");
+        preview(&["in.exr", name, "--parents"]).assert_failed(2, &[&says]);
+    }
     preview(&["in.exr", "in.exr", "--force"]).assert_failed(1, &["is also the input"]);
     preview(&["in.exr", "old.png"]).assert_failed(1, &["already exists", "--force"]);
     preview(&["nowhere.exr", "look.png"]).assert_failed(1, &["nowhere.exr: cannot be read"]);
@@ -114,6 +117,6 @@ fn exposure_brightens_denoised_pngs_as_it_does_previews() {
     folder.denoise(&["plain_rgb.exr", "plain.png"]).assert_done();
     assert!(png("dark.png") != png("plain.png"));
     let args = ["plain_rgb.exr", "x.exr", "--exposure", "1", "--weights", WEIGHTS];
-    folder.run(&args).assert_failed(1, &["x.exr: ", "--exposure changes PNG and JPEG only"]);
+    folder.run(&args).assert_failed(2, &["x.exr: ", "--exposure changes PNG and JPEG only"]);
     assert!(!folder.path("x.exr").exists());
 }

@@ -81,6 +81,8 @@ fn a_picture_that_fails_is_reported_and_the_batch_continues() {
         ["wgdenoise: error: beauty.0002.exr: is empty", "wgdenoise: error: 1 of 3 images failed"];
     assert_eq!(lines, expected);
     assert_eq!(folder.names_in("clean"), ["beauty.0001.exr", "beauty.0010.exr"]);
+    let run = folder.denoise(&["beauty.####.exr", "clean", "--force"]);
+    assert!(run.stderr.contains("wgdenoise: wrote 2 of 3 images in "), "{run:?}");
 }
 
 #[test]
@@ -116,8 +118,11 @@ fn what_cannot_be_done_in_whole_is_refused_before_the_first_image() {
         (&["no*.exr", "clean"], 1, "no*.exr: no file has such a name"),
         (&["[.exr", "clean"], 2, "[.exr: is not a valid pattern"),
         (&[one, "nowhere.exr", "clean"], 1, "nowhere.exr: cannot be read"),
+        (&[one, "nowhere.exr", "missing"], 1, "nowhere.exr: cannot be read"),
+        (&["no*.exr", one, "missing"], 1, "no*.exr: no file has such a name"),
+        (&[all, one, "missing", "--frames", "3"], 1, "frame 3 is missing"),
         (&[one, "other", "clean"], 1, "other: is a folder"),
-        (&["notes.txt", one, "clean"], 1, "clean/notes.txt: cannot be written: its name must"),
+        (&["notes.txt", one, "clean"], 2, "clean/notes.txt: cannot be written: its name must"),
         (&[all, "clean.exr"], 2, "clean.exr: needs a place for the frame number as IN has"),
         (&[one, "clean.####.exr"], 2, "clean.####.exr: has a place for a frame number"),
         (&[all, one, "clean.####.exr"], 2, "needs exactly one IN that has one too"),
@@ -182,9 +187,27 @@ fn a_batch_is_denoised_in_place_unless_another_image_reads_what_is_replaced() {
     assert!(names.map(|name| fs::read(folder.path(name)).unwrap()) == before);
 
     folder.denoise(&["beauty.####.exr", "clean", "-q"]).assert_done();
-    folder.denoise(&[&all[..], &["--in-place", "-q"]].concat()).assert_done();
-    for name in names {
-        let clean = fs::read(folder.path("clean").join(name)).unwrap();
-        assert!(fs::read(folder.path(name)).unwrap() == clean, "{name}");
+    let clean = names.map(|name| fs::read(folder.path("clean").join(name)).unwrap());
+    for inputs in [&all[..], &all[..1], &names, &["beauty*.exr"]] {
+        names
+            .iter()
+            .zip(&before)
+            .for_each(|(name, old)| fs::write(folder.path(name), old).unwrap());
+        folder.denoise(&[inputs, &["--in-place", "-q"]].concat()).assert_done();
+        assert!(names.map(|name| fs::read(folder.path(name)).unwrap()) == clean, "{inputs:?}");
     }
+}
+
+#[test]
+fn images_in_place_are_checked_as_others_are() {
+    let folder = animation();
+    fs::hard_link(folder.path("beauty.0001.exr"), folder.path("same.exr")).unwrap();
+    fs::write(folder.path("notes.txt"), "notes").unwrap();
+    let before = folder.names().len();
+    let run = |files: &[&str]| folder.denoise(&[files, &["--in-place"]].concat());
+    run(&["nowhere.exr"]).assert_failed(1, &["nowhere.exr: cannot be read"]);
+    run(&["*.exr"]).assert_failed(1, &["is also the input"]);
+    run(&["beauty.0002.exr", "notes.txt"]).assert_failed(2, &["notes.txt: ", "must end in .exr"]);
+    assert_eq!(fs::read(folder.path("notes.txt")).unwrap(), b"notes");
+    assert_eq!(folder.names().len(), before);
 }

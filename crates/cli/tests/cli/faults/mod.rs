@@ -123,7 +123,7 @@ fn wrong_results_are_found_and_not_written() {
 #[test]
 fn right_results_are_verified() {
     let folder = noise(64, 64);
-    let run = denoise(&folder, "none", &["-v", "--verify"]);
+    let run = denoise(&folder, "none", &["--verify"]);
     run.assert_done();
     assert!(run.stderr.contains("verified 16×16 pixels at ("), "{run:?}");
 }
