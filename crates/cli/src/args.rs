@@ -86,7 +86,10 @@ pub(crate) enum Command {
     },
     /// Print the manual page, in roff
     #[command(hide = true)]
-    Man,
+    Man {
+        /// The command to describe; without one, the program
+        command: Option<String>,
+    },
 }
 
 /// `wgdenoise IN... OUT`.

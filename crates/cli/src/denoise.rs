@@ -149,11 +149,13 @@ impl Batch<'_> {
         self.session.close();
         let time = seconds(self.watch.total());
         let (all, failed) = (self.images, self.failed);
-        self.console.notice(&match (jobs, failed) {
-            ([job], _) => format!("wrote {} in {time}", shown(&job.output)),
-            (_, 0) => format!("wrote {all} images in {time}"),
-            _ => format!("wrote {} of {all} images in {time}", all - failed),
-        });
+        if failed < all {
+            self.console.notice(&match (jobs, failed) {
+                ([job], _) => format!("wrote {} in {time}", shown(&job.output)),
+                (_, 0) => format!("wrote {all} images in {time}"),
+                _ => format!("wrote {} of {all} images in {time}", all - failed),
+            });
+        }
         match failed {
             0 => Ok(()),
             _ => Err(Failure::Work(format!("{failed} of {all} images failed"))),

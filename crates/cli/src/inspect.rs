@@ -109,9 +109,9 @@ pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failur
         return Err(Failure::of(output, "is also the input; give another OUT"));
     }
     wgdenoise_files::Preview::format(output).map_err(|error| Failure::Usage(error.to_string()))?;
-    prepare_output(output, writing.force, *writing)?;
     let layer = request.layer.as_deref();
     let preview = wgdenoise_files::Preview::open(input, layer, request.limits).map_err(of_file)?;
+    prepare_output(output, writing.force, *writing)?;
     let name = preview.layer().map(|layer| format!("`{}` as ", escaped(layer)));
     preview.save(output, request.exposure, writing.force).map_err(of_file)?;
     console.notice(&format!("wrote {}{}", name.unwrap_or_default(), shown(output)));

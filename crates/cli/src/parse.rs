@@ -97,14 +97,21 @@ fn request(cli: Cli) -> Result<Request, Failure> {
             clap_complete::generate(shell, &mut Cli::command(), "wgdenoise", &mut script);
             Request::Print(script)
         }
-        Some(Command::Man) => Request::Print(manual()?),
+        Some(Command::Man { command }) => Request::Print(manual(command.as_deref())?),
     })
 }
 
-/// The manual page, in roff.
-fn manual() -> Result<Vec<u8>, Failure> {
+/// The manual page of the program or of one of its commands, in roff.
+fn manual(name: Option<&str>) -> Result<Vec<u8>, Failure> {
+    let mut program = Cli::command();
+    program.build();
+    let command = match name {
+        None => Some(&program),
+        Some(name) => program.find_subcommand(name),
+    };
+    let unknown = || Failure::Usage(format!("{}: no such command", name.unwrap_or_default()));
     let mut page = Vec::new();
-    let rendered = clap_mangen::Man::new(Cli::command()).render(&mut page);
+    let rendered = clap_mangen::Man::new(command.ok_or_else(unknown)?.clone()).render(&mut page);
     rendered.map_err(|error| Failure::Work(format!("the manual page: {error}")))?;
     Ok(page)
 }

@@ -139,12 +139,26 @@ impl Job {
         Err(Failure::Usage(format!("{}: {what}", shown(&self.output))))
     }
 
+    /// Refuses an image that would change its format by replacing itself.
+    fn check_extension(&self) -> Result<(), Failure> {
+        let named = format(&self.output)?;
+        match Format::of_content(&self.input) {
+            Ok(content) if content != named => {
+                let (content, named) = (content.name(), named.name());
+                let what = format!("is {content}, but its name means {named}; give another OUT");
+                Err(Failure::of(&self.input, what))
+            }
+            // An input that cannot be read is reported when its turn comes.
+            _ => Ok(()),
+        }
+    }
+
     /// Lets the output replace `input` if that is asked for, and `only` this job reads it.
     fn overwrite(&mut self, input: &Path, in_place: bool, only: bool) -> Result<(), Failure> {
         let own = only && Identity::of(&self.input) == Identity::of(input);
         if own && in_place {
             self.replace = true;
-            return Ok(());
+            return self.check_extension();
         }
         let advice = if own { ", or --in-place to replace it" } else { "" };
         let what = format!("is also the input {}; give another OUT{advice}", shown(input));

@@ -108,26 +108,29 @@ pub(crate) fn stops(text: &str) -> Result<f32, String> {
 
 /// A time above 0 with a unit.
 pub(crate) fn time(text: &str) -> Result<Duration, String> {
-    if text.parse::<f64>().is_ok() {
-        return Err(format!("a time needs a unit: write {text}s or {text}ms"));
-    }
     match humantime::parse_duration(text) {
-        Ok(Duration::ZERO) => Err("expected a time above 0".into()),
-        Ok(time) => Ok(time),
-        Err(_) => Err("expected a time with a unit, such as 60s or 40ms".into()),
+        Ok(time) if time > Duration::ZERO => Ok(time),
+        _ if lacks_only_a_unit(text) => {
+            Err(format!("a time needs a unit: write {text}s or {text}ms"))
+        }
+        _ => Err("expected a time above 0 with a unit, such as 60s or 40ms".into()),
     }
 }
 
 /// An amount of memory with a unit, in bytes.
 pub(crate) fn memory(text: &str) -> Result<u64, String> {
-    if text.parse::<f64>().is_ok() {
+    if lacks_only_a_unit(text) {
         return Err(format!("memory needs a unit: write {text}MiB or {text}GiB"));
     }
     match text.parse().map(|ByteSize(bytes)| bytes) {
         Ok(bytes) if (1 << 20..=1 << 44).contains(&bytes) => Ok(bytes),
-        Ok(_) => Err("expected 1MiB to 16TiB".into()),
-        Err(_) => Err("expected memory with a unit, such as 512MiB or 2GiB".into()),
+        _ => Err("expected 1MiB to 16TiB with a unit, such as 512MiB or 2GiB".into()),
     }
+}
+
+/// Whether a unit makes it an amount.
+fn lacks_only_a_unit(text: &str) -> bool {
+    text.parse().is_ok_and(|value: f64| value > 0.0 && value.is_finite())
 }
 
 #[cfg(test)]
@@ -142,7 +145,7 @@ mod tests {
         assert_eq!(memory("2GiB"), Ok(2 << 30));
         assert_eq!(memory("512 MiB"), Ok(512 << 20));
         assert_eq!(memory("3GB"), Ok(3_000_000_000));
-        for text in ["60", "0", "1e3", "-1", ".5", "nan"] {
+        for text in ["60", "1e3", ".5"] {
             let error = time(text).unwrap_err();
             assert!(error.contains("unit") && error.contains("ms"), "{text}: {error}");
             let error = memory(text).unwrap_err();
@@ -154,6 +157,10 @@ mod tests {
     fn what_is_no_amount_is_refused() {
         for text in ["", "s", "soon", "0s", "0ms", "-1s", "5 parsecs", "99999999999999999999s"] {
             assert!(time(text).is_err(), "{text}");
+        }
+        for text in ["0", "-1", "nan", "inf"] {
+            assert!(time(text).unwrap_err().ends_with("such as 60s or 40ms"), "{text}");
+            assert!(memory(text).unwrap_err().ends_with("such as 512MiB or 2GiB"), "{text}");
         }
         for text in ["", "GiB", "much", "0MiB", "1KiB", "17TiB", "99999999999999999999EiB", "-1GiB"]
         {

@@ -7,7 +7,7 @@ use crate::console::Console;
 use crate::failure::{Failure, shown};
 use crate::request::{Convert, WeightsChoice};
 use wgdenoise::{Inputs, MainImage, Quality, Weights, tza};
-use wgdenoise_files::{Identity, Problem, replace};
+use wgdenoise_files::{Identity, Problem, check_place, replace};
 
 /// The longest weights file that is read.
 const MAX_WEIGHTS_BYTES: u64 = 1 << 30;
@@ -185,7 +185,7 @@ pub(crate) fn convert(request: &Convert, console: &Console) -> Result<(), Failur
     Ok(())
 }
 
-/// Refuses an output that is the input, exists, or would be read as the wrong format.
+/// Refuses an output that is the input, cannot be written, or would be read as the wrong format.
 fn check_output(Convert { input, output, force }: &Convert) -> Result<(), Failure> {
     if Identity::of(input) == Identity::of(output) {
         return Err(Failure::of(output, "is also the input; give another OUT"));
@@ -194,10 +194,7 @@ fn check_output(Convert { input, output, force }: &Convert) -> Result<(), Failur
         let what = "would be taken for a TZA file; end its name in .safetensors";
         return Err(Failure::of(output, what));
     }
-    if output.exists() && !force {
-        return Err(Problem::Exists.at(output).into());
-    }
-    Ok(())
+    Ok(check_place(output, *force)?)
 }
 
 #[cfg(test)]

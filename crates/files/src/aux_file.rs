@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::choice::{self, Kind};
 use super::exr::ExrFile;
-use super::format::{self, Format};
+use super::format::Format;
 use super::limits::Limits;
 use super::{FileError, Problem, ldr, window};
 use wgdenoise::Image;
@@ -20,7 +20,7 @@ pub(super) fn normal(path: &Path, size: (u32, u32), limits: Limits) -> Result<Im
 }
 
 fn read(path: &Path, kind: Kind, limits: Limits) -> Result<Image, Problem> {
-    match (format::sniff(path)?, kind) {
+    match (Format::of_content(path)?, kind) {
         (Format::Exr, _) => {
             let file = ExrFile::open(path, limits)?;
             let pick = choice::choose_single(&file.parts(), kind)?;

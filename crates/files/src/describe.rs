@@ -8,7 +8,7 @@ use ::exr::meta::header::Header;
 
 use super::choice::{self, Choice, Pick};
 use super::exr::ExrFile;
-use super::format::{self, Format};
+use super::format::Format;
 use super::layers::{self, Layer};
 use super::selection::Selection;
 use super::wanted::{LayerChoice, wish};
@@ -56,10 +56,9 @@ impl Description {
     /// # Errors
     /// If the file cannot be read or is damaged. That no layer can be chosen is not an error.
     pub fn of(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
-        let described = match format::sniff(path) {
+        let described = match Format::of_content(path) {
             Ok(Format::Exr) => Self::of_exr(path, wanted),
-            Ok(Format::Png) => Self::of_ldr(path, "PNG", wanted),
-            Ok(Format::Jpeg) => Self::of_ldr(path, "JPEG", wanted),
+            Ok(format) => Self::of_ldr(path, format.name(), wanted),
             Err(problem) => Err(problem),
         };
         described.map_err(|problem| problem.at(path))

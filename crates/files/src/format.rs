@@ -28,23 +28,26 @@ pub fn open(path: &Path) -> Result<File, Problem> {
     Err(Problem::NotRegular)
 }
 
-/// The format of a file to read, by its first bytes.
-pub(super) fn sniff(path: &Path) -> Result<Format, Problem> {
-    if path.is_dir() {
-        return Err(Problem::Format("is a folder and not an image".into()));
-    }
-    let mut first = Vec::new();
-    open(path)?.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
-    match first.as_slice() {
-        [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Format::Exr),
-        [0x89, b'P', b'N', b'G', ..] => Ok(Format::Png),
-        [0xff, 0xd8, 0xff, ..] => Ok(Format::Jpeg),
-        [] => Err(Problem::Format("is empty".into())),
-        _ => Err(Problem::Format("is not an EXR, PNG or JPEG file by its first bytes".into())),
-    }
-}
-
 impl Format {
+    /// The format of a file to read, by its first bytes.
+    ///
+    /// # Errors
+    /// If the file cannot be read or is not of a known format.
+    pub fn of_content(path: &Path) -> Result<Self, Problem> {
+        if path.is_dir() {
+            return Err(Problem::Format("is a folder and not an image".into()));
+        }
+        let mut first = Vec::new();
+        open(path)?.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
+        match first.as_slice() {
+            [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Self::Exr),
+            [0x89, b'P', b'N', b'G', ..] => Ok(Self::Png),
+            [0xff, 0xd8, 0xff, ..] => Ok(Self::Jpeg),
+            [] => Err(Problem::Format("is empty".into())),
+            _ => Err(Problem::Format("is not an EXR, PNG or JPEG file by its first bytes".into())),
+        }
+    }
+
     /// The format of a file to write, by its extension.
     ///
     /// # Errors
@@ -58,6 +61,16 @@ impl Format {
             _ => Err(Problem::Format(
                 "cannot be written: its name must end in .exr, .png, .jpg or .jpeg".into(),
             )),
+        }
+    }
+
+    /// As people write it.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exr => "EXR",
+            Self::Png => "PNG",
+            Self::Jpeg => "JPEG",
         }
     }
 

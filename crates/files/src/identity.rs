@@ -1,7 +1,8 @@
 //! Telling whether two paths lead to the same file.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::io::ErrorKind;
+use std::path::{Component, Path, PathBuf};
 
 /// A file, whatever name or link leads to it. A file that does not exist yet is its place.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -14,19 +15,39 @@ pub enum Identity {
 }
 
 impl Identity {
-    /// Follows links; a file that does not exist yet is identified by its folder and name.
+    /// Follows links; a file that does not exist yet is identified by its place.
     #[must_use]
     pub fn of(path: &Path) -> Self {
+        let path = place(path);
         #[cfg(unix)]
-        if let Ok(metadata) = fs::metadata(path) {
+        if let Ok(metadata) = fs::metadata(&path) {
             use std::os::unix::fs::MetadataExt;
             return Self::Number(metadata.dev(), metadata.ino());
         }
-        Self::Place(fs::canonicalize(path).unwrap_or_else(|_| {
-            let parent = folder(path);
-            let parent = fs::canonicalize(parent).unwrap_or_else(|_| parent.to_path_buf());
-            parent.join(path.file_name().unwrap_or_default())
-        }))
+        Self::Place(path)
+    }
+}
+
+/// The absolute path of a file, with every link followed. Neither the file nor its folders need to
+/// exist: what a path leads to stays the same when its missing folders are created.
+pub(crate) fn place(path: &Path) -> PathBuf {
+    let missing = match fs::canonicalize(path) {
+        Ok(place) => return place,
+        Err(error) => error.kind() == ErrorKind::NotFound,
+    };
+    match fs::read_link(path) {
+        // Other errors, such as a circle of links, have no end to follow them to.
+        Ok(target) if missing => place(&folder(path).join(target)),
+        _ => place_in(place(folder(path)), path),
+    }
+}
+
+/// The place of a path's last component in its folder.
+fn place_in(folder: PathBuf, path: &Path) -> PathBuf {
+    match path.components().next_back() {
+        Some(Component::Normal(name)) => folder.join(name),
+        Some(Component::ParentDir) => folder.parent().unwrap_or(&folder).to_path_buf(),
+        _ => folder,
     }
 }
 
@@ -60,5 +81,33 @@ mod tests {
             fs::hard_link(at("a"), at("hard")).unwrap();
             assert!(of("soft") == of("a") && of("hard") == of("a"));
         }
+    }
+
+    #[test]
+    fn a_path_through_missing_folders_is_what_it_is_once_they_exist() {
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        fs::write(at("a"), "").unwrap();
+        let names = ["new/../a", "new/inner/../../a", "new/./b", "new/inner/../b"];
+        let of = || names.map(|name| Identity::of(&at(name)));
+        let before = of();
+        assert!(before[0] == Identity::of(&at("a")) && before[1] == before[0]);
+        assert!(before[2] == before[3] && before[2] != before[0]);
+        fs::create_dir_all(at("new/inner")).unwrap();
+        assert_eq!(of(), before);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_missing_file_is_its_target_and_a_circle_of_links_is_itself() {
+        use std::os::unix::fs::symlink;
+        let folder = tempfile::tempdir().unwrap();
+        let at = |name: &str| folder.path().join(name);
+        symlink("missing/../new", at("link")).unwrap();
+        symlink("link", at("second")).unwrap();
+        symlink("circle", at("circle")).unwrap();
+        let of = |name: &str| Identity::of(&at(name));
+        assert!(of("link") == of("new") && of("second") == of("new"));
+        assert!(of("circle") == of("circle") && of("circle") != of("new"));
     }
 }

@@ -39,6 +39,7 @@ pub use identity::Identity;
 pub use limits::Limits;
 pub use output::Out;
 pub use output::check as check_output;
+pub use output::check_place;
 pub use output::replace;
 pub use preview::{Preview, exposed};
 pub use selection::Selection;
@@ -72,7 +73,7 @@ impl Picture {
     /// # Errors
     /// If the file cannot be read, is damaged or too large, or a layer is missing.
     pub fn open(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
-        let mut picture = match format::sniff(path).map_err(|p| p.at(path))? {
+        let mut picture = match Format::of_content(path).map_err(|p| p.at(path))? {
             Format::Exr => Self::open_exr(path, wanted)?,
             Format::Png | Format::Jpeg => Self::open_ldr(path, wanted)?,
         };

@@ -3,23 +3,32 @@
 
 use std::fs::{self, File};
 use std::io::{BufWriter, ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use super::draft::Draft;
 use super::format::Format;
-use super::identity::folder;
+use super::identity::{folder, place};
 use super::{FileError, Problem};
 
 /// The file being written.
 pub type Out<'a> = BufWriter<&'a File>;
 
-/// Checks, before any work is done, that `path` can be written; returns its format.
+/// Checks, before any work is done, that an image can be written to `path`; returns its format.
 ///
 /// # Errors
-/// If its extension names no format, its folder does not exist or takes no file, the system takes no
-/// such name, it is not a plain file, or it exists and `force` is not given.
+/// If its extension names no format, or those of [`check_place`].
 pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     let format = Format::of_extension(path).map_err(|p| p.at(path))?;
+    check_place(path, force)?;
+    Ok(format)
+}
+
+/// Checks, before any work is done, that a file of any kind can be written to `path`.
+///
+/// # Errors
+/// If its folder does not exist or takes no file, the system takes no such name, it is not a plain
+/// file, or it exists and `force` is not given.
+pub fn check_place(path: &Path, force: bool) -> Result<(), FileError> {
     if !folder(path).is_dir() {
         return Err(Problem::NoFolder(folder(path).to_path_buf()).at(path));
     }
@@ -35,8 +44,8 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
         _ => {}
     }
     // The file that is made here goes away again at once.
-    draft(&resolved(path)).map_err(|p| p.at(path))?;
-    Ok(format)
+    draft(&place(path)).map_err(|p| p.at(path))?;
+    Ok(())
 }
 
 /// Writes a file as a whole: `path` is what `write` wrote, or, if that fails, what it was before.
@@ -49,10 +58,12 @@ pub fn replace<T>(
     force: bool,
     write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
 ) -> Result<T, FileError> {
-    replace_resolved(&resolved(path), force, write).map_err(|problem| problem.at(path))
+    // Without `force`, a link that leads nowhere exists too.
+    let target = if force { place(path) } else { path.to_path_buf() };
+    replace_target(&target, force, write).map_err(|problem| problem.at(path))
 }
 
-fn replace_resolved<T>(
+fn replace_target<T>(
     path: &Path,
     force: bool,
     write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
@@ -81,11 +92,6 @@ fn finish(file: &File, path: &Path) -> std::io::Result<()> {
 
 fn draft(path: &Path) -> Result<Draft, Problem> {
     Draft::within(folder(path)).map_err(Problem::Write)
-}
-
-/// The target of a link, so that the link stays one.
-fn resolved(path: &Path) -> PathBuf {
-    fs::canonicalize(path).unwrap_or_else(|_| path.to_path_buf())
 }
 
 #[cfg(test)]
@@ -185,6 +191,19 @@ mod tests {
             (b"new".into(), real)
         );
         assert_eq!((entries(folder.path()), entries(other.path())), (1, 1));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn a_link_to_a_missing_file_stays_a_link_and_its_target_is_written() {
+        let folder = tempfile::tempdir().unwrap();
+        let (link, real) = (folder.path().join("link.exr"), folder.path().join("real.exr"));
+        std::os::unix::fs::symlink("real.exr", &link).unwrap();
+        let write = |out: &mut Out<'_>| out.write_all(b"new").map_err(Problem::Write);
+        assert!(matches!(replace(&link, false, write).unwrap_err().problem, Problem::Exists));
+        check(&link, true).unwrap();
+        replace(&link, true, write).unwrap();
+        assert_eq!((fs::read(&real).unwrap(), link.is_symlink()), (b"new".to_vec(), true));
     }
 
     #[cfg(unix)]

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::choice::{self, Pick, Wish};
 use super::exr::ExrFile;
-use super::format::{self, Format};
+use super::format::Format;
 use super::layers::{self, Part};
 use super::ldr::{self, LdrFile};
 use super::limits::Limits;
@@ -25,7 +25,7 @@ impl Preview {
     /// # Errors
     /// If the file cannot be read, is damaged or too large, or has no such layer.
     pub fn open(path: &Path, name: Option<&str>, limits: Limits) -> Result<Self, FileError> {
-        let opened = match (format::sniff(path), name) {
+        let opened = match (Format::of_content(path), name) {
             (Err(problem), _) => Err(problem),
             (Ok(Format::Exr), _) => Self::of_exr(path, name, limits),
             (Ok(_), Some(name)) => Err(super::no_layers(name)),

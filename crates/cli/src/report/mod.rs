@@ -42,12 +42,12 @@ struct Report {
 
 /// Measures every configuration, prints the table, and writes it with the plot.
 pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Failure> {
-    if let Some(folder) = &request.out {
-        prepare(folder, request.force)?;
-    }
     let picture = Picture::open(&request.noisy, &request.layers)?;
     let finished = LayerChoice { no_aux: true, finished: true, ..request.layers.clone() };
     let truth = Picture::open(&request.reference, &finished)?;
+    if let Some(folder) = &request.out {
+        prepare(folder, request.force)?;
+    }
     let before = wgdenoise_metrics::compare(picture.color(), truth.color())?;
     let (gpu, options) = session::open(&request.device)?;
     let (width, height) = picture.color().size();
@@ -93,13 +93,11 @@ impl Report {
     }
 }
 
-/// Creates the folder, and finds before any work is done what must not be replaced.
+/// Creates the folder, and checks before any work is done that the files can be written.
 fn prepare(folder: &Path, force: bool) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| Problem::Write(error).at(folder))?;
-    for path in [MARKDOWN, JSON, PLOT].map(|name| folder.join(name)) {
-        if !force && fs::symlink_metadata(&path).is_ok() {
-            return Err(Problem::Exists.at(&path).into());
-        }
+    for name in [MARKDOWN, JSON, PLOT] {
+        wgdenoise_files::check_place(&folder.join(name), force)?;
     }
     Ok(())
 }

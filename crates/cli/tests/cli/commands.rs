@@ -68,6 +68,10 @@ fn completions_and_the_manual_page_know_every_command() {
             assert!(run.stdout.contains(command), "no {command} of {args:?}");
         }
     }
+    let page = folder.run(&["man", "report"]);
+    assert_eq!(page.code, 0);
+    assert!(page.stdout.contains("wgdenoise report") && page.stdout.contains("runs"), "{page:?}");
+    folder.run(&["man", "nothing"]).assert_failed(2, &["nothing: no such command"]);
 }
 
 #[test]

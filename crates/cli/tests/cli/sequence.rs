@@ -155,6 +155,11 @@ fn outputs_that_exist_are_kept_unless_forced_and_inputs_always() {
     for out in [all, "./beauty.%04d.exr", ".", "clean/../beauty.####.exr"] {
         folder.denoise(&[all, out, "--force"]).assert_failed(1, &["is also the input beauty.0001"]);
     }
+    let through_new = "new/../beauty.####.exr";
+    folder
+        .denoise(&[all, through_new, "--parents", "--force"])
+        .assert_failed(1, &["is also the input beauty.0001"]);
+    assert!(!folder.path("new").exists());
     #[cfg(unix)]
     {
         let link = folder.path("clean/beauty.0002.exr");
@@ -209,5 +214,8 @@ fn images_in_place_are_checked_as_others_are() {
     run(&["*.exr"]).assert_failed(1, &["is also the input"]);
     run(&["beauty.0002.exr", "notes.txt"]).assert_failed(2, &["notes.txt: ", "must end in .exr"]);
     assert_eq!(fs::read(folder.path("notes.txt")).unwrap(), b"notes");
+    fs::copy(folder.path("beauty.0002.exr"), folder.path("named.png")).unwrap();
+    run(&["named.png"]).assert_failed(1, &["named.png: is EXR, but its name means PNG"]);
+    fs::remove_file(folder.path("named.png")).unwrap();
     assert_eq!(folder.names().len(), before);
 }
