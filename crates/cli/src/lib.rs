@@ -1,4 +1,4 @@
-//! The command line: words become a request, a request is carried out, and the outcome is told.
+//! The command line: words become a request, the request is carried out, and the outcome is reported.
 
 use std::process::ExitCode;
 

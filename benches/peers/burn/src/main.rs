@@ -66,7 +66,7 @@ fn run(args: &Args) -> Result<serde_json::Value> {
     let net = from_file(&args.weights, |data| UNet::load(data, dtype, &device))?;
     let error = from_file(&args.check, |data| largest_error(&net, data, dtype, &device))?;
     let seconds = time(&net, args, dtype, &device)?;
-    let identity = device.identity().ok_or("Burn does not say what its device is")?;
+    let identity = device.identity().ok_or("Burn does not name its device")?;
     Ok(serde_json::json!({
         "adapter": identity.name,
         "compiler": identity.fingerprint,
