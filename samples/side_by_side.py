@@ -3,7 +3,7 @@
     pip install numpy OpenEXR pillow
     python samples/side_by_side.py OUT.png NOISY.exr DENOISED.exr REFERENCE.exr
 
-All are exposed so that the last one's log-average luminance is middle grey, then clipped and sRGB encoded.
+All are exposed so that the last one's log-average luminance is middle gray, then clipped and sRGB encoded.
 """
 
 import sys
@@ -15,7 +15,7 @@ from PIL import Image
 LUMINANCE = np.array([0.2126, 0.7152, 0.0722], np.float32)
 
 
-def colour(path):
+def color(path):
     """The combined layer of a Blender file, or plain R, G and B, as float32 [height, width, 3]."""
     with OpenEXR.File(path, separate_channels=True) as file:
         channels = {name: channel for part in file.parts for name, channel in part.channels.items()}
@@ -24,14 +24,14 @@ def colour(path):
 
 
 def display(image, exposure):
-    """Linear colour to 8-bit sRGB."""
+    """Linear color to 8-bit sRGB."""
     x = np.clip(image * exposure, 0, 1)
     encoded = np.where(x <= 0.0031308, 12.92 * x, 1.055 * x ** (1 / 2.4) - 0.055)
     return np.rint(encoded * 255).astype(np.uint8)
 
 
 def main(out, *paths):
-    images = [colour(path) for path in paths]
+    images = [color(path) for path in paths]
     luminance = images[-1] @ LUMINANCE
     exposure = 0.18 / np.exp(np.log(luminance[luminance > 1e-8]).mean())
     picture = Image.fromarray(np.concatenate([display(image, exposure) for image in images], 1))

@@ -1,6 +1,6 @@
 """The still life for render_samples.py: a procedural Blender scene without texture or model files.
 
-Lengths are in metres, z points up, colours are linear RGB.
+Lengths are in metres, z points up, colors are linear RGB.
 """
 import math
 
@@ -22,7 +22,7 @@ def material(name, color=(0.8, 0.8, 0.8), roughness=0.5, **inputs):
 
 
 def textured(mat, kind, stops, scale, factor="Fac", stretch=(1, 1, 1), **settings):
-    """Colours `mat` with a procedural texture node of type `kind` and a ramp of (position, linear RGB) stops."""
+    """Colors `mat` with a procedural texture node of type `kind` and a ramp of (position, linear RGB) stops."""
     nodes, links = mat.node_tree.nodes, mat.node_tree.links
     place, mapping = nodes.new("ShaderNodeNewGeometry"), nodes.new("ShaderNodeMapping")
     texture, ramp = nodes.new(kind), nodes.new("ShaderNodeValToRGB")

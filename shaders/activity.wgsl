@@ -2,7 +2,7 @@
 //
 // `classify` finds the even blocks: either all pixels, repaired for the network, are equal, or no
 // second difference exceeds BEND: along rows and columns, |v(i − 1) − 2 v(i) + v(i + 1)| <= BEND in
-// each channel, where v is the colour as the network sees it, except that light always uses PU.
+// each channel, where v is the color as the network sees it, except that light always uses PU.
 // Empty background and noise-free gradients are even; noise with a standard deviation of BEND/4 is
 // not. If the image ends inside a block, three pixels a side are still examined, if the image has
 // them. A side shorter than three has no second difference, so such a block must be constant; an

@@ -1,6 +1,6 @@
 // The first 3×3 convolution for GPUs, which encodes the images itself, so no tensor is stored in
 // between. A workgroup computes all 16 channels, so it encodes each of its pixels once, plus a
-// border of one pixel that its neighbours encode too.
+// border of one pixel that its neighbors encode too.
 
 import package::common::conv_tile::make_tile;
 import package::common::conv_output::output;

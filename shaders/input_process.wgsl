@@ -1,6 +1,6 @@
 // From images to the network's input: repair, exposure, transfer function, channel layout and
 // padding. One pixel of the tile per invocation. Each given image has a layer of its own, in the
-// order colour, albedo, normal, so that leaving one out moves no other channel and sums keep their
+// order color, albedo, normal, so that leaving one out moves no other channel and sums keep their
 // order. Pixels to the right of or below the image repeat its edge, or are 0.
 
 import package::common::encoded::{

@@ -4,7 +4,7 @@ use crate::error::{Error, Result};
 
 /// Three channels of 32-bit float, row by row from the top left, without padding.
 ///
-/// Colour is linear and scene-referred, at any exposure; albedo is linear in `[0, 1]`; normals have
+/// Color is linear and scene-referred, at any exposure; albedo is linear in `[0, 1]`; normals have
 /// components in `[−1, 1]`, in camera or world space.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Image {

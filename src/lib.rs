@@ -6,11 +6,11 @@
 //! - A [`Pass`] binds a denoiser to one size and to images on the GPU. [`Pass::encode`] records
 //!   into your command encoder; it creates no resources and cannot fail.
 //!
-//! Colour is linear and scene-referred, at any exposure. Albedo (linear, `[0, 1]`) and normal
+//! Color is linear and scene-referred, at any exposure. Albedo (linear, `[0, 1]`) and normal
 //! (`[−1, 1]`) are optional and improve the result. Before the network runs, NaN and infinite
-//! pixels are filled from their neighbours and isolated fireflies are darkened. The output is
+//! pixels are filled from their neighbors and isolated fireflies are darkened. The output is
 //! finite and, except with weights for directions, non-negative unless [`Pass::set_blend`] mixes in
-//! negative noisy colour.
+//! negative noisy color.
 //!
 //! # An image on the CPU
 //!
@@ -60,7 +60,7 @@
 //!
 //! - [`Denoiser::warm_up`] compiles the kernels ahead of the first frame, and [`PipelineFile`] keeps
 //!   them on disk between runs.
-//! - A [`Schedule`] decides how often a progressive renderer denoises and how much noisy colour to
+//! - A [`Schedule`] decides how often a progressive renderer denoises and how much noisy color to
 //!   blend in as samples accumulate.
 //! - A [`Calibration`] measures the built-in weights on a device and picks the best ones for a time
 //!   budget.

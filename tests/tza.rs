@@ -66,7 +66,7 @@ fn a_name_that_says_something_else_than_the_file_is_refused() {
 fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
     let weights = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
     let [albedo, normal] = [true, false].map(|albedo| Inputs { albedo, normal: !albedo });
-    // No file serves colour with normal alone.
+    // No file serves color with normal alone.
     for (given, file) in [(Inputs::default(), "hdr"), (albedo, "hdr_alb"), (normal, "hdr")] {
         let message = weights.for_inputs(given).unwrap_err().to_string();
         let expected = format!(

@@ -1,4 +1,4 @@
-"""Random training crops: choice of samples and features, exposure, orientation and colour."""
+"""Random training crops: choice of samples and features, exposure, orientation and color."""
 
 import torch
 from torch.nn import functional as F
@@ -84,7 +84,7 @@ class Crops:
         return window(renders[i][1]), scales[i]
 
     def _converged(self, noisy, target):
-        """The render with at least half of its colour noise removed, as from four times the samples or more. Few have
+        """The render with at least half of its color noise removed, as from four times the samples or more. Few have
         that many, and a network that never sees nearly clean images blurs them."""
         share = 0.5 + 0.5 * self._uniform()
         return torch.cat([noisy[:3].lerp(target, share), noisy[3:]])
@@ -95,7 +95,7 @@ class Crops:
         return [splat(image, sigma) for image in images]
 
     def _textured(self, noisy, target):
-        """The clean target, or its mean colour, times a regular texture of one or a few pixels. Renders have no such
+        """The clean target, or its mean color, times a regular texture of one or a few pixels. Renders have no such
         textures, and a network that never sees any takes them for noise. Half of them are in the albedo too."""
         low = 0.0 if self._uniform() < 0.3 else float(2 ** (-8 * self._uniform()))
         cell = 1 + self._index(2) * self._index(3)  # mostly single pixels

@@ -4,7 +4,7 @@
     python contact_sheet.py views sheet.png
     python contact_sheet.py views sheet.png --count 200 --tile 96 --columns 4
 
-Colour is exposed so that the reference's log-average luminance is middle grey.
+Color is exposed so that the reference's log-average luminance is middle gray.
 """
 
 import argparse
@@ -30,7 +30,7 @@ def strip(view, tile):
 
 
 def fit(image, tile):
-    """The image scaled so that its longer side is `tile`, centred on a black square."""
+    """The image scaled so that its longer side is `tile`, centered on a black square."""
     h, w = image.shape[1:]
     size = [max(1, round(side * tile / max(h, w))) for side in (h, w)]
     small = F.interpolate(image[None], size, mode="area")[0]

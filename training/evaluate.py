@@ -2,7 +2,7 @@
 
     python evaluate.py RUN/best.pt --data VIEWS [VIEWS ...] --csv errors.csv --images pictures
 
-Denoises every render of every test view with colour alone, with albedo, and with albedo and normal. The table gives
+Denoises every render of every test view with color alone, with albedo, and with albedo and normal. The table gives
 means over renders by sample count, noisy -> denoised; `ratio` is the group's denoised L1 over its noisy L1. An image of
 each render shows it noisy, denoised, denoised by Open Image Denoise, and as the reference, with all inputs.
 """

@@ -8,7 +8,7 @@ from transfer import autoexposure, inverse, network_input
 
 @torch.no_grad()
 def denoise(model, image, inputs="color,albedo,normal"):
-    """Linear colour [3,H,W] of a render [9,H,W]."""
+    """Linear color [3,H,W] of a render [9,H,W]."""
     color, albedo, normal = image.float().split(3)
     scale = autoexposure(color)
     x = network_input(color, albedo if "albedo" in inputs else None, normal if "normal" in inputs else None, scale)

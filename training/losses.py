@@ -1,6 +1,6 @@
 """Training losses on [B,3,H,W] images in the network domain, by name in `LOSSES` for `train.py --loss`.
 
-The network domain is the transfer function of exposed colour, in which equal differences are about equally visible.
+The network domain is the transfer function of exposed color, in which equal differences are about equally visible.
 """
 
 from torch.nn import functional as F
@@ -27,7 +27,7 @@ def l1_ms_ssim(output, target):
 
 
 def l1_gradient(output, target):
-    """The thesis's loss plus L1 of differences between neighbours, which keeps edges and texture sharp."""
+    """The thesis's loss plus L1 of differences between neighbors, which keeps edges and texture sharp."""
     d = output - target
     edges = (d[..., :, 1:] - d[..., :, :-1]).abs().mean() + (d[..., 1:, :] - d[..., :-1, :]).abs().mean()
     return l1_ssim(output, target) + 0.5 * edges

@@ -11,10 +11,10 @@ Results are computed from the stored inputs in float64 and rounded to float32. I
 * max_pool.safetensors: input, expected (2x2)
 * concat.safetensors: first, second, expected
 * sigmoid.safetensors: input, expected
-* transfer.safetensors: input (exposed linear colour), expected (0..1); inverse_input (0..1), inverse_expected
+* transfer.safetensors: input (exposed linear color), expected (0..1); inverse_input (0..1), inverse_expected
 * autoexposure.safetensors: input, expected [1,1,1]; black_input, black_expected. `input` has NaN, infinite and negative
   values, an outlier, a lone lit pixel and bins without light
-* shipped.safetensors: color (linear), albedo, normal; expected.fast, ...: linear colour from each of the shipped
+* shipped.safetensors: color (linear), albedo, normal; expected.fast, ...: linear color from each of the shipped
   weights, computed in float32
 * unet_tiny.safetensors: a weights file of widths 4, 6, 10; unet_tiny_io.safetensors: input (network domain), expected
 """

@@ -1,6 +1,6 @@
 """Error figures of a denoised image against its reference; SSIM is differentiable.
 
-All figures take linear colour [3,H,W]. Display images are exposed so that the reference's log-average luminance is
+All figures take linear color [3,H,W]. Display images are exposed so that the reference's log-average luminance is
 0.18, clipped to 0..1 and sRGB encoded.
 """
 

@@ -8,7 +8,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
-INPUT_CHANNELS = 9  # colour rgb, albedo rgb, normal xyz
+INPUT_CHANNELS = 9  # color rgb, albedo rgb, normal xyz
 TIERS = {
     "fast": (8, 16, 32, 64, 128),
     "balanced": (16, 32, 64, 128, 256),
@@ -61,7 +61,7 @@ class UNet(nn.Module):
         for l in reversed(range(self.levels)):
             up = getattr(self, f"dec_up{l}")(x)
             x = self._run(f"dec_conv{l}", torch.cat([skips[l], up], 1))
-        # The last layer and the sigmoid run in f32: bf16 would quantise the result to 8 bits.
+        # The last layer and the sigmoid run in f32: bf16 would quantize the result to 8 bits.
         with torch.autocast(x.device.type, enabled=False):
             return torch.sigmoid(self.out_conv(x.to(self.out_conv.weight.dtype)))
 

@@ -1,4 +1,4 @@
-"""The optimisers for `train.py --optimizer`, as functions of the model, peak learning rate and weight decay."""
+"""The optimizers for `train.py --optimizer`, as functions of the model, peak learning rate and weight decay."""
 
 import torch
 
@@ -53,7 +53,7 @@ def orthogonal(matrix):
 
 
 class Both:
-    """Two optimisers behind the interface of one."""
+    """Two optimizers behind the interface of one."""
 
     def __init__(self, *parts):
         self.parts = parts

@@ -1,4 +1,4 @@
-"""One training run: network, optimiser, learning rate, moving average, and checkpoints to resume from."""
+"""One training run: network, optimizer, learning rate, moving average, and checkpoints to resume from."""
 
 import copy
 import math
@@ -55,7 +55,7 @@ class Run:
     def __init__(self, o, views):
         self.o, self.last, self.device = o, o.out / "last.pt", torch.device(o.device)
         self.model = UNet(o.widths or TIERS[o.tier])
-        torch.nn.init.constant_(self.model.out_conv.bias, -1.4)  # middle grey is about 0.2 in the network domain
+        torch.nn.init.constant_(self.model.out_conv.bias, -1.4)  # middle gray is about 0.2 in the network domain
         self.parents = self._start_from(o.init) if o.init else []
         self.model.to(self.device, memory_format=torch.channels_last)
         self.optimizer = OPTIMIZERS[o.optimizer](self.model, o.lr, o.weight_decay)

@@ -28,7 +28,7 @@ def test_bad_pixels_are_filled_from_the_nearest_good_ones():
     assert fill(row)[1, 0].tolist() == [6, 6, 6, 0, 0]
 
 
-def test_outliers_are_held_to_their_neighbours_and_lamps_stay():
+def test_outliers_are_held_to_their_neighbors_and_lamps_stay():
     image = torch.full((3, 9, 9), 0.2)
     image[:, 1, 1], image[:, 6:8, 6:8] = 1e9, 1e4
     repaired = repair(image, 1.0)
@@ -75,7 +75,7 @@ def test_textures_alternate_and_keep_the_mean():
         assert (pattern[0, 0] != pattern[2, 0]) == along_y
 
 
-def test_splatting_keeps_the_mean_and_correlates_neighbours(random):
+def test_splatting_keeps_the_mean_and_correlates_neighbors(random):
     noise = torch.randn(3, 64, 64, generator=random)
     blurred = splat(noise, 0.6)
     assert abs(float(blurred.mean() - noise.mean())) < 0.01

@@ -1,7 +1,7 @@
 """Value pipeline shared by training and inference: repair, autoexposure, PU transfer function.
 
 The transfer function is the PU2 fit of Aydin et al. 2008, as used by Intel Open Image Denoise, divided by its value at
-65504 so that every half-float colour maps into 0..1. All functions take and return torch tensors.
+65504 so that every half-float color maps into 0..1. All functions take and return torch tensors.
 """
 
 import torch
@@ -15,7 +15,7 @@ X0, X1 = 2.23151711e-3, 3.70974749e-1
 
 LUMINANCE = (0.212671, 0.715160, 0.072169)
 BIN, KEY, RANGE, HELD, BRIGHTEST, DARKEST = 16, 0.18, 2.0**33, 16, 1e30, torch.finfo(torch.float32).tiny
-OUTLIER = 16  # maximum brightness of a pixel relative to its brightest neighbour
+OUTLIER = 16  # maximum brightness of a pixel relative to its brightest neighbor
 
 
 def _pu(y):
@@ -28,12 +28,12 @@ PU_MAX = float(_pu(torch.tensor(MAX_COLOR, dtype=torch.float64)))
 
 
 def transfer(color):
-    """Exposed linear colour (>= 0) to the network domain 0..1, clamped at 65504."""
+    """Exposed linear color (>= 0) to the network domain 0..1, clamped at 65504."""
     return _pu(color.clamp(max=MAX_COLOR)) / PU_MAX
 
 
 def inverse(x):
-    """Network domain 0..1 back to exposed linear colour."""
+    """Network domain 0..1 back to exposed linear color."""
     x = x * PU_MAX
     low, middle = x / A, ((x.clamp(min=X0) - D) / B).pow(1 / C)
     high = torch.exp((x - G) / E) - F
@@ -63,18 +63,18 @@ def _around(x, distance):
 
 
 def repair(color, scale):
-    """Fills bad pixels, clamps negative values, and darkens outliers to 16 times their neighbours or middle grey."""
+    """Fills bad pixels, clamps negative values, and darkens outliers to 16 times their neighbors or middle gray."""
     rgb = fill(color).clamp(0, BRIGHTEST)
     around = pad(luminance(torch.where(_finite(color), color.clamp(0, BRIGHTEST), 0)), (1, 1, 1, 1))
     h, w = rgb.shape[1:]
-    neighbours = [around[y : y + h, x : x + w] for y in range(3) for x in range(3) if (y, x) != (1, 1)]
-    most = OUTLIER * torch.stack(neighbours).amax(0).clamp(min=KEY / scale)
+    neighbors = [around[y : y + h, x : x + w] for y in range(3) for x in range(3) if (y, x) != (1, 1)]
+    most = OUTLIER * torch.stack(neighbors).amax(0).clamp(min=KEY / scale)
     bright = luminance(rgb)
     return torch.where(bright > most, rgb / bright * most, rgb)
 
 
 def autoexposure(color):
-    """Scale that brings the image [3,H,W] to middle grey: 0.18 / geometric mean of the lit bins' mean luminances.
+    """Scale that brings the image [3,H,W] to middle gray: 0.18 / geometric mean of the lit bins' mean luminances.
 
     Bins are at most 16x16 pixels; weights-format.md defines which are lit. An image without a lit bin keeps scale 1.
     """

@@ -2,7 +2,7 @@
 
 A file `SCENE_vV.npz` holds view V of a scene as planar [3,H,W] arrays in three encodings:
 
-* colour (`ref`, `n0`, `n1`, ...): float16 bit patterns without their low 10-keep mantissa bits, as int16 planes
+* color (`ref`, `n0`, `n1`, ...): float16 bit patterns without their low 10-keep mantissa bits, as int16 planes
   (G, R-G, B-G), split into two byte planes [2,3,H,W] (low bytes, high bytes). `ref` is also differenced along x. `keep`
   is `meta["keep_ref"]`, or `meta["keep"][i]` for `n<i>`.
 * reference features: `ref_alb` uint8 (albedo*255) and `ref_nrm` int8 (normal*127), differenced along x, wrapping.
@@ -29,7 +29,7 @@ def target_path(path):
 
 
 def read_view(path):
-    """One view: {name, scene, kind, relerr, ref [9,H,W], noisy [(spp, [9,H,W])]}, float16 colour, albedo, normal."""
+    """One view: {name, scene, kind, relerr, ref [9,H,W], noisy [(spp, [9,H,W])]}, float16 color, albedo, normal."""
     z = np.load(path)
     meta = json.loads(z["meta"].tobytes())
     albedo, normal = _integrate(z["ref_alb"]), _integrate(z["ref_nrm"])
@@ -68,7 +68,7 @@ def _stack(color, albedo, normal):
 
 
 def load_views(folders, cache=None, prefiltered=False):
-    """All views in the folders, each with a `target` [3,H,W]: its reference's colour, or prefilter.py's version of it.
+    """All views in the folders, each with a `target` [3,H,W]: its reference's color, or prefilter.py's version of it.
 
     Decoding is slow; the folder `cache`, if given, keeps decoded views.
     """

@@ -3,7 +3,7 @@
     from write_view import write_view
     write_view("views/s000001_v0.npz", reference, [(4, noisy4), (8, noisy8)], kind="room", ref_relerr=0.05)
 
-Images are float32 [9,H,W]: linear scene-referred colour, albedo 0..1, signed unit normal. Give every noisy render and
+Images are float32 [9,H,W]: linear scene-referred color, albedo 0..1, signed unit normal. Give every noisy render and
 the reference its own seed, and render without denoising, clamping or a wide pixel filter.
 """
 
@@ -12,7 +12,7 @@ import zipfile
 
 import numpy as np
 
-KEEP_REF, KEEP = 7, 6  # mantissa bits of colour to keep: far more than the noise leaves meaningful
+KEEP_REF, KEEP = 7, 6  # mantissa bits of color to keep: far more than the noise leaves meaningful
 
 
 def write_view(path, reference, noisy, kind="", ref_relerr=0.0):

@@ -30,7 +30,7 @@ def hard_cases(*arguments):
 
 
 def denoise(image):
-    """Denoises linear colour [h,w,3] in the high quality mode, on the CPU."""
+    """Denoises linear color [h,w,3] in the high quality mode, on the CPU."""
     device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
     device.commit()
     color, output = np.ascontiguousarray(image), np.zeros_like(image)

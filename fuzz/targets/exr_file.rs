@@ -17,7 +17,7 @@ static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
     tempfile::tempdir_in(parent).expect("a temporary folder")
 });
 
-/// A few bytes can validly encode a large image of one colour with hundreds of channels. Accepting
+/// A few bytes can validly encode a large image of one color with hundreds of channels. Accepting
 /// only small images lets the limits on memory and time expose claims that a file cannot support.
 const LIMITS: Limits = Limits { pixels: 1 << 16 };
 

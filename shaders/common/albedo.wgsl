@@ -1,4 +1,4 @@
-// The albedo, stored like the colour.
+// The albedo, stored like the color.
 
 import package::common::layout::{Layout, element_of};
 @if(albedo_f16) import package::common::half::widened;

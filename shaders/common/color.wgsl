@@ -1,4 +1,4 @@
-// The noisy colour: 32-bit floats in a buffer, 16-bit floats in a buffer, or a texture.
+// The noisy color: 32-bit floats in a buffer, 16-bit floats in a buffer, or a texture.
 
 import package::common::layout::{Layout, element_of};
 @if(color_f16) import package::common::half::widened;
@@ -16,7 +16,7 @@ fn color_element(i: u32) -> u32 {
 }
 
 // The bits of a pixel's first three elements as 32-bit floats, so that NaN and infinity are
-// recognised before any float operation sees them.
+// recognized before any float operation sees them.
 @if(color_texture)
 fn load_color(image: Layout, at: vec2<u32>) -> vec3<u32> {
     return bitcast<vec3<u32>>(textureLoad(color, at, 0).rgb);

@@ -1,4 +1,4 @@
-// Encodes exposed colour for the network: from 0 to 1, or beyond 1 for light above 65504 if
+// Encodes exposed color for the network: from 0 to 1, or beyond 1 for light above 65504 if
 // `brightest` allows it.
 
 override transfer_function: u32;

@@ -1,5 +1,5 @@
 // The end of the network after the sums of its 1×1 convolution: optional sigmoid, inverse transfer
-// function, inverse exposure, crop, blend with the noisy colour, store. Clean blocks instead
+// function, inverse exposure, crop, blend with the noisy color, store. Clean blocks instead
 // receive their input with its bad pixels filled.
 
 import package::common::block::BLOCK;

@@ -1,4 +1,4 @@
-// Constants of light: middle grey and the limits of brightness.
+// Constants of light: middle gray and the limits of brightness.
 
 const GREY: f32 = 0.18;      // the average luminance, times input_scale
 const OUTLIER: f32 = 16.0;   // how many times brighter than its surroundings a pixel may be

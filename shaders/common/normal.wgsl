@@ -1,4 +1,4 @@
-// The normal, stored like the colour.
+// The normal, stored like the color.
 
 import package::common::layout::{Layout, element_of};
 @if(normal_f16) import package::common::half::widened;

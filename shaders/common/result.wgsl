@@ -1,4 +1,4 @@
-// What the end of the network stores for a pixel. Alpha is copied from the noisy colour.
+// What the end of the network stores for a pixel. Alpha is copied from the noisy color.
 
 import package::common::color::{alpha_of_color, load_color};
 import package::common::fill::filled;
@@ -8,7 +8,7 @@ import package::common::output::store;
 import package::common::scale::input_scale;
 import package::common::tile::tile;
 
-@group(0) @binding(3) var<uniform> blend: f32;   // share of the noisy colour in the result
+@group(0) @binding(3) var<uniform> blend: f32;   // share of the noisy color in the result
 
 // A noisy value that is not a number is not blended in.
 fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
@@ -21,7 +21,7 @@ fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
 // Undoes the exposure. A small one must not produce infinity.
 fn store_denoised(at: vec2<u32>, exposed: vec3<f32>) {
     var result = min(exposed / input_scale, vec3(LARGEST_F32));
-    // Uniform, and saves reading the noisy colour if it has no share.
+    // Uniform, and saves reading the noisy color if it has no share.
     if blend > 0.0 {
         result = blended(result, load_color(tile.color, at));
     }
@@ -33,7 +33,7 @@ fn is_light(bits: vec3<u32>) -> bool {
     return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
 }
 
-// Bit for bit, unless the noisy colour is not valid light.
+// Bit for bit, unless the noisy color is not valid light.
 fn store_noisy(at: vec2<u32>) {
     let bits = load_color(tile.color, at);
     var rgb = bitcast<vec3<f32>>(bits);

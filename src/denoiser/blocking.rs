@@ -17,7 +17,7 @@ pub(crate) type RunTile<'r> =
     &'r mut dyn FnMut(&TileBuffers<'_>, &mut dyn FnMut(usize)) -> Result<()>;
 
 impl Denoiser {
-    /// Denoises a frame and blocks until the result is ready: linear colour at the input's
+    /// Denoises a frame and blocks until the result is ready: linear color at the input's
     /// exposure. Images that the weights were not trained with are ignored.
     ///
     /// If the adapter runs out of memory, the frame starts over with tiles of at most half the

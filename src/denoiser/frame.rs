@@ -17,20 +17,20 @@ use crate::model::Inputs;
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Frame<'a> {
-    /// Linear, scene-referred colour.
+    /// Linear, scene-referred color.
     pub color: &'a Image,
     /// Linear albedo in `[0, 1]`.
     pub albedo: Option<&'a Image>,
     /// Normal with components in `[−1, 1]`, in camera or world space.
     pub normal: Option<&'a Image>,
-    /// The factor, above 0, that brings colour to the exposure the network was trained at. `None`
+    /// The factor, above 0, that brings color to the exposure the network was trained at. `None`
     /// measures it, or uses 1 for weights that do not read unbounded light
     /// ([`TransferFunction::is_hdr`](crate::TransferFunction::is_hdr)).
     pub input_scale: Option<f32>,
 }
 
 impl<'a> Frame<'a> {
-    /// Colour alone, with measured exposure.
+    /// Color alone, with measured exposure.
     #[must_use]
     pub fn new(color: &'a Image) -> Self {
         Self { color, albedo: None, normal: None, input_scale: None }
@@ -69,7 +69,7 @@ impl Frame<'_> {
             if image.size() != self.color.size() {
                 let ((aw, ah), (w, h)) = (image.size(), self.color.size());
                 return Err(Error::Image(format!(
-                    "{name} is {aw}×{ah}, but the colour is {w}×{h}; they must be the same size"
+                    "{name} is {aw}×{ah}, but the color is {w}×{h}; they must be the same size"
                 )));
             }
         }

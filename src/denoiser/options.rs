@@ -40,7 +40,7 @@ pub struct Options {
     pub timeout: Option<Duration>,
     /// Which convolution kernels run.
     pub kernels: KernelSet,
-    /// Whether noise-free blocks of 16×16 pixels, such as an empty background, keep their colour
+    /// Whether noise-free blocks of 16×16 pixels, such as an empty background, keep their color
     /// and skip the network: `true` by default. The plain kernels never skip.
     pub skip_clean: bool,
     /// The matrix shape that `Auto` may use. Only the adapter knows it, so pass the result of

@@ -74,7 +74,7 @@ impl<'a> TileBuffers<'a> {
             input_scale: &input_scale,
             encoding: network.encoding,
         };
-        // New buffers are zero: no noisy colour is blended in.
+        // New buffers are zero: no noisy color is blended in.
         let blend = uniform("blend", size_of::<f32>());
         let (output_image, blend) = ((&output).into(), &blend);
         let bound = Bound { tile: plan.tile, sources, output: output_image, blend, skip_clean };
@@ -100,7 +100,7 @@ impl<'a> TileBuffers<'a> {
         Ok(())
     }
 
-    /// The number of rows of an image this wide that fit in the colour buffer.
+    /// The number of rows of an image this wide that fit in the color buffer.
     pub(crate) fn rows_of(&self, width: u32) -> u32 {
         let rows = self.color.size() / PIXEL_BYTES / u64::from(width);
         u32::try_from(rows).unwrap_or(u32::MAX)

@@ -16,7 +16,7 @@ use crate::plan::tiles::{Constraints, MAX_SIDE, TilePlan};
 /// a copy waits to be uploaded or read.
 const IMAGE_BYTES: u64 = 2 * PIXEL_BYTES;
 
-/// The blocking call's memory for images. The colour buffer must also hold the narrowest band of
+/// The blocking call's memory for images. The color buffer must also hold the narrowest band of
 /// rows for the exposure measurement.
 fn images(width: u32, inputs: Inputs) -> Footprint {
     let count = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);

@@ -14,7 +14,7 @@ use crate::model::{Encoding, Op, Params, TransferFunction};
 use crate::plan::halo::{BLOCK, halo};
 use crate::reference::{self, Tensor};
 
-/// The result of [`Denoiser::verify`]: differences between encoded colours, so `[0, 1]` spans the
+/// The result of [`Denoiser::verify`]: differences between encoded colors, so `[0, 1]` spans the
 /// network's range. Where light encodes above 1, the difference is relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Verified {
@@ -82,7 +82,7 @@ impl Denoiser {
         let crop = around(rect, halo(network), alignment, frame.color.size());
         let [color, albedo, normal] = [Some(frame.color), frame.albedo, frame.normal]
             .map(|image| image.map(|image| cut(image, &crop)));
-        let color = color.expect("a frame has a colour");
+        let color = color.expect("a frame has a color");
         let (albedo, normal) = (albedo.as_ref(), normal.as_ref());
         let encoding = weights.metadata().encoding();
         let input = reference::input_process_in(encoding, &color, albedo, normal, scale, alignment);
@@ -99,7 +99,7 @@ impl Denoiser {
 }
 
 /// How much a result may differ: far more than correct drivers do (`docs/reliability.md`), and far
-/// less than an error of 5 % in a middle grey, which is 3e-3.
+/// less than an error of 5 % in a middle gray, which is 3e-3.
 struct Tolerance {
     largest: f64,
     rms: f64,
@@ -150,7 +150,7 @@ fn on_all_cores(op: Op, params: &Params, inputs: &[&Tensor]) -> Tensor {
     Tensor::new(outputs, height, width, parts.into_iter().flat_map(|part| part.data).collect())
 }
 
-/// Converts colour to the network's encoding.
+/// Converts color to the network's encoding.
 #[derive(Clone, Copy)]
 struct Exposure {
     encoding: Encoding,

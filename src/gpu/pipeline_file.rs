@@ -35,7 +35,7 @@ impl PipelineFile {
         &self.name
     }
 
-    /// A cache initialised from `bytes`, or empty if they are damaged or from another driver or
+    /// A cache initialized from `bytes`, or empty if they are damaged or from another driver or
     /// version. `None` if the device lacks the feature `PIPELINE_CACHE` or fails.
     #[must_use]
     pub fn load(&self, device: &Device, bytes: &[u8]) -> Option<PipelineCache> {

@@ -17,7 +17,7 @@ pub(crate) fn set_variable_early(name: &str, value: &str) {
     }
 }
 
-/// A pipeline cache initialised from an earlier run's data, if any. The device must have the
+/// A pipeline cache initialized from an earlier run's data, if any. The device must have the
 /// feature `PIPELINE_CACHE`. wgpu has no safe way to return compiled data to a driver.
 pub(crate) fn pipeline_cache(
     device: &wgpu::Device,

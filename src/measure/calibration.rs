@@ -53,7 +53,7 @@ const LONG: f64 = 0.1;
 const RUNS: u32 = 3;
 
 impl Calibration {
-    /// Measures [`Denoiser::denoise`] on whole frames of colour, albedo and normal, upload and
+    /// Measures [`Denoiser::denoise`] on whole frames of color, albedo and normal, upload and
     /// readback included, after a warm-up run. Blocks: for half a minute or more on a CPU driver.
     /// Only precision and kernels of `options` count; memory budget and tiles keep their defaults.
     ///

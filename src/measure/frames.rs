@@ -77,7 +77,7 @@ fn full_frame<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Fra
     Frame::new(color).albedo(albedo).normal(normal)
 }
 
-/// Colour, albedo and normal made of gradients and a pattern, so that no pixel is special and no
+/// Color, albedo and normal made of gradients and a pattern, so that no pixel is special and no
 /// block is clean; apart from clean blocks, a network's cost does not depend on its input.
 ///
 /// # Errors

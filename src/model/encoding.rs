@@ -3,7 +3,7 @@
 /// The encoding a network was trained with, for its input and output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Encoding {
-    /// The curve from colour to the network's values.
+    /// The curve from color to the network's values.
     pub transfer_function: TransferFunction,
     /// Whether the input is 0 to the right of and below the image, up to the next multiple of the
     /// alignment. Otherwise the edge pixels repeat.
@@ -44,7 +44,7 @@ const LARGEST: f32 = 65504.0;
 /// Brighter light counts as this, as in the repair and the exposure.
 const MOST: f32 = 1e30;
 
-/// A curve from exposed colour to `[0, 1]`, or beyond 1 for light above 65504. `weights-format.md`
+/// A curve from exposed color to `[0, 1]`, or beyond 1 for light above 65504. `weights-format.md`
 /// has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub enum TransferFunction {
@@ -53,7 +53,7 @@ pub enum TransferFunction {
     Pu,
     /// Logarithmic, for scene-referred light in lightmaps.
     Log,
-    /// The sRGB curve, for display-referred colour and albedo in `[0, 1]`.
+    /// The sRGB curve, for display-referred color and albedo in `[0, 1]`.
     Srgb,
     /// `0.5 v + 0.5`, for normals and directions in `[−1, 1]`.
     Signed,

@@ -24,8 +24,8 @@ pub fn fold(weight: &mut [f32], bias: &mut [f32], norm: &BatchNorm<'_>) {
         for w in filter {
             *w = (f64::from(*w) * scale) as f32;
         }
-        let centred = f64::from(bias[o]) - f64::from(norm.mean[o]);
-        bias[o] = (scale * centred + f64::from(norm.bias[o])) as f32;
+        let centered = f64::from(bias[o]) - f64::from(norm.mean[o]);
+        bias[o] = (scale * centered + f64::from(norm.bias[o])) as f32;
     }
 }
 
@@ -34,7 +34,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn folding_equals_convolution_then_normalisation() {
+    fn folding_equals_convolution_then_normalization() {
         let (mut weight, mut bias) = (vec![0.5, -2.0, 3.0, 0.25], vec![0.1, -0.3]);
         let norm = BatchNorm {
             weight: &[1.5, -0.5],

@@ -1,9 +1,9 @@
-//! The auxiliary images next to the colour.
+//! The auxiliary images next to the color.
 
 use super::shown::shown;
 use crate::error::{Error, Result};
 
-/// The input images of a network. Colour is always one of them.
+/// The input images of a network. Color is always one of them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Inputs {
     /// Albedo: the surface's reflectance.
@@ -13,7 +13,7 @@ pub struct Inputs {
 }
 
 impl Inputs {
-    /// Colour, albedo and normal.
+    /// Color, albedo and normal.
     pub const ALL: Self = Self { albedo: true, normal: true };
 
     /// Channels of the network's input.

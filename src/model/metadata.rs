@@ -28,19 +28,19 @@ pub struct Metadata {
     pub transfer_function: TransferFunction,
     /// The epsilon added to the variance of every batch norm.
     pub norm_eps: Option<f64>,
-    /// Data, loss, steps and licence, as free text.
+    /// Data, loss, steps and license, as free text.
     pub provenance: String,
 }
 
 /// The image a network denoises.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum MainImage {
-    /// Colour.
+    /// Color.
     #[default]
     Color,
-    /// Albedo, passed in place of colour.
+    /// Albedo, passed in place of color.
     Albedo,
-    /// Normal, passed in place of colour.
+    /// Normal, passed in place of color.
     Normal,
 }
 

@@ -51,7 +51,7 @@ pub(crate) struct Bound<'a> {
     pub(crate) sources: Sources<'a>,
     /// The image to write.
     pub(crate) output: ImageBinding<'a>,
-    /// Uniform holding the share of noisy colour in the result.
+    /// Uniform holding the share of noisy color in the result.
     pub(crate) blend: &'a wgpu::Buffer,
     /// Whether clean blocks skip the network.
     pub(crate) skip_clean: bool,

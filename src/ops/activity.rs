@@ -7,7 +7,7 @@ use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 pub use crate::plan::halo::BLOCK;
 use crate::shader::ShaderRoot;
 
-/// Finds the even blocks of colour, albedo and normal in these formats.
+/// Finds the even blocks of color, albedo and normal in these formats.
 #[must_use]
 pub fn classify_spec(formats: [ImageFormat; 3]) -> KernelSpec {
     spec("classify", [8, 8, 1], formats)

@@ -25,7 +25,7 @@ pub fn bindings(color: ImageFormat, output: ImageFormat, weights: Binding) -> Ve
     bindings
 }
 
-/// The variant for GPUs, for noisy colour and result in these formats.
+/// The variant for GPUs, for noisy color and result in these formats.
 #[must_use]
 pub fn tiled_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {

@@ -15,7 +15,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::Params;
 use crate::shader::ShaderRoot;
 
-/// The variant for GPUs, for noisy colour and result in these formats.
+/// The variant for GPUs, for noisy color and result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec {
@@ -57,7 +57,7 @@ pub fn simd_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
 /// An operator's kernel, which depends on the image formats.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct HeadKernel {
-    /// The kernel for noisy colour and result in these formats; the number is `quads`.
+    /// The kernel for noisy color and result in these formats; the number is `quads`.
     pub(super) spec: fn(usize, ImageFormat, ImageFormat) -> KernelSpec,
     /// Output quads of the 3×3 convolution.
     pub(super) quads: usize,

@@ -144,16 +144,16 @@ impl ImageFormat {
     }
 }
 
-/// The share of noisy colour in the result: a 32-bit float.
+/// The share of noisy color in the result: a 32-bit float.
 pub const BLEND: Binding = Binding::Uniform { bytes: 4, dynamic: false };
 
-/// The features of a kernel that reads colour in this format.
+/// The features of a kernel that reads color in this format.
 #[must_use]
 pub(crate) fn color_features(color: ImageFormat) -> Vec<&'static str> {
     color.source_feature("color_f16", "color_texture").into_iter().collect()
 }
 
-/// The features of a kernel that reads colour, albedo and normal in these formats.
+/// The features of a kernel that reads color, albedo and normal in these formats.
 #[must_use]
 pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<&'static str> {
     let mut features = color_features(color);
@@ -163,7 +163,7 @@ pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<
     features
 }
 
-/// The features of a kernel that reads noisy colour and writes a result in these formats.
+/// The features of a kernel that reads noisy color and writes a result in these formats.
 #[must_use]
 pub(crate) fn result_features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {
     let mut features = color_features(color);

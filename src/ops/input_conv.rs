@@ -21,7 +21,7 @@ use crate::shader::ShaderRoot;
 /// Output channels per workgroup. With more, several workgroups would encode the same pixels.
 const CHANNELS: usize = 16;
 
-/// The kernel for colour, albedo and normal in these formats.
+/// The kernel for color, albedo and normal in these formats.
 #[must_use]
 pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
     let mut bindings = input_process::bindings(formats);

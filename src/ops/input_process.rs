@@ -8,7 +8,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::{Encoding, Inputs};
 use crate::shader::ShaderRoot;
 
-/// The kernel for colour, albedo and normal in these formats.
+/// The kernel for color, albedo and normal in these formats.
 #[must_use]
 pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
     KernelSpec {
@@ -53,7 +53,7 @@ pub fn channel_map(channels: usize) -> ChannelMap {
 pub struct Sources<'a> {
     /// [`Tile`]s, one at each dynamic offset.
     pub tiles: &'a wgpu::Buffer,
-    /// Colour.
+    /// Color.
     pub color: ImageBinding<'a>,
     /// Albedo in `[0, 1]`.
     pub albedo: Option<ImageBinding<'a>>,
@@ -61,7 +61,7 @@ pub struct Sources<'a> {
     pub normal: Option<ImageBinding<'a>>,
     /// Whether normals are stored as `0.5 n + 0.5`, with 0 where no surface was hit.
     pub unorm_normal: bool,
-    /// One 32-bit float: the factor for colour.
+    /// One 32-bit float: the factor for color.
     pub input_scale: &'a wgpu::Buffer,
     /// The encoding to apply.
     pub encoding: Encoding,
@@ -74,7 +74,7 @@ impl<'a> Sources<'a> {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    /// What to bind for colour, albedo and normal. An absent image is never read, but its binding
+    /// What to bind for color, albedo and normal. An absent image is never read, but its binding
     /// cannot stay empty.
     #[must_use]
     pub fn images(&self) -> [ImageBinding<'a>; 3] {

@@ -8,7 +8,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::Encoding;
 use crate::shader::ShaderRoot;
 
-/// The kernel for noisy colour and result in these formats.
+/// The kernel for noisy color and result in these formats.
 #[must_use]
 pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     let mut bindings = result_bindings(color, output);
@@ -34,13 +34,13 @@ pub(super) fn result_bindings(color: ImageFormat, output: ImageFormat) -> Vec<Bi
 pub struct ResultImages<'a> {
     /// [`Tile`](super::tile::Tile)s, one at each dynamic offset.
     pub tiles: &'a wgpu::Buffer,
-    /// The 32-bit float that colour was multiplied by.
+    /// The 32-bit float that color was multiplied by.
     pub input_scale: &'a wgpu::Buffer,
-    /// The noisy colour.
+    /// The noisy color.
     pub color: ImageBinding<'a>,
     /// Receives the result.
     pub output: ImageBinding<'a>,
-    /// Uniform holding one 32-bit float: the share of noisy colour in the result, from 0 to 1.
+    /// Uniform holding one 32-bit float: the share of noisy color in the result, from 0 to 1.
     pub blend: &'a wgpu::Buffer,
     /// How the network's output is encoded.
     pub encoding: Encoding,

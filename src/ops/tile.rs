@@ -35,7 +35,7 @@ impl Layout {
         Self { offset, row_stride, pixel_stride, alpha: 0 }
     }
 
-    /// Adds alpha as the fourth element of each pixel. Only colour and output may have it.
+    /// Adds alpha as the fourth element of each pixel. Only color and output may have it.
     #[must_use]
     pub fn with_alpha(self) -> Self {
         Self { alpha: 1, ..self }
@@ -70,7 +70,7 @@ pub struct Tile {
     pub begin: [u32; 2],
     /// One past the last pixel to store.
     pub end: [u32; 2],
-    /// Layout of the colour.
+    /// Layout of the color.
     pub color: Layout,
     /// Layout of the albedo; ignored without one.
     pub albedo: Layout,

@@ -10,7 +10,7 @@ pub const MAX_SIDE: u32 = 1 << 16;
 pub struct Constraints {
     /// A divisor of every tile's corner and size.
     pub alignment: u32,
-    /// Overlap on each side with a neighbour; see [`super::halo::halo`].
+    /// Overlap on each side with a neighbor; see [`super::halo::halo`].
     pub halo: u32,
     /// Largest side of a tile.
     pub max_side: u32,

@@ -28,7 +28,7 @@ pub struct Activity {
 /// The images of one view, all the same size.
 #[derive(Clone, Copy, Debug)]
 pub struct View<'a> {
-    /// Linear colour.
+    /// Linear color.
     pub color: &'a Image,
     /// Linear albedo in `[0, 1]`.
     pub albedo: Option<&'a Image>,
@@ -47,7 +47,7 @@ pub struct TileOfView {
     pub stores: Rect,
 }
 
-/// Encodes colour for the comparison.
+/// Encodes color for the comparison.
 #[derive(Clone, Copy)]
 struct Light {
     encoding: Encoding,

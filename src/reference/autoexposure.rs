@@ -1,4 +1,4 @@
-//! The input scale that brings an image's average luminance to middle grey.
+//! The input scale that brings an image's average luminance to middle gray.
 
 use super::repair::{GREY, MOST, OUTLIER, is_finite, luminance};
 use crate::image::Image;
@@ -75,7 +75,7 @@ mod tests {
     }
 
     #[test]
-    fn an_even_image_is_brought_to_middle_grey() {
+    fn an_even_image_is_brought_to_middle_gray() {
         let image = Image::filled(33, 17, [4.0; 3]).expect("a valid image");
         assert_near(autoexposure(&image), 0.045);
     }

@@ -69,8 +69,8 @@ mod tests {
     fn weights_are_output_channel_first() {
         let input = Tensor::new(2, 1, 1, vec![2.0, 3.0]);
         let mut weight = vec![7.0; 36];
-        for (pair, centre) in [1.0, 10.0, 100.0, 1000.0].into_iter().enumerate() {
-            weight[pair * 9 + 4] = centre;
+        for (pair, center) in [1.0, 10.0, 100.0, 1000.0].into_iter().enumerate() {
+            weight[pair * 9 + 4] = center;
         }
         assert_eq!(conv3x3(&input, &weight, &[0.5, -0.5], false).data, [32.5, 3199.5]);
     }

@@ -10,8 +10,8 @@ use crate::model::{Encoding, TransferFunction};
 /// Encodes the images for the network and extends them to multiples of `alignment` by repeating the
 /// last column to the right and the last row downwards.
 ///
-/// The result has three channels per given image, in the order colour, albedo, normal, all in `[0,
-/// 1]`. Colour is [repaired](repair), multiplied by `input_scale` and [encoded](encode) by
+/// The result has three channels per given image, in the order color, albedo, normal, all in `[0,
+/// 1]`. Color is [repaired](repair), multiplied by `input_scale` and [encoded](encode) by
 /// [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped to `[0, 1]`. A normal
 /// is clamped to `[−1, 1]` and mapped to `[0, 1]`.
 ///
@@ -64,7 +64,7 @@ pub fn input_process_in(
     })
 }
 
-/// Encodes a component of a repaired colour.
+/// Encodes a component of a repaired color.
 pub(super) fn encode_color(encoding: Encoding, v: f32, input_scale: f32) -> f64 {
     encode(encoding, f64::from(v) * f64::from(input_scale))
 }
@@ -87,7 +87,7 @@ mod tests {
     }
 
     #[test]
-    fn channels_stand_in_the_order_colour_albedo_normal() {
+    fn channels_stand_in_the_order_color_albedo_normal() {
         let color = image(1, 1, &[[0.0, 2.0, 1.0]]);
         let albedo = image(1, 1, &[[0.1, 0.2, 0.3]]);
         let normal = image(1, 1, &[[-1.0, 0.0, 0.5]]);
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn colour_is_scaled_and_then_limited() {
+    fn color_is_scaled_and_then_limited() {
         let color = image(2, 1, &[[0.5, 10.0, 1e30]; 2]);
         let found = input_process(&color, None, None, 2.0, 1);
         let expected = [1.0, 20.0, 65504.0].map(|v| pu(v) as f32);

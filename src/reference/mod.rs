@@ -1,7 +1,7 @@
 //! What every operator computes, written as plainly as possible, on the CPU.
 //!
 //! The GPU is tested against this reference, which shares only names and definitions with it and is
-//! itself tested against `PyTorch`. It is never optimised: each result is one sum in 64-bit floats,
+//! itself tested against `PyTorch`. It is never optimized: each result is one sum in 64-bit floats,
 //! rounded once to 32 bits.
 
 mod activity;

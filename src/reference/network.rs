@@ -9,7 +9,7 @@ use crate::model::{INPUT, Network, Op, Params};
 ///
 /// `input` is `[c, h, w]` with the channels that the network reads, both sides multiples of
 /// [`Network::alignment`]. `params` returns a layer's weight and bias by its name, with any
-/// normalisation folded in.
+/// normalization folded in.
 ///
 /// # Panics
 /// Panics if the input or a layer's weights do not have the shape the network declares.

@@ -5,7 +5,7 @@ use super::transfer_function::decode;
 use crate::image::Image;
 use crate::model::Encoding;
 
-/// Reverses the input encoding of colour: [decodes](decode), divides by `input_scale` and keeps the
+/// Reverses the input encoding of color: [decodes](decode), divides by `input_scale` and keeps the
 /// top left `width · height` pixels.
 ///
 /// `tensor` is `[3, h, w]` in `[0, 1]`, at least as large as the image.

@@ -2,7 +2,7 @@
 
 use crate::image::Image;
 
-/// The luminance of middle grey: the image's average, times the input scale.
+/// The luminance of middle gray: the image's average, times the input scale.
 pub const GREY: f64 = 0.18;
 /// How many times brighter than its surroundings a pixel may be.
 pub const OUTLIER: f64 = 16.0;
@@ -27,23 +27,23 @@ pub fn fill(image: &Image) -> Image {
     map(image, filled)
 }
 
-/// Noisy colour as the network sees it: [filled](fill), clamped to `[0, 1e30]`, and without
+/// Noisy color as the network sees it: [filled](fill), clamped to `[0, 1e30]`, and without
 /// outliers. No pixel is brighter than 16 times the brightest finite one of the eight around it or
-/// 16 times middle grey, `0.18 / input_scale`, whichever is more; brighter pixels are darkened to
+/// 16 times middle gray, `0.18 / input_scale`, whichever is more; brighter pixels are darkened to
 /// that limit, keeping their hue.
 #[must_use]
 pub fn repair(color: &Image, input_scale: f32) -> Image {
     let lit = map(&fill(color), |pixel, _| pixel.map(|v| v.clamp(0.0, MOST)));
     map(&lit, |pixel, place| {
-        let neighbours = around(color, place, 1);
-        let lights = neighbours.iter().map(|p| luminance(p.map(|v| v.clamp(0.0, MOST))));
+        let neighbors = around(color, place, 1);
+        let lights = neighbors.iter().map(|p| luminance(p.map(|v| v.clamp(0.0, MOST))));
         let most = OUTLIER * lights.fold(GREY / f64::from(input_scale), f64::max);
         let share = (most / luminance(pixel)).min(1.0);
         if luminance(pixel) > most { pixel.map(|v| (f64::from(v) * share) as f32) } else { pixel }
     })
 }
 
-/// Luminance of linear colour with Rec. 709 primaries.
+/// Luminance of linear color with Rec. 709 primaries.
 pub(super) fn luminance([r, g, b]: [f32; 3]) -> f64 {
     0.212_671 * f64::from(r) + 0.715_160 * f64::from(g) + 0.072_169 * f64::from(b)
 }
@@ -61,7 +61,7 @@ fn map(image: &Image, pixel: impl Fn([f32; 3], [i64; 2]) -> [f32; 3]) -> Image {
     result
 }
 
-/// The finite pixels up to `distance` away, counting diagonal steps, except the centre.
+/// The finite pixels up to `distance` away, counting diagonal steps, except the center.
 fn around(image: &Image, [x, y]: [i64; 2], distance: i64) -> Vec<[f32; 3]> {
     let (width, height) = (i64::from(image.width()), i64::from(image.height()));
     let steps = || -distance..=distance;
@@ -83,7 +83,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bad_pixel_is_the_mean_of_its_finite_neighbours() {
+    fn a_bad_pixel_is_the_mean_of_its_finite_neighbors() {
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
             assert_eq!(fill(&row(&[9.0, 1.0, bad, 4.0, 9.0])), row(&[9.0, 1.0, 2.5, 4.0, 9.0]));
             assert_eq!(fill(&row(&[bad, 3.0])), row(&[3.0, 3.0]));
@@ -110,7 +110,7 @@ mod tests {
     }
 
     #[test]
-    fn an_outlier_is_darkened_to_sixteen_times_its_brightest_neighbour_in_its_hue() {
+    fn an_outlier_is_darkened_to_sixteen_times_its_brightest_neighbor_in_its_hue() {
         let mut image = Image::filled(5, 5, [1.0; 3]).expect("a valid image");
         image.pixels_mut()[6] = [2.0; 3];
         image.pixels_mut()[12] = [1e30, 0.0, 0.0];
@@ -121,7 +121,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_bright_beside_bright_pixels_stays_and_so_does_what_is_only_sixteen_times_grey() {
+    fn what_is_bright_beside_bright_pixels_stays_and_so_does_what_is_only_sixteen_times_gray() {
         let lamp = row(&[0.1, 1e4, 1e4, 0.1]);
         assert_eq!(repair(&lamp, 1.0), lamp);
         let (below, above) = (row(&[0.0, 2.87, 0.0]), row(&[0.0, 2.89, 0.0]));

@@ -44,7 +44,7 @@ pub fn pu_inverse(x: f64) -> f64 {
     }
 }
 
-/// Encodes an exposed colour component: into `[0, 1]`, or beyond 1 for light above [`LARGEST`].
+/// Encodes an exposed color component: into `[0, 1]`, or beyond 1 for light above [`LARGEST`].
 /// Only [`TransferFunction::Signed`] accepts negative values.
 #[must_use]
 pub fn encode(encoding: Encoding, exposed: f64) -> f64 {

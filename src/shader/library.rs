@@ -37,7 +37,7 @@ const FEATURES: &[&str] = &[
     "output_f16",
     "output_rgba16float",
     "output_rgba32float",
-    // The kernel reads albedo and normal as well as colour.
+    // The kernel reads albedo and normal as well as color.
     "auxiliary",
     // The convolution also computes the max-pool of its output.
     "pools",

@@ -17,7 +17,7 @@ fn networks() -> [Weights; 2] {
         .map(|(bytes, name)| Weights::from_tza(bytes, name).expect("the fixture is whole"))
 }
 
-/// A network for colour alone; its name determines what the colour is.
+/// A network for color alone; its name determines what the color is.
 pub(crate) fn color_network(name: &str) -> Weights {
     let bytes = include_bytes!("../fixtures/oidn/rt_alb.tza");
     Weights::from_tza(bytes, name).expect("the fixture is whole")
@@ -93,7 +93,7 @@ fn results_in_every_encoding_are_verified_and_wrong_ones_refused() {
 }
 
 #[test]
-fn display_colour_is_neither_exposed_nor_encoded_as_light() {
+fn display_color_is_neither_exposed_nor_encoded_as_light() {
     let [mut color, albedo, normal] = images(37, 22);
     color.pixels_mut().iter_mut().flatten().for_each(|v| *v = (*v * 0.1).min(1.0));
     let images = [color, albedo, normal];

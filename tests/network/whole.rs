@@ -86,7 +86,7 @@ fn frames_that_do_not_fit_together_are_refused() {
     let (color, small) = (images(8, 8), images(8, 7));
     let frame = frame(&color, Inputs::default()).albedo(&small[1]);
     let error = denoiser.denoise(&frame).unwrap_err().to_string();
-    assert!(error.contains("albedo is 8×7, but the colour is 8×8"), "{error}");
+    assert!(error.contains("albedo is 8×7, but the color is 8×8"), "{error}");
     let frame = frame.albedo(None).input_scale(f32::NAN);
     let error = denoiser.denoise(&frame).unwrap_err().to_string();
     assert!(error.contains("input scale is NaN"), "{error}");

@@ -130,7 +130,7 @@ fn distances_grow_by_one_from_what_is_active() {
     let found = three_spots();
     let seen: BTreeSet<u32> = found.map[0].iter().flatten().copied().collect();
     assert_eq!(Vec::from_iter(seen), [0, 1, 2, 3, 4, 5, 6, 7, FAR]);
-    // Beyond the radius there is one more step, as far as neighbours are concerned.
+    // Beyond the radius there is one more step, as far as neighbors are concerned.
     let d = |[x, y]: [usize; 2]| found.map[0][y][x].min(RADIUS + 1);
     for ([x, y], clean) in blocks().zip(&found.clean) {
         assert_eq!(d([x, y]) == 0, !clean, "{x}, {y}");

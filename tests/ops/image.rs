@@ -12,7 +12,7 @@ use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{PassImage, Precision, wgpu};
 
 use wgdenoise_testing::gpu::{buffer, context, download, submit, upload};
-use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantised};
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantized};
 use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
 const SIZE: [u32; 2] = [13, 7];
@@ -67,7 +67,7 @@ fn every_format_is_read_as_its_definition_says() {
     let context = context(Precision::F32);
     run_cases(formats(), |&(format, layout)| {
         let image = GpuImage::new(&pixels(), SIZE, format, layout);
-        let (pass_image, expected) = (image.as_pass(), quantised(&pixels(), format));
+        let (pass_image, expected) = (image.as_pass(), quantized(&pixels(), format));
         let view = view(&pass_image);
         let tile = Tile { image_size: SIZE, color: layout, ..Tile::default() };
         let sources = Sources {
@@ -92,7 +92,7 @@ fn every_format_is_read_as_its_definition_says() {
 const STORED: Tolerance = Tolerance { absolute: 1e-7, relative: 1.0 / 1024.0 };
 
 #[test]
-fn every_format_is_written_with_the_blend_and_the_alpha_of_the_colour() {
+fn every_format_is_written_with_the_blend_and_the_alpha_of_the_color() {
     let context = context(Precision::F32);
     let mut random = Random::new(8);
     let values = (0..3 * 256).map(|_| 0.4 + 0.2 * random.value()).collect();

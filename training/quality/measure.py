@@ -28,7 +28,7 @@ def describe(name, folder):
 
 @torch.no_grad()
 def measure(name, folder, denoisers):
-    """Rows of a test set: noisy, then each denoiser with colour alone and with all inputs."""
+    """Rows of a test set: noisy, then each denoiser with color alone and with all inputs."""
     rows, paths = [], paths_of(folder)
     for i, path in enumerate(paths, 1):
         print(f"{name}: view {i} of {len(paths)}", file=sys.stderr, flush=True)

@@ -12,7 +12,7 @@ from model import UNet, parameter_count
 
 
 class Network:
-    """A weights file. Called with a render [9,H,W] and the inputs to use, returns linear colour [3,H,W]."""
+    """A weights file. Called with a render [9,H,W] and the inputs to use, returns linear color [3,H,W]."""
 
     def __init__(self, path):
         self.path = Path(path)

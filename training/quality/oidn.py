@@ -9,7 +9,7 @@ import torch
 QUALITIES = dict(fast=pyoidn.OIDN_QUALITY_FAST, balanced=pyoidn.OIDN_QUALITY_BALANCED, high=pyoidn.OIDN_QUALITY_HIGH)
 HOME = Path(pyoidn.__file__).parent / "oidn"
 
-# Multiply-adds per pixel with colour, albedo and normal, counted from the weight shapes in the library. `fast` runs a
+# Multiply-adds per pixel with color, albedo and normal, counted from the weight shapes in the library. `fast` runs a
 # small U-Net of 320 thousand weights, `balanced` and `high` one of 920 thousand, the largest for noisy features.
 MACS = dict(fast=62136, balanced=125406, high=125406)
 

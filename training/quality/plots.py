@@ -8,16 +8,16 @@ matplotlib.use("Agg")
 from matplotlib import pyplot as plt
 from matplotlib.ticker import LogLocator, NullLocator
 
-from quality.store import ALL, COLOUR, OIDN, distinct, mean, select
+from quality.store import ALL, COLOR, OIDN, distinct, mean, select
 
-COLOURS = {"noisy": "0.6", "fast": "tab:orange", "balanced": "tab:red", "high": "tab:purple",
+COLORS = {"noisy": "0.6", "fast": "tab:orange", "balanced": "tab:red", "high": "tab:purple",
            "OIDN fast": "lightsteelblue", "OIDN balanced": "cornflowerblue", OIDN: "tab:blue"}
-COLOURS = defaultdict(lambda: "black", COLOURS)  # other nets
+COLORS = defaultdict(lambda: "black", COLORS)  # other nets
 MARKERS = "osD^v"
 
 
 def error_by_samples(errors, path):
-    """One panel per test set: mean L1 over samples; solid lines for all inputs, dashed for colour alone."""
+    """One panel per test set: mean L1 over samples; solid lines for all inputs, dashed for color alone."""
     names = distinct(errors, "set")
     figure, panels = plt.subplots(1, len(names), figsize=(4 * len(names), 3.6), sharey=True, squeeze=False,
                                   layout="constrained")
@@ -37,13 +37,13 @@ def error_by_samples(errors, path):
 
 
 def _lines(panel, rows, method):
-    for inputs, style in (("", ":"), (ALL, "-"), (COLOUR, "--")):
+    for inputs, style in (("", ":"), (ALL, "-"), (COLOR, "--")):
         chosen = select(rows, inputs=inputs)
         counts = sorted(distinct(chosen, "spp"))
-        label = None if inputs == COLOUR else method
+        label = None if inputs == COLOR else method
         if chosen:
             panel.plot(counts, [mean(select(chosen, spp=c), "l1") for c in counts], style, marker=".", lw=1.2,
-                       color=COLOURS[method], label=label)
+                       color=COLORS[method], label=label)
 
 
 def error_by_cost(errors, speed, precision, count, path):
@@ -55,7 +55,7 @@ def error_by_cost(errors, speed, precision, count, path):
     figure, panels = plt.subplots(1, 2, figsize=(9.6, 3.8), sharey=True, layout="constrained")
     for point in speed["rows"]:
         error = mean(select(rows, method=point["method"]), "l1") * half_ratio(precision, point)
-        look = dict(marker="o" if point["precision"] == "f16" else "s", color=COLOURS[point["method"]], ls="")
+        look = dict(marker="o" if point["precision"] == "f16" else "s", color=COLORS[point["method"]], ls="")
         label = f"{point['method']} {point['precision']}"
         panels[0].plot(point["macs"] / 1000, error, **look)
         panels[1].plot(point["ms"], error, label=label, **look)

@@ -37,7 +37,7 @@ def _rows(program, view, networks):
 
 
 def run(program, image, weights, precision):
-    """Denoises a render [9,H,W] with the program; returns linear colour [3,H,W]."""
+    """Denoises a render [9,H,W] with the program; returns linear color [3,H,W]."""
     with tempfile.TemporaryDirectory() as folder:
         noisy, clean = Path(folder) / "noisy.exr", Path(folder) / "clean.exr"
         names = [n for layer in LAYERS for n in layer]

@@ -2,7 +2,7 @@
 
     python -m quality.speed --program ../target/release/wgdenoise --weights ../weights/*.safetensors
 
-1024x1024 pixels with colour, albedo and normal. The program's `bench` and oidnBenchmark alternate in rounds, so that a
+1024x1024 pixels with color, albedo and normal. The program's `bench` and oidnBenchmark alternate in rounds, so that a
 machine whose speed drifts treats both alike; the median over the rounds counts. The program uses its default adapter
 unless `--adapter` names another. Open Image Denoise runs on the CPU, so only a CPU adapter makes the comparison fair.
 """

@@ -5,8 +5,8 @@ import csv
 import numpy as np
 
 FIGURES = ("l1", "psnr", "ssim", "relmse", "smape")
-COLOUR, ALL = "colour", "all"
-INPUTS = {COLOUR: "color", ALL: "color,albedo,normal"}  # name on the page to the inputs of a denoiser
+COLOR, ALL = "color", "all"
+INPUTS = {COLOR: "color", ALL: "color,albedo,normal"}  # name on the page to the inputs of a denoiser
 TEXT = "set", "view", "kind", "method", "inputs", "precision", "file", "digest"  # text columns; others are numbers
 OIDN = "OIDN high"  # the baseline of all ratios
 

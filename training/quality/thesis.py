@@ -1,7 +1,7 @@
-"""The protocol of the thesis that introduced the network: 8-bit sRGB images, 256x256 patches, colour alone.
+"""The protocol of the thesis that introduced the network: 8-bit sRGB images, 256x256 patches, color alone.
 
-Noisy image and reference are exposed for display and quantised to 8 bits. As the program does with a PNG file, the
-noisy one is decoded to linear, denoised, clipped, encoded and quantised again. Errors compare 8-bit images.
+Noisy image and reference are exposed for display and quantized to 8 bits. As the program does with a PNG file, the
+noisy one is decoded to linear, denoised, clipped, encoded and quantized again. Errors compare 8-bit images.
 """
 
 import sys
@@ -17,7 +17,7 @@ PATCH = 256
 
 
 def to_picture(color):
-    """Linear colour to the values of an 8-bit sRGB file, as 0..1."""
+    """Linear color to the values of an 8-bit sRGB file, as 0..1."""
     return (display(color) * 255).round() / 255
 
 

@@ -2,7 +2,7 @@
 
 Renders every feature of a Scene, but the camera does not see point lights. Albedo and normal are Cycles' denoising
 passes: averages over the samples which, on mirrors and glass, come from the objects seen in them. Normals are in camera
-space (x right, y up, z away from the viewer). Where a ray leaves the scene the normal is 0 and the albedo is the colour
+space (x right, y up, z away from the viewer). Where a ray leaves the scene the normal is 0 and the albedo is the color
 of the environment.
 """
 
@@ -31,7 +31,7 @@ class Cycles:
     cameras = ()
 
     def render(self, camera, samples, seed, keep=None):
-        """[9,H,W]: colour, albedo, normal. `keep` is an optional path for the EXR file with all passes."""
+        """[9,H,W]: color, albedo, normal. `keep` is an optional path for the EXR file with all passes."""
         scene = bpy.context.scene
         scene.camera = self.cameras[camera]
         scene.cycles.samples, scene.cycles.seed = samples, seed

@@ -5,7 +5,7 @@ import numpy as np
 
 
 class Node:
-    """A shader node. `set` gives inputs a number, a colour or the first output of another node."""
+    """A shader node. `set` gives inputs a number, a color or the first output of another node."""
 
     def __init__(self, owner, kind):
         self.tree = owner.node_tree
@@ -32,7 +32,7 @@ def make_material(source):
 
 
 def make_fog(extinction):
-    """A grey medium of albedo 0.9."""
+    """A gray medium of albedo 0.9."""
     material = bpy.data.materials.new("fog")
     material.node_tree.nodes.clear()
     medium = Node(material, "VolumePrincipled")

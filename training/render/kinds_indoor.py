@@ -112,7 +112,7 @@ def door_ajar(rng):
 
 
 def dark_room(rng):
-    """Only small coloured emitters: LEDs, candles, a screen."""
+    """Only small colored emitters: LEDs, candles, a screen."""
     w, d, h = _size(rng, 2.5, 5)
     instances = room(rng, w, d, h) + _furniture(rng, palette(rng, 6), w, d, rng.integers(5, 15))
     lights = [lamp(rng, rng.uniform((-w / 2.2, -d / 2.2, 0.1), (w / 2.2, d / 2.2, h - 0.1)), rng.uniform(0.1, 2),

@@ -23,7 +23,7 @@ def _earth(rng):
 
 
 def _green(rng, kind="thin_leaf"):
-    """A plant colour of some season."""
+    """A plant color of some season."""
     return Material(kind, tuple(np.clip(rng.uniform((0.05, 0.15, 0.02), (0.5, 0.6, 0.15)), 0, 1)))
 
 

@@ -1,13 +1,13 @@
 """Renders a Scene with LuxCore (pyluxcore), whose noise training never sees, for tests.
 
 Uses the CPU path tracer without clamping, adaptive sampling, denoising or tone mapping, and with independent random
-numbers (LuxCore's RANDOM sampler). The colour is linear radiance, the albedo LuxCore's own, the normal the world-space
+numbers (LuxCore's RANDOM sampler). The color is linear radiance, the albedo LuxCore's own, the normal the world-space
 shading normal. Albedo and normal look through mirrors and glass and, as is LuxCore's default, at the objects that
 smooth plastic reflects or is lit by; they are 0 where nothing is hit. Renders every feature of a Scene, but the camera
 does not see point lights.
 
 LuxCore's path tracer does not splat: it draws a sample's position from the filter and adds the sample to one pixel
-only, so the noise of neighbouring pixels is independent with either filter. "narrow" is a box of one pixel; "gaussian"
+only, so the noise of neighboring pixels is independent with either filter. "narrow" is a box of one pixel; "gaussian"
 is LuxCore's default, a Blackman-Harris of radius 1.5 pixels, which only softens the image.
 """
 
@@ -224,7 +224,7 @@ class Renderer:
                 return session
 
     def render(self, camera: int, samples: int, seed: int) -> np.ndarray:
-        """float32 [9,H,W]: linear colour, albedo, shading normal in world space."""
+        """float32 [9,H,W]: linear color, albedo, shading normal in world space."""
         self.set_camera(self.cameras[camera])
         session = self.trace(samples, seed)
         kinds = pyluxcore.FilmOutputType

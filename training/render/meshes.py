@@ -138,7 +138,7 @@ def strands(rng, roots, directions, length, width, droop=0.5, segments=3):
 
 
 def leaves(rng, centers, size):
-    """At each centre [N,3] a pointed leaf of four triangles, folded along its middle, in a random direction."""
+    """At each center [N,3] a pointed leaf of four triangles, folded along its middle, in a random direction."""
     n = len(centers)
     along = _unit(rng.normal(size=(n, 3))) * size * rng.uniform(0.6, 1.3, (n, 1))
     side = np.cross(along, _unit(rng.normal(size=(n, 3)))) * 0.35
@@ -188,7 +188,7 @@ def _mesh(vertices, faces, normals=None, uvs=None):
 
 
 def _grid(points, normals):
-    """A mesh of quads between neighbouring points [U,V,3], split in two; uvs 0..1."""
+    """A mesh of quads between neighboring points [U,V,3], split in two; uvs 0..1."""
     nu, nv = points.shape[:2]
     i = np.arange(nu * nv).reshape(nu, nv)
     a, b, c, d = i[:-1, :-1], i[1:, :-1], i[1:, 1:], i[:-1, 1:]
@@ -208,7 +208,7 @@ def _strips(strips, uvs):
 
 
 def _curvature(points, wrap):
-    """Normals of a grid of points from differences between neighbours; `wrap` closes its seam and both poles."""
+    """Normals of a grid of points from differences between neighbors; `wrap` closes its seam and both poles."""
     du = np.gradient(points, axis=0)
     dv = np.gradient(points, axis=1)
     if wrap:

@@ -113,7 +113,7 @@ def _bsdf(m):
     if m.emission is not None:
         return dict(type="diffuse", reflectance=0.0)
     if m.kind == "glass":
-        # light passes two surfaces of an object, so each takes the root of the colour
+        # light passes two surfaces of an object, so each takes the root of the color
         tint = _rgb(np.sqrt(m.color))
         glass = dict(int_ior=m.ior, specular_transmittance=tint)
         return dict(glass, type="roughdielectric", alpha=alpha) if rough else dict(glass, type="dielectric")

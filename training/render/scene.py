@@ -1,6 +1,6 @@
 """A renderer-independent scene description: plain data and numpy arrays.
 
-Right-handed, z up, in metres. Colours are linear sRGB. `kinds.py` makes random scenes; `cycles.py`, `mitsuba.py` and
+Right-handed, z up, in metres. Colors are linear sRGB. `kinds.py` makes random scenes; `cycles.py`, `mitsuba.py` and
 `luxcore.py` render them. Each renderer's docstring names the features it omits.
 """
 
@@ -71,7 +71,7 @@ class Scene:
     cameras: list
     lights: list = field(default_factory=list)
     environment: np.ndarray | None = None  # float32 [H,W,3], W = 2H
-    fog: float = 0.0  # extinction of a grey homogeneous medium around the scene, 1/m; albedo 0.9
+    fog: float = 0.0  # extinction of a gray homogeneous medium around the scene, 1/m; albedo 0.9
 
     def reach(self):
         """Distance from the origin to the farthest vertex or camera."""

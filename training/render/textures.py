@@ -4,9 +4,9 @@ import numpy as np
 
 
 def color(rng, low=0.02, high=0.95):
-    """A random albedo: often greyish, sometimes saturated, as often dark as bright."""
-    grey = rng.uniform(low, high) if rng.random() < 0.6 else np.exp(rng.uniform(np.log(low), np.log(high)))
-    return np.clip(grey * (1 + rng.uniform(0, 1) ** 2 * rng.uniform(-1, 1, 3)), low, high)
+    """A random albedo: often grayish, sometimes saturated, as often dark as bright."""
+    gray = rng.uniform(low, high) if rng.random() < 0.6 else np.exp(rng.uniform(np.log(low), np.log(high)))
+    return np.clip(gray * (1 + rng.uniform(0, 1) ** 2 * rng.uniform(-1, 1, 3)), low, high)
 
 
 def noise(rng, n, slope=1.5, cells=1):
@@ -18,7 +18,7 @@ def noise(rng, n, slope=1.5, cells=1):
 
 
 def mix(a, b, weight):
-    """Blends colour a into colour b by a field [n,n]."""
+    """Blends color a into color b by a field [n,n]."""
     return np.asarray(a) + (np.asarray(b) - np.asarray(a)) * np.asarray(weight)[..., None]
 
 
@@ -125,7 +125,7 @@ def random_texture(rng, choices=TEXTURES):
 
 
 def light_color(rng):
-    """The colour of a lamp: mostly between candle and blue sky, sometimes saturated."""
+    """The color of a lamp: mostly between candle and blue sky, sometimes saturated."""
     if rng.random() < 0.15:
         return np.clip(rng.uniform(0, 1, 3) ** 2 + 0.03, 0, 1)
     warm = rng.uniform(0, 1)

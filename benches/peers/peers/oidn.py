@@ -1,6 +1,6 @@
 """Intel Open Image Denoise 2.5.1, with its own oidnBenchmark, both from the PyPI package pyoidn.
 
-The library has two networks for colour, albedo and normal; its symbols call them `rt_hdr_alb_nrm_small` and
+The library has two networks for color, albedo and normal; its symbols call them `rt_hdr_alb_nrm_small` and
 `rt_hdr_alb_nrm`. `fast` runs the small one, `balanced` and `high` the base one: at 512x512 on a CPU, `-v 2` reports 85
 MB of memory for `fast` and 155 MB for both others, which also take the same time.
 """

@@ -75,10 +75,10 @@ struct Window {
 
 /// The window around each position along a side.
 fn windows(side: usize) -> Vec<Window> {
-    let window = |centre: usize| {
-        let start = centre.saturating_sub(RADIUS);
-        let end = side.min(centre + RADIUS + 1);
-        let gaussian = |i: usize| (-0.5 * (i.abs_diff(centre) as f64 / SIGMA).powi(2)).exp();
+    let window = |center: usize| {
+        let start = center.saturating_sub(RADIUS);
+        let end = side.min(center + RADIUS + 1);
+        let gaussian = |i: usize| (-0.5 * (i.abs_diff(center) as f64 / SIGMA).powi(2)).exp();
         let sum: f64 = (start..end).map(gaussian).sum();
         Window { start, weights: (start..end).map(|i| gaussian(i) / sum).collect() }
     };

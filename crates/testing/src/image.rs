@@ -106,11 +106,11 @@ fn read_buffer(buffer: &wgpu::Buffer, record: impl FnOnce(&mut wgpu::CommandEnco
 }
 
 /// Pixels after rounding to a format.
-pub fn quantised(pixels: &[Pixel], format: ImageFormat) -> Vec<Pixel> {
+pub fn quantized(pixels: &[Pixel], format: ImageFormat) -> Vec<Pixel> {
     pixels.iter().map(|&pixel| decode(format, &encode(format, pixel))).collect()
 }
 
-/// The colours of pixels as an image on the CPU.
+/// The colors of pixels as an image on the CPU.
 pub fn cpu_image(pixels: &[Pixel], [width, height]: [u32; 2]) -> Image {
     let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]);
     Image::new(width, height, rgb.collect()).expect("the count is right")
@@ -168,7 +168,7 @@ pub fn descriptor(
 }
 
 fn texel_bytes(format: wgpu::TextureFormat) -> u32 {
-    format.block_copy_size(None).expect("a colour format")
+    format.block_copy_size(None).expect("a color format")
 }
 
 fn copy_layout(row: u32, height: u32) -> wgpu::TexelCopyBufferLayout {

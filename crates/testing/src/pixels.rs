@@ -97,7 +97,7 @@ mod tests {
         let texture = |format, pixel| encode(ImageFormat::Texture(format), pixel);
         assert_eq!(texture(Texture::Rgba8Unorm, [0.0, 0.5, 1.0, 2.0]), [0, 128, 255, 255]);
         assert_eq!(texture(Texture::Rgba8Snorm, [-1.0, 0.0, 1.0, 0.5]), [129, 0, 127, 64]);
-        // An 18 % grey is 118 of 255 in sRGB.
+        // An 18 % gray is 118 of 255 in sRGB.
         assert_eq!(texture(Texture::Rgba8UnormSrgb, [0.18, 0.0, 1.0, 0.5]), [118, 0, 255, 128]);
         assert_eq!(texture(Texture::Rgb10a2Unorm, [1.0, 0.0, 0.0, 1.0]), [255, 3, 0, 192]);
         assert_eq!(texture(Texture::Rgba16Float, [1.0; 4]), [0, 0x3c].repeat(4));

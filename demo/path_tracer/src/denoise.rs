@@ -8,7 +8,7 @@ use crate::renderer::film::{Film, texture};
 /// A film's denoised image, and the pass that fills it.
 pub struct Denoised {
     pass: Pass,
-    /// Linear colour with the film's alpha, `rgba16float`.
+    /// Linear color with the film's alpha, `rgba16float`.
     pub output: wgpu::Texture,
 }
 
@@ -41,7 +41,7 @@ impl Denoised {
         self.pass.encode(encoder);
     }
 
-    /// The same, with this share of the noisy colour blended in.
+    /// The same, with this share of the noisy color blended in.
     pub fn encode_blended(&self, share: f32, encoder: &mut wgpu::CommandEncoder) {
         self.pass.set_blend(share);
         self.pass.encode(encoder);

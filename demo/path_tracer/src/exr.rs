@@ -9,7 +9,7 @@ use wgdenoise_files::{Problem, replace};
 /// A layer's prefix, its channel names, and its pixels, row by row from the top left.
 pub type Layer<'a> = (&'a str, &'a [&'a str], &'a [[f32; 4]]);
 
-/// Prefix and channels of linear colour and coverage.
+/// Prefix and channels of linear color and coverage.
 pub const COLOR: (&str, &[&str]) = ("", &["R", "G", "B", "A"]);
 /// Prefix and channels of the reflectance.
 pub const ALBEDO: (&str, &[&str]) = ("albedo.", &["R", "G", "B"]);

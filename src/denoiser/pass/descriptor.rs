@@ -7,7 +7,7 @@ use crate::error::{Error, Result};
 use crate::model::Inputs;
 use crate::plan::tiles::MAX_SIDE;
 
-/// The factor that brings colour to the exposure the network was trained at.
+/// The factor that brings color to the exposure the network was trained at.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum InputScale<'a> {
     /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance. Always 1
@@ -37,11 +37,11 @@ pub enum NormalEncoding {
 ///
 /// | image | texture formats | alpha |
 /// |---|---|---|
-/// | colour, output | `Rgba16Float`, `Rgba32Float` | copied from colour, or 1 if colour has none |
+/// | color, output | `Rgba16Float`, `Rgba32Float` | copied from color, or 1 if color has none |
 /// | albedo | the same, `Rgba8Unorm`, `Rgba8UnormSrgb` | ignored |
-/// | normal | the same as colour, `Rgba8Snorm`; with [`NormalEncoding::Unorm`] `Rgba8Unorm`, `Rgb10a2Unorm` | ignored |
+/// | normal | the same as color, `Rgba8Snorm`; with [`NormalEncoding::Unorm`] `Rgba8Unorm`, `Rgb10a2Unorm` | ignored |
 ///
-/// The output may share its texture or buffer with colour or another input. The pass first copies
+/// The output may share its texture or buffer with color or another input. The pass first copies
 /// such an input into memory of its own, so it needs the usage `COPY_SRC`.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -50,8 +50,8 @@ pub struct PassDescriptor<'a> {
     pub width: u32,
     /// Height of every image, 1 to 65536 pixels.
     pub height: u32,
-    /// Linear, scene-referred colour at any exposure. NaN and infinite pixels are filled from their
-    /// neighbours.
+    /// Linear, scene-referred color at any exposure. NaN and infinite pixels are filled from their
+    /// neighbors.
     pub color: PassImage<'a>,
     /// Linear albedo in `[0, 1]`: the surface's reflectance, 0 where no surface was hit.
     pub albedo: Option<PassImage<'a>>,
@@ -59,15 +59,15 @@ pub struct PassDescriptor<'a> {
     pub normal: Option<PassImage<'a>>,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
-    /// Receives the denoised colour at the input's exposure. Finite values beyond the range of a
+    /// Receives the denoised color at the input's exposure. Finite values beyond the range of a
     /// 16-bit format become ±65504.
     pub output: PassImage<'a>,
-    /// The factor for the colour the network reads.
+    /// The factor for the color the network reads.
     pub input_scale: InputScale<'a>,
 }
 
 impl<'a> PassDescriptor<'a> {
-    /// Colour alone, with measured exposure.
+    /// Color alone, with measured exposure.
     #[must_use]
     pub fn new(width: u32, height: u32, color: PassImage<'a>, output: PassImage<'a>) -> Self {
         Self {
@@ -82,7 +82,7 @@ impl<'a> PassDescriptor<'a> {
         }
     }
 
-    /// Replaces the colour.
+    /// Replaces the color.
     #[must_use]
     pub fn color(self, color: PassImage<'a>) -> Self {
         Self { color, ..self }

@@ -13,7 +13,7 @@ use crate::ops::tile::Layout;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub struct PassFormats {
-    /// Format of the colour.
+    /// Format of the color.
     pub color: ImageFormat,
     /// Format of the albedo.
     pub albedo: Option<ImageFormat>,
@@ -26,14 +26,14 @@ pub struct PassFormats {
 }
 
 impl PassFormats {
-    /// Colour alone.
+    /// Color alone.
     #[must_use]
     pub fn new(color: ImageFormat, output: ImageFormat) -> Self {
         let normal_encoding = NormalEncoding::Signed;
         Self { color, albedo: None, normal: None, normal_encoding, output }
     }
 
-    /// Replaces the colour's format.
+    /// Replaces the color's format.
     #[must_use]
     pub fn color(self, color: ImageFormat) -> Self {
         Self { color, ..self }

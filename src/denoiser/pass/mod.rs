@@ -92,7 +92,7 @@ impl Pass {
         }
     }
 
-    /// Sets the share of noisy colour in the output for later submissions. It is clamped to `[0,
+    /// Sets the share of noisy color in the output for later submissions. It is clamped to `[0,
     /// 1]`; NaN counts as 0, the share in a new pass. [`Schedule::blend`] returns a share that
     /// grows as samples accumulate, so no bias remains. Uses four bytes of wgpu's staging memory.
     pub fn set_blend(&self, share: f32) {

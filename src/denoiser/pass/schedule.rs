@@ -1,4 +1,4 @@
-//! When a renderer that accumulates samples denoises, and how much noisy colour it keeps.
+//! When a renderer that accumulates samples denoises, and how much noisy color it keeps.
 
 /// A denoising schedule for a progressive renderer, which shows the denoised picture while samples
 /// are few and the plain accumulation once they are many.
@@ -7,7 +7,7 @@ pub struct Schedule {
     /// Denoise one frame in this many; 0 counts as 1. In between, the output keeps its last
     /// picture.
     pub every: u32,
-    /// Samples per pixel at which noisy and denoised colour have equal shares, at least 0.
+    /// Samples per pixel at which noisy and denoised color have equal shares, at least 0.
     /// [`f32::INFINITY`] always shows the denoised picture.
     pub half_life: f32,
 }
@@ -28,7 +28,7 @@ impl Schedule {
         frame.is_multiple_of(self.every.max(1))
     }
 
-    /// The share of noisy colour for [`Pass::set_blend`](crate::Pass::set_blend) after `samples`
+    /// The share of noisy color for [`Pass::set_blend`](crate::Pass::set_blend) after `samples`
     /// samples per pixel: `n / (n + half_life)`.
     ///
     /// The denoiser's bias hardly depends on `n`, while the variance of the noise falls with `1/n`.

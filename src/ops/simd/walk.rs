@@ -23,7 +23,7 @@ pub(super) struct Walk {
     pub(super) terms: fn(pixel: usize) -> Vec<(usize, usize)>,
 }
 
-/// The 3×3 neighbourhood of each pixel.
+/// The 3×3 neighborhood of each pixel.
 pub(super) const ROWS: Walk = Walk {
     tensor: "input",
     weights: "weights",
@@ -42,7 +42,7 @@ pub(super) const BEFORE_HEAD: Walk = Walk { weights: "conv_weights", ..ROWS };
 /// The same over the skip of a decoder level.
 pub(super) const SKIP: Walk = Walk { tensor: "skip", ..ROWS };
 
-/// The 2×2 low-resolution pixels under the 3×3 neighbourhood of each pixel. Whether its coordinates
+/// The 2×2 low-resolution pixels under the 3×3 neighborhood of each pixel. Whether its coordinates
 /// are even or odd decides which pixels and weights these are. `x` is even.
 pub(super) const LOW: Walk = Walk {
     tensor: "low",

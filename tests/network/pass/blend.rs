@@ -12,7 +12,7 @@ use wgdenoise_testing::{Tolerance, compare, image_tensor, run_cases};
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-12, relative: 4.0 * f32::EPSILON };
 
 #[test]
-fn the_result_is_a_mixture_of_the_denoised_and_the_noisy_colour() {
+fn the_result_is_a_mixture_of_the_denoised_and_the_noisy_color() {
     let mut images = images(50, 40);
     images[0].pixels_mut()[60] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
     let frame = frame(&images, Inputs::ALL);

@@ -10,7 +10,7 @@ use wgdenoise::{
 use super::{F32, Scene};
 use crate::support::{denoiser, encoded, frame, images, run, same_bits};
 use wgdenoise_testing::gpu::kernel_sets;
-use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantised};
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantized};
 use wgdenoise_testing::{Tolerance, compare, run_cases};
 
 const SIZE: [u32; 2] = [45, 31];
@@ -31,7 +31,7 @@ fn buffer(format: ImageFormat, layout: Layout) -> Stored {
     (format, layout, NormalEncoding::Signed)
 }
 
-/// Images with alpha: textures, and buffers with odd strides in which neighbours share words.
+/// Images with alpha: textures, and buffers with odd strides in which neighbors share words.
 fn floats() -> [Stored; 6] {
     [
         texture(Texture::Rgba16Float),
@@ -90,10 +90,10 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
     };
     let options = Options::default().kernels(kernels).precision(Precision::F32);
     let found = scene.run(&denoiser(&options));
-    let colors = quantised(&colors, color.0);
-    let normals = quantised(&encoded_normals, normal.0);
+    let colors = quantized(&colors, color.0);
+    let normals = quantized(&encoded_normals, normal.0);
     let normals: Vec<_> = normals.iter().map(|n| n.map(|v| decode_normal(v, normal.2))).collect();
-    let albedos = quantised(&albedos, albedo.0);
+    let albedos = quantized(&albedos, albedo.0);
     let images = [&colors, &albedos, &normals].map(|pixels| cpu_image(pixels, SIZE));
     let expected = run(&options, &frame(&images, Inputs::ALL));
     let expected = held_by(&expected, output.0);
@@ -102,7 +102,7 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
     let [result, expected] = [cpu_image(&found, SIZE), expected].map(|image| encoded(&image, 1e-3));
     compare(&result, &expected, tolerance)?;
     let alpha = |pixels: &[Pixel]| pixels.iter().map(|p| p[3]).collect::<Vec<_>>();
-    if alpha(&found) != alpha(&quantised(&colors, output.0)) {
+    if alpha(&found) != alpha(&quantized(&colors, output.0)) {
         return Err("alpha was not carried over".into());
     }
     if scene.output.gaps_are_untouched() { Ok(()) } else { Err("a gap was written to".into()) }
@@ -136,7 +136,7 @@ fn decode_normal(value: f32, encoding: NormalEncoding) -> f32 {
 fn bad_pixels_are_filled_in_every_format() {
     let mut pixels = with_alpha(&images(SIZE[0], SIZE[1])[0]);
     let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    // Eight neighbours each, whose mean every format stores exactly and no division rounds.
+    // Eight neighbors each, whose mean every format stores exactly and no division rounds.
     pixels[..45 * 5].fill([0.5, 2.0, 1.0, 1.0]);
     pixels[51][0] = 1.5;
     for (i, value) in values.into_iter().enumerate() {
@@ -182,10 +182,10 @@ fn what_is_too_bright_for_the_output_is_clamped() {
             normal_encoding: NormalEncoding::Signed,
             output: GpuImage::new(&pixels, [8, 6], format, Layout::packed(8)),
         };
-        // A constant block is clean, so its colour passes through unchanged.
+        // A constant block is clean, so its color passes through unchanged.
         let [red, green, blue, alpha] = scene.run(&denoiser(&Options::default()))[20];
         assert_eq!([red, green], [65504.0, 1.0], "{format:?}");
-        // The colour has no alpha here, and an RGB buffer has no room for one.
+        // The color has no alpha here, and an RGB buffer has no room for one.
         assert!(alpha == 1.0 || format == F16, "{format:?}: {alpha}");
         assert!((blue / 1e-3 - 1.0).abs() < 1.0 / 1024.0, "{format:?}: {blue}");
     }

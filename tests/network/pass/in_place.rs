@@ -18,7 +18,7 @@ fn formats() -> [(ImageFormat, Layout); 4] {
 }
 
 #[test]
-fn the_output_may_be_the_colour_itself() {
+fn the_output_may_be_the_color_itself() {
     run_cases(formats(), |&case| check(case, |scene| &scene.color));
 }
 

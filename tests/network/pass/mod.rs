@@ -89,7 +89,7 @@ fn a_pass_in_the_callers_encoder_makes_the_same_bits_as_the_blocking_call() {
 #[test]
 fn inputs_that_the_weights_do_not_know_are_not_read() {
     let images = images(40, 30);
-    let weights = crate::support::tiny().for_inputs(Inputs::default()).expect("colour is known");
+    let weights = crate::support::tiny().for_inputs(Inputs::default()).expect("color is known");
     let gpu = wgdenoise_testing::gpu::gpu();
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default()).unwrap();
     let [all, color] = [Inputs::ALL, Inputs::default()]

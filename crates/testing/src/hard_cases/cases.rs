@@ -130,7 +130,7 @@ fn even_images() -> Vec<Case> {
         let name = format!("every pixel {}", number(value));
         Case::new(name, filled(SIZE, [value; 3]), Measure::Light, 0.0)
     };
-    let hue = Case::new("constant, coloured", filled(SIZE, [9.0, 0.5, 0.0]), Measure::Mean, 0.01);
+    let hue = Case::new("constant, colored", filled(SIZE, [9.0, 0.5, 0.0]), Measure::Mean, 0.01);
     let evens = [1e-3, 0.18, 0.5, 1.0, 100.0].map(even);
     let blacks = [0.0, f32::NAN, f32::INFINITY, -1.0].map(black);
     evens.into_iter().chain([hue]).chain(blacks).collect()
@@ -171,7 +171,7 @@ fn exposures() -> Vec<Case> {
 
 fn sizes() -> Vec<Case> {
     let sizes = [[1, 1], [2, 1], [3, 2], [17, 15], [17, 17], [97, 89], [4096, 1], [1, 4096]];
-    let grey = |[w, h]: [u32; 2]| {
+    let gray = |[w, h]: [u32; 2]| {
         Case::new(format!("{w}×{h} of 0.5"), filled([w, h], [0.5; 3]), Measure::Unchanged, 0.02)
     };
     let noise = |[w, h]: [u32; 2]| {
@@ -179,7 +179,7 @@ fn sizes() -> Vec<Case> {
         let color = image([w, h], |_| [0; 3].map(|_| random.value().abs()));
         Case::new(format!("{w}×{h} of noise"), color, Measure::Finite, 0.0)
     };
-    sizes.map(grey).into_iter().chain([[17, 15], [97, 89], [2, 300]].map(noise)).collect()
+    sizes.map(gray).into_iter().chain([[17, 15], [97, 89], [2, 300]].map(noise)).collect()
 }
 
 /// The limits of 16-bit and 32-bit floats.

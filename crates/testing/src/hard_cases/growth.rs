@@ -16,9 +16,9 @@ use crate::run::run_where;
 /// itself.
 pub type Growth = Vec<(String, f64)>;
 
-/// The growth when only colour goes through the layers, with tensors of this precision.
+/// The growth when only color goes through the layers, with tensors of this precision.
 pub fn growth(weights: &Weights, color: &Image, precision: Precision) -> Growth {
-    let weights = weights.for_inputs(Default::default()).expect("colour alone is known");
+    let weights = weights.for_inputs(Default::default()).expect("color alone is known");
     let network = weights.network();
     let scale = reference::autoexposure(color);
     let input = reference::input_process(color, None, None, scale, network.alignment());

@@ -48,7 +48,7 @@ impl Bounds {
     #[must_use]
     pub fn of(shape: &Shape) -> Self {
         let tight = match *shape {
-            Shape::Sphere { centre, radius } => Self::around([centre - radius, centre + radius]),
+            Shape::Sphere { center, radius } => Self::around([center - radius, center + radius]),
             Shape::Quad { corner, edges: [a, b] } => {
                 Self::around([corner, corner + a, corner + b, corner + a + b])
             }
@@ -67,7 +67,7 @@ impl Bounds {
         Self { low: self.low.min(other.low), high: self.high.max(other.high) }
     }
 
-    fn centre(&self) -> Vec3 {
+    fn center(&self) -> Vec3 {
         (self.low + self.high) / 2.0
     }
 
@@ -146,7 +146,7 @@ fn split(bounds: &[Bounds], shapes: &mut [usize], half_area: f32) -> Option<usiz
 }
 
 fn sort(bounds: &[Bounds], shapes: &mut [usize], axis: usize) {
-    let key = |shape: usize| (bounds[shape].centre()[axis], shape);
+    let key = |shape: usize| (bounds[shape].center()[axis], shape);
     shapes.sort_by(|&a, &b| key(a).partial_cmp(&key(b)).expect("bounds are finite"));
 }
 

@@ -13,7 +13,7 @@ pub struct Camera {
     pub field_of_view: f32,
 }
 
-/// The image plane at distance 1: vectors from its centre to its edges, and the view direction.
+/// The image plane at distance 1: vectors from its center to its edges, and the view direction.
 pub(super) struct ImagePlane {
     pub(super) right: Vec3,
     pub(super) up: Vec3,

@@ -14,7 +14,7 @@ pub struct Film {
     pub samples: u32,
     /// Selects the random numbers, and so the noise.
     pub seed: u32,
-    /// Linear colour, `rgba32float`; alpha is the pixel's coverage.
+    /// Linear color, `rgba32float`; alpha is the pixel's coverage.
     pub color: wgpu::Texture,
     /// Reflectance of the first surface, `rgba8unorm`.
     pub albedo: wgpu::Texture,

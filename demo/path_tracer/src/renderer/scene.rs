@@ -1,4 +1,4 @@
-//! Scenes, in metres; y is up and colours are linear.
+//! Scenes, in metres; y is up and colors are linear.
 
 use glam::Vec3;
 
@@ -23,8 +23,8 @@ pub struct Scene {
 pub enum Shape {
     /// A sphere.
     Sphere {
-        /// Its centre.
-        centre: Vec3,
+        /// Its center.
+        center: Vec3,
         /// Its radius.
         radius: f32,
     },

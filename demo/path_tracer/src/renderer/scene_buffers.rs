@@ -122,8 +122,8 @@ impl From<&(Shape, usize)> for GpuPrimitive {
     fn from(&(shape, material): &(Shape, usize)) -> Self {
         let primitive = Self { material: material as u32, ..Default::default() };
         match shape {
-            Shape::Sphere { centre, radius } => {
-                Self { at: centre, kind: 0, edge1: Vec3::X * radius, ..primitive }
+            Shape::Sphere { center, radius } => {
+                Self { at: center, kind: 0, edge1: Vec3::X * radius, ..primitive }
             }
             Shape::Quad { corner, edges: [edge1, edge2] } => {
                 Self { at: corner, kind: 1, edge1, edge2, ..primitive }

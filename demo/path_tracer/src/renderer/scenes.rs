@@ -132,8 +132,8 @@ fn sky() -> Scene {
         .with(GLASS, icosphere(0.33, 2, ball))
 }
 
-fn sphere(centre: Vec3, radius: f32) -> Shape {
-    Shape::Sphere { centre, radius }
+fn sphere(center: Vec3, radius: f32) -> Shape {
+    Shape::Sphere { center, radius }
 }
 
 /// A floor at height 0 that extends this far in each direction.
@@ -154,10 +154,10 @@ fn wall_left(x: f32, reach: f32, height: f32) -> Shape {
     Shape::Quad { corner: vec3(x, 0.0, -reach), edges }
 }
 
-/// A rectangle centred on `centre` that faces `target`.
-fn panel(centre: Vec3, target: Vec3, [width, height]: [f32; 2]) -> Shape {
-    let normal = (target - centre).normalize();
+/// A rectangle centered on `center` that faces `target`.
+fn panel(center: Vec3, target: Vec3, [width, height]: [f32; 2]) -> Shape {
+    let normal = (target - center).normalize();
     let across = Vec3::Y.cross(normal).normalize();
     let edges = [across * width, normal.cross(across) * height];
-    Shape::Quad { corner: centre - (edges[0] + edges[1]) / 2.0, edges }
+    Shape::Quad { corner: center - (edges[0] + edges[1]) / 2.0, edges }
 }

@@ -28,7 +28,7 @@ pub(super) struct Split {
     pub(super) marked: bool,
 }
 
-/// Factor on colour before the tone curve, which darkens mid-tones.
+/// Factor on color before the tone curve, which darkens mid-tones.
 const EXPOSURE: f32 = 0.8;
 
 impl Present {

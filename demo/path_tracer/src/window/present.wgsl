@@ -1,8 +1,8 @@
-// Shows linear colour on the screen: noisy left of the divider, denoised right of it.
+// Shows linear color on the screen: noisy left of the divider, denoised right of it.
 
 struct Screen {
     divider: f32,            // pixels from the left edge
-    exposure: f32,           // factor on colour
+    exposure: f32,           // factor on color
     encode: u32,             // 1: encode sRGB here, since the surface does not
     divided: u32,            // 1: draw the divider
 }

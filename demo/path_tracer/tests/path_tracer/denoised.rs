@@ -34,7 +34,7 @@ fn reference() -> &'static [[f32; 4]] {
     REFERENCE.get_or_init(|| plain(1024, 99))
 }
 
-/// Noisy and denoised colour, traced and denoised in one encoder, blended if there is a schedule.
+/// Noisy and denoised color, traced and denoised in one encoder, blended if there is a schedule.
 fn denoised(samples: u32, schedule: Option<Schedule>) -> [Vec<[f32; 4]>; 2] {
     let Bench { device, queue, kernels } = bench();
     let scene = SceneName::StillLife.build();

@@ -64,8 +64,8 @@ pub(crate) fn camera_at(position: Vec3, field_of_view: f32) -> Camera {
     Camera { position, target: Vec3::ZERO, field_of_view }
 }
 
-pub(crate) fn sphere(centre: Vec3, radius: f32) -> Shape {
-    Shape::Sphere { centre, radius }
+pub(crate) fn sphere(center: Vec3, radius: f32) -> Shape {
+    Shape::Sphere { center, radius }
 }
 
 /// A square at height 0 that faces up.

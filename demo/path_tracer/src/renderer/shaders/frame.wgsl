@@ -3,7 +3,7 @@
 struct Frame {
     origin: vec3<f32>,       // of the camera
     first_sample: u32,       // samples already in the sums
-    right: vec3<f32>,        // from the centre of the image plane to its edge
+    right: vec3<f32>,        // from the center of the image plane to its edge
     samples: u32,            // to add
     up: vec3<f32>,
     seed: u32,

@@ -66,12 +66,12 @@ fn hit_primitive(ray: Ray, primitive: Primitive) -> vec3<f32> {
     return hit_face(ray, primitive);
 }
 
-// Hearn and Baker's form computes the discriminant from the distance between centre and ray, which
+// Hearn and Baker's form computes the discriminant from the distance between center and ray, which
 // stays precise far from small spheres ("Ray Tracing Gems", chapter 7).
-fn hit_sphere(ray: Ray, centre: vec3<f32>, radius: f32) -> f32 {
-    let to_centre = centre - ray.origin;
-    let along = dot(to_centre, ray.direction);
-    let aside = to_centre - along * ray.direction;
+fn hit_sphere(ray: Ray, center: vec3<f32>, radius: f32) -> f32 {
+    let to_center = center - ray.origin;
+    let along = dot(to_center, ray.direction);
+    let aside = to_center - along * ray.direction;
     let discriminant = radius * radius - dot(aside, aside);
     if discriminant < 0.0 {
         return 0.0;

@@ -78,18 +78,18 @@ fn face_density(face: Primitive, direction: vec3<f32>, distance: f32) -> f32 {
 
 // Directions uniform over the cone that the sphere subtends.
 fn sample_sphere(origin: vec3<f32>, sphere: Primitive) -> LightSample {
-    let to_centre = sphere.at - origin;
-    let height = sphere_cone(sphere, to_centre);
-    let direction = frame_around(normalize(to_centre)) * cone_direction(height);
+    let to_center = sphere.at - origin;
+    let height = sphere_cone(sphere, to_center);
+    let direction = frame_around(normalize(to_center)) * cone_direction(height);
     let distance = hit_sphere(Ray(origin, direction), sphere.at, sphere.edge1.x);
-    // Rounding may make a ray along the cone's edge miss: it then ends beside the centre.
-    let reach = select(dot(to_centre, direction), distance, distance > 0.0);
+    // Rounding may make a ray along the cone's edge miss: it then ends beside the center.
+    let reach = select(dot(to_center, direction), distance, distance > 0.0);
     return LightSample(direction, reach, materials[sphere.material].color, cone_density(height));
 }
 
 // 1 − cosine of the sphere's angular radius, without cancellation.
-fn sphere_cone(sphere: Primitive, to_centre: vec3<f32>) -> f32 {
-    let sine2 = min(sphere.edge1.x * sphere.edge1.x / dot(to_centre, to_centre), 1.0);
+fn sphere_cone(sphere: Primitive, to_center: vec3<f32>) -> f32 {
+    let sine2 = min(sphere.edge1.x * sphere.edge1.x / dot(to_center, to_center), 1.0);
     return sine2 / (1.0 + sqrt(1.0 - sine2));
 }
 

@@ -1,4 +1,4 @@
-// Adds samples of colour, albedo and normal to every pixel's sums.
+// Adds samples of color, albedo and normal to every pixel's sums.
 
 @group(1) @binding(0) var<uniform> frame: Frame;
 @group(1) @binding(1) var<storage, read_write> colors: array<vec4<f32>>;

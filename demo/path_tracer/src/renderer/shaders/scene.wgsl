@@ -1,6 +1,6 @@
 // The scene's buffers; keep every struct in step with `scene_buffers.rs` and `bvh.rs`.
 
-const SPHERE = 0u;           // `at`: centre, `edge1.x`: radius
+const SPHERE = 0u;           // `at`: center, `edge1.x`: radius
 const QUAD = 1u;             // `at`: a corner, with the edges that leave it
 const TRIANGLE = 2u;         // the same, with a normal at each corner
 
@@ -22,7 +22,7 @@ struct Material {
     color: vec3<f32>,        // reflectance, or an emitter's radiance
     kind: u32,
     second_color: vec3<f32>, // of every other cell
-    cell: f32,               // side of a checkerboard cell in metres; 0: one colour
+    cell: f32,               // side of a checkerboard cell in metres; 0: one color
     alpha: f32,              // GGX width
     ior: f32,                // index of refraction
 }

@@ -57,7 +57,7 @@ fn color_at(material: Material, position: vec3<f32>) -> vec3<f32> {
     if material.cell == 0.0 {
         return material.color;
     }
-    // Cells are centred on the origin, so no coordinate plane runs along their edges.
+    // Cells are centered on the origin, so no coordinate plane runs along their edges.
     let cell = vec3<i32>(floor(position / material.cell + 0.5));
     return select(material.color, material.second_color, ((cell.x + cell.y + cell.z) & 1) == 1);
 }
