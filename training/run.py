@@ -10,10 +10,13 @@ from augment import Crops
 from losses import LOSSES
 from model import TIERS, UNet
 from optimizer import OPTIMIZERS
+from quality.networks import Network
 
 
 def load_checkpoint(path):
-    """Loads `last.pt`, `best.pt` or the output of widen.py."""
+    """Loads `last.pt`, `best.pt`, the output of widen.py, or the same entries of a weights file."""
+    if path.suffix == ".safetensors":
+        return Network(path).checkpoint()
     try:
         return torch.load(path, map_location="cpu")
     except (OSError, RuntimeError, pickle.UnpicklingError) as e:

@@ -5,11 +5,13 @@ import pytest
 import torch
 
 from augment import splat, texture
+from export import save_weights
 from losses import LOSSES
 from model import UNet
 from optimizer import orthogonal
 from render import kinds
 from render.job import sample_counts, seed_sequence
+from run import load_checkpoint
 from transfer import fill, inverse, repair, transfer
 from views import part, read_view
 from widen import widen
@@ -28,7 +30,7 @@ def test_bad_pixels_are_filled_from_the_nearest_good_ones():
     assert fill(row)[1, 0].tolist() == [6, 6, 6, 0, 0]
 
 
-def test_outliers_are_held_to_their_neighbors_and_lamps_stay():
+def test_outliers_are_limited_by_their_neighbors_and_lamps_stay():
     image = torch.full((3, 9, 9), 0.2)
     image[:, 1, 1], image[:, 6:8, 6:8] = 1e9, 1e4
     repaired = repair(image, 1.0)
@@ -42,6 +44,18 @@ def test_a_wider_network_is_the_same_function(random):
     wide.load_state_dict(widen(narrow.state_dict(), narrow.widths, wide.widths, random))
     x = torch.rand(2, 9, 16, 24, generator=random)
     torch.testing.assert_close(wide(x), narrow(x), rtol=0, atol=1e-5)
+
+
+def test_a_weights_file_is_a_checkpoint_of_the_network_that_was_exported(tmp_path):
+    network, path = UNet((4, 6, 10)).eval(), tmp_path / "tiny.safetensors"
+    save_weights(path, network.state_dict(), network.widths, "tiny", "one run; another")
+    checkpoint = load_checkpoint(path)
+    assert (checkpoint["tier"], tuple(checkpoint["widths"])) == ("tiny", network.widths)
+    assert "; ".join(checkpoint["history"]) == "one run; another"
+    assert checkpoint["ema"].keys() == network.state_dict().keys()
+    for name, value in network.state_dict().items():
+        stored = value.half() if value.ndim == 4 else value
+        assert (checkpoint["ema"][name] == stored).all(), name
 
 
 def test_copies_of_a_channel_are_read_with_different_weights(random):

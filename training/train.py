@@ -50,7 +50,7 @@ def arguments():
     p.add_argument("--targets", choices=("references", "prefiltered"), default="references",
                    help="train on the rendered references or on the denoised ones of prefilter.py")
     p.add_argument("--loss", choices=LOSSES, default="l1_ssim", help="see losses.py")
-    p.add_argument("--init", type=Path, help="start from the weights of this checkpoint")
+    p.add_argument("--init", type=Path, help="start from the weights of this checkpoint or weights file")
     p.add_argument("--freeze-norm", type=float, nargs="?", const=0.0, default=0.3, metavar="SHARE",
                    help="freeze batch norm statistics after this share of the run; without a number, from the start")
     length = p.add_mutually_exclusive_group()

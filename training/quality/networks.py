@@ -17,7 +17,7 @@ class Network:
     def __init__(self, path):
         self.path = Path(path)
         metadata, state = _read(self.path)
-        self.name = metadata["name"]
+        self.name, self.provenance = metadata["name"], metadata.get("provenance", "unknown provenance")
         self.model = UNet([int(w) for w in metadata["widths"].split(",")]).eval()
         _fill(self.model, state, self.path)
         self.parameters, self.macs = parameter_count(self.model), macs_per_pixel(self.model)
@@ -25,6 +25,10 @@ class Network:
 
     def __call__(self, image, inputs):
         return denoise(self.model, image, inputs)
+
+    def checkpoint(self):
+        """The entries of `best.pt`, see run.py. Batch norm keeps the file's statistics."""
+        return dict(tier=self.name, widths=self.model.widths, history=[self.provenance], ema=self.model.state_dict())
 
     def row(self):
         """Identifies this network in the tables."""
