@@ -17,6 +17,7 @@ use crate::reference::{self, Tensor};
 /// The result of [`Denoiser::verify`]: differences between encoded colors, so `[0, 1]` spans the
 /// network's range. Where light encodes above 1, the difference is relative.
 #[derive(Clone, Copy, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Verified {
     /// The compared pixels.
     pub rect: Rect,

@@ -8,6 +8,7 @@ pub const SIMD_LANES: u32 = 8;
 
 /// The variants of the convolution kernels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum KernelSet {
     /// The fastest on the adapter: `Simd` where it runs, else `Matrix` if [`Options::matrix`](crate::Options::matrix) gives
     /// a shape and its test passes, else `Tiled`.

@@ -12,6 +12,7 @@ use crate::network::bind::Call;
 
 /// The cost of one kernel call, summed over the tiles of a frame.
 #[derive(Clone, Debug, Default)]
+#[non_exhaustive]
 pub struct CallProfile {
     /// The layer's name, such as `enc_conv0a`, the operator's name, or both if one kernel does
     /// both, as in `dec_conv0b+head`.

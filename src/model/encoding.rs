@@ -47,6 +47,7 @@ const MOST: f32 = 1e30;
 /// A curve from exposed color to `[0, 1]`, or beyond 1 for light above 65504. `weights-format.md`
 /// has the formulas.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum TransferFunction {
     /// Perceptually uniform, for scene-referred light.
     #[default]

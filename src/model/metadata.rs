@@ -12,6 +12,7 @@ use crate::error::{Error, Result};
 
 /// The metadata of format version 1.
 #[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
 pub struct Metadata {
     /// A short name such as `balanced`: 1 to 64 printable characters.
     pub name: String,
@@ -58,6 +59,7 @@ impl MainImage {
 
 /// The kinds of network that a file can hold.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub enum Topology {
     /// The thesis network: per level two convolutions and a max-pool, then transposed convolutions
     /// and skips.

@@ -9,6 +9,7 @@ use crate::plan::tiles::MAX_SIDE;
 
 /// The factor that brings color to the exposure the network was trained at.
 #[derive(Clone, Copy, Debug, Default)]
+#[non_exhaustive]
 pub enum InputScale<'a> {
     /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance. Always 1
     /// for weights that do not read unbounded light
@@ -25,6 +26,7 @@ pub enum InputScale<'a> {
 
 /// How normals are stored.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[non_exhaustive]
 pub enum NormalEncoding {
     /// Stored directly: components in `[−1, 1]`, all 0 where no surface was hit.
     #[default]
