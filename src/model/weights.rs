@@ -108,7 +108,7 @@ impl Weights {
             Quality::Balanced => Some(include_bytes!("../../weights/balanced.safetensors")),
             #[cfg(feature = "high")]
             Quality::High => Some(include_bytes!("../../weights/high.safetensors")),
-            #[allow(unreachable_patterns, reason = "with all features, every tier is above")]
+            #[cfg(not(all(feature = "fast", feature = "balanced", feature = "high")))]
             _ => None,
         };
         Self::from_bytes(bytes.ok_or_else(|| {
