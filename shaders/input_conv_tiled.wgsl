@@ -4,8 +4,9 @@
 
 import package::common::conv_tile::make_tile;
 import package::common::conv_output::output;
-import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal, place};
+import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal};
 import package::common::inputs::{has_albedo, has_normal};
+import package::common::place::place;
 
 // The convolution's input is as large as its output.
 fn input_size() -> vec2<i32> {

@@ -3,10 +3,9 @@
 // order color, albedo, normal, so that leaving one out moves no other channel and sums keep their
 // order. Pixels to the right of or below the image repeat its edge, or are 0.
 
-import package::common::encoded::{
-    encoded_albedo, encoded_color, encoded_normal, padded, place
-};
+import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal, padded};
 import package::common::inputs::{has_albedo, has_normal};
+import package::common::place::place;
 import package::common::tensor::{TensorOut, stored};
 
 @group(0) @binding(5) var output: TensorOut;

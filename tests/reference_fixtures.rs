@@ -2,12 +2,12 @@
 //!
 //! Both compute in 64 bits and round to 32, so operators may differ by one rounding and no more.
 
-use wgdenoise::Result;
 use wgdenoise::internals::model::Weights;
 use wgdenoise::internals::model::fold::{BatchNorm, fold};
-use wgdenoise::internals::reference::{self, LARGEST, Tensor};
-use wgdenoise_testing::Tolerance;
+use wgdenoise::internals::reference::{self, LARGEST, Light, Tensor};
+use wgdenoise::{Image, Result};
 use wgdenoise_testing::fixture::Fixture;
+use wgdenoise_testing::{Tolerance, image_tensor};
 
 /// For operators that only move values.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
@@ -20,6 +20,9 @@ const FOLDED: Tolerance = Tolerance { absolute: 1e-6, relative: 0.0 };
 /// About ten layers, each of which rounds its folded weights and its results to 32 bits; the
 /// sigmoid then reduces the error to at most a quarter. It is below 1e-7 for this file.
 const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
+
+/// As in [`WHOLE_NETWORK`], without a sigmoid; a logit's error is the relative error of a weight.
+const KERNEL_PYRAMID: Tolerance = Tolerance { absolute: 0.0, relative: 5e-6 };
 
 #[test]
 fn conv3x3() {
@@ -80,6 +83,46 @@ fn sigmoid() {
 }
 
 #[test]
+fn pyramid() {
+    let f = Fixture::open("pyramid");
+    let (color, valid) = color(&f.tensor("light"));
+    let level0 = reference::finest(&color, &valid, &f.tensor("logits0"));
+    f.expect("expected0", &flat(&level0), ONE_ROUNDING);
+    f.expect("expected1", &flat(&reference::pyramid(&level0, &f.tensor("logits1"))), ONE_ROUNDING);
+}
+
+#[test]
+fn gather() {
+    let f = Fixture::open("gather");
+    let (light, logits) = (light(&f.tensor("light")), f.tensor("logits"));
+    f.expect("expected_bottom", &flat(&reference::gather(&light, &logits, None)), ONE_ROUNDING);
+    let coarser = self::light(&f.tensor("coarser"));
+    f.expect("expected", &flat(&reference::gather(&light, &logits, Some(&coarser))), ONE_ROUNDING);
+}
+
+/// The image and the valid pixels of `[4, h, w]`.
+fn color(light: &Tensor) -> (Image, Vec<bool>) {
+    let pixels = light_pixels(light);
+    let (colors, valid) = pixels.iter().map(|p| ([p[0], p[1], p[2]], p[3] == 1.0)).unzip();
+    let (width, height) = (light.width as u32, light.height as u32);
+    (Image::new(width, height, colors).expect("the sizes match"), valid)
+}
+
+fn light_pixels(light: &Tensor) -> Vec<[f32; 4]> {
+    let place = |i: usize| std::array::from_fn(|c| light.at(c, i / light.width, i % light.width));
+    (0..light.width * light.height).map(place).collect()
+}
+
+fn light(light: &Tensor) -> Light {
+    let pixels = light_pixels(light).iter().map(|pixel| pixel.map(f64::from)).collect();
+    Light { width: light.width, height: light.height, pixels }
+}
+
+fn flat(light: &Light) -> Tensor {
+    Tensor::from_fn(4, light.height, light.width, |c, y, x| light.at(x as i64, y as i64)[c] as f32)
+}
+
+#[test]
 fn transfer_function_and_its_inverse() {
     let f = Fixture::open("transfer");
     let map = |name, function: fn(f64) -> f64| {
@@ -109,5 +152,18 @@ fn a_whole_network_from_its_weights_file() -> Result<()> {
     let params = |layer: &str| weights.params(layer);
     let found = reference::run(weights.network(), params, &f.tensor("input"));
     f.expect("expected", &found, WHOLE_NETWORK);
+    Ok(())
+}
+
+/// A kernel pyramid from its weights file. Colors lie between 0.01 and 100.
+#[test]
+fn a_whole_kernel_pyramid_from_its_weights_file() -> Result<()> {
+    let weights = Weights::from_bytes(&Fixture::open("kernel_tiny").bytes)?;
+    let f = Fixture::open("kernel_tiny_io");
+    let (network, params) = (weights.network(), |layer: &str| weights.params(layer));
+    let logits = reference::run_by(network, params, &f.tensor("input"), reference::apply);
+    let (color, valid) = color(&f.tensor("light"));
+    let found = image_tensor(&reference::kernel_pyramid(&logits, &color, &valid));
+    f.expect("expected", &found, KERNEL_PYRAMID);
     Ok(())
 }

@@ -10,7 +10,6 @@ use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::autoexposure::Band;
 use wgdenoise::internals::ops::matrix;
 use wgdenoise::internals::ops::need::NeedUniform;
-use wgdenoise::internals::ops::simd::SimdKernel;
 use wgdenoise::internals::ops::tile::Tile;
 use wgdenoise::internals::ops::{activity, all_specs, convolution};
 use wgdenoise::internals::plan::halo;
@@ -238,13 +237,12 @@ fn constants_have_the_values_of_the_host() {
     same("output_process f32 rgba32float", "LARGEST_F32", Precision::F32.largest());
     assert_eq!(f64::from(bounded.brightest()), half);
     assert_eq!(reference::LARGEST, half);
-    for shader in ["conv3x3_tiled", "conv_head_tiled", "input_conv", "up_conv_tiled"] {
+    for shader in ["conv3x3_tiled", "conv_logits_tiled", "input_conv", "up_conv_tiled"] {
         same(shader, "TILE", tile);
         same(shader, "QUADS", convolution::TILED_QUADS as f64);
         same(shader, "INVOCATIONS", f64::from(spec(shader).workgroup.iter().product::<u32>()));
     }
     same("autoexposure_reduce", "LANES", f64::from(spec("autoexposure_reduce").workgroup[0]));
-    same("conv_head_simd4", "PIXELS", f64::from(SimdKernel::ConvHead.pixels()));
 }
 
 #[test]
@@ -368,7 +366,10 @@ fn declared(binding: Binding, precision: Precision) -> String {
     match binding {
         Binding::TensorIn => texture(tensor, false, true),
         Binding::TensorOut => texture(tensor, true, true),
-        Binding::WeightTexture => texture(StorageFormat::Rgba32Float, false, true),
+        Binding::LightOut => texture(StorageFormat::Rgba32Float, true, true),
+        Binding::WeightTexture | Binding::LightIn => {
+            texture(StorageFormat::Rgba32Float, false, true)
+        }
         Binding::ActivityIn => "texture of Uint, array: true".into(),
         Binding::ActivityOut => texture(StorageFormat::R32Uint, true, true),
         Binding::Image => "texture of Float, array: false".into(),

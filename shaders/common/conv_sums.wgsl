@@ -2,17 +2,15 @@
 // for every four input channels it stages the pixels with their border and the weights in workgroup
 // memory, then every invocation computes 2×2 pixels.
 
-@if(conv_head) import package::common::head::input;
-@elif(input_conv) import package::input_conv_tiled::{input_quads, input_size, load_input};
+@if(input_conv) import package::input_conv_tiled::{input_quads, input_size, load_input};
 @else import package::common::tensor::TensorIn;
 
 // [block of 4 output quads][input quad][tap][output quad]: column j of a matrix holds what input
 // channel j adds to four outputs.
-@if(conv_head) @group(0) @binding(9) var<storage, read> conv_weights: array<mat4x4<f32>>;
-@elif(input_conv) @group(0) @binding(6) var<storage, read> conv_weights: array<mat4x4<f32>>;
+@if(input_conv) @group(0) @binding(6) var<storage, read> conv_weights: array<mat4x4<f32>>;
 @else @group(0) @binding(2) var<storage, read> conv_weights: array<mat4x4<f32>>;
 
-@if(!conv_head && !input_conv) @group(0) @binding(0) var input: TensorIn;
+@if(!input_conv) @group(0) @binding(0) var input: TensorIn;
 
 @if(!input_conv)
 fn input_size() -> vec2<i32> {

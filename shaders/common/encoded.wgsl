@@ -30,11 +30,6 @@ fn encoded_normal(at: vec2<u32>) -> vec4<f32> {
     return vec4(clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5, 0.0);
 }
 
-// Maps a pixel of the tile to a pixel of the bound images. Beyond the image, its edge repeats.
-fn place(pixel: vec2<u32>) -> vec2<u32> {
-    return min(tile.origin + pixel, tile.image_size - 1u);
-}
-
 // The value of the pixel, or its replacement outside the image.
 fn padded(value: vec4<f32>, pixel: vec2<u32>) -> vec4<f32> {
     let is_outside = any(tile.origin + pixel >= tile.image_size);

@@ -2,14 +2,12 @@
 // function, inverse exposure, crop, blend with the noisy color, store. Clean blocks instead
 // receive their input with its bad pixels filled.
 
-import package::common::block::BLOCK;
+import package::common::clean::is_clean;
 import package::common::encoding::decode;
 import package::common::result::{store_denoised, store_noisy};
 import package::common::tensor::TensorIn;
 import package::common::tile::tile;
 
-// Whether each block of the tile is clean, row by row.
-@group(0) @binding(5) var<storage, read> clean: array<u32>;
 @group(0) @binding(6) var input: TensorIn;
 // Row = input quad, texel = input channel within it: what that channel adds to the outputs. The
 // last row begins with the bias.
@@ -17,18 +15,13 @@ import package::common::tile::tile;
 
 override sigmoid: bool;      // whether to apply one
 
-fn is_clean(pixel: vec2<u32>) -> bool {
-    let block = pixel / BLOCK;
-    return clean[block.y * (textureDimensions(input).x / BLOCK) + block.x] != 0u;
-}
-
 // Stores the tile's pixel whose 1×1 convolution has these sums.
 fn finish(pixel: vec2<i32>, sums: vec4<f32>) {
     let at = tile.origin + vec2<u32>(pixel);
     if any(at < tile.begin) || any(at >= tile.end) {
         return;
     }
-    if is_clean(vec2<u32>(pixel)) {
+    if is_clean(vec2<u32>(pixel), textureDimensions(input).x) {
         store_noisy(at);
         return;
     }

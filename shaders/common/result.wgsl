@@ -20,7 +20,11 @@ fn blended(rgb: vec3<f32>, bits: vec3<u32>) -> vec3<f32> {
 
 // Undoes the exposure. A small one must not produce infinity.
 fn store_denoised(at: vec2<u32>, exposed: vec3<f32>) {
-    var result = min(exposed / input_scale, vec3(LARGEST_F32));
+    store_linear(at, min(exposed / input_scale, vec3(LARGEST_F32)));
+}
+
+fn store_linear(at: vec2<u32>, rgb: vec3<f32>) {
+    var result = rgb;
     // Uniform, and saves reading the noisy color if it has no share.
     if blend > 0.0 {
         result = blended(result, load_color(tile.color, at));

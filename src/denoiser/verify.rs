@@ -12,7 +12,7 @@ use crate::image::Image;
 use crate::image::Rect;
 use crate::model::{Encoding, Op, Params, TransferFunction};
 use crate::plan::halo::{BLOCK, halo};
-use crate::reference::{self, Tensor};
+use crate::reference::{self, Images, Tensor};
 
 /// The result of [`Denoiser::verify`]: differences between encoded colors, so `[0, 1]` spans the
 /// network's range. Where light encodes above 1, the difference is relative.
@@ -76,19 +76,16 @@ impl Denoiser {
     }
 
     /// The reference result for the part of the frame that `rect` depends on.
-    fn expected(&self, frame: &Frame<'_>, scale: f32, rect: &Rect) -> Result<(Tensor, Rect)> {
+    fn expected(&self, frame: &Frame<'_>, scale: f32, rect: &Rect) -> Result<(Image, Rect)> {
         let weights = self.weights().for_inputs(frame.inputs())?;
         let network = weights.network();
         let alignment = network.alignment().max(BLOCK);
         let crop = around(rect, halo(network), alignment, frame.color.size());
         let [color, albedo, normal] = [Some(frame.color), frame.albedo, frame.normal]
             .map(|image| image.map(|image| cut(image, &crop)));
-        let color = color.expect("a frame has a color");
-        let (albedo, normal) = (albedo.as_ref(), normal.as_ref());
-        let encoding = weights.metadata().encoding();
-        let input = reference::input_process_in(encoding, &color, albedo, normal, scale, alignment);
-        let params = |layer: &str| weights.params(layer);
-        Ok((reference::run_by(network, params, &input, on_all_cores), crop))
+        let color = &color.expect("a frame has a color");
+        let images = Images { color, albedo: albedo.as_ref(), normal: normal.as_ref() };
+        Ok((reference::denoise_by(&weights, images, scale, on_all_cores), crop))
     }
 
     fn tolerance(&self) -> Tolerance {
@@ -163,11 +160,6 @@ impl Exposure {
         reference::encode(self.encoding, f64::from(value) * f64::from(self.scale))
     }
 
-    /// The encoding of infinitely bright light.
-    fn most(self) -> f64 {
-        reference::encode(self.encoding, f64::INFINITY)
-    }
-
     /// Whether the network sees this value unrepaired.
     fn is_seen(self, value: f32) -> bool {
         value.is_finite()
@@ -227,22 +219,21 @@ fn cut(image: &Image, rect: &Rect) -> Image {
     Image::new(width, height, pixels).expect("the part has pixels")
 }
 
-/// Encodes the result and compares it with a tensor whose first pixel is at `corner`.
+/// Encodes both and compares the result with an image whose first pixel is at `corner`.
 fn compare(
     result: &Image,
     exposure: Exposure,
     rect: &Rect,
-    expected: &Tensor,
+    expected: &Image,
     corner: [u32; 2],
 ) -> Verified {
-    let place = |x: u32, y: u32| ((y - corner[1]) as usize, (x - corner[0]) as usize);
     let columns = || rect.begin[0]..rect.end[0];
     let pixels = (rect.begin[1]..rect.end[1]).flat_map(|y| columns().map(move |x| (x, y)));
     let differences = pixels.flat_map(|(x, y)| {
-        let (row, column) = place(x, y);
         let found = result.row(y)[x as usize];
+        let expected = expected.row(y - corner[1])[(x - corner[0]) as usize];
         [0, 1, 2].map(|c| {
-            let expected = f64::from(expected.at(c, row, column)).clamp(0.0, exposure.most());
+            let expected = exposure.encode(expected[c]);
             // The step between 16-bit floats grows with the value.
             (exposure.encode(found[c]) - expected).abs() / expected.max(1.0)
         })

@@ -17,6 +17,10 @@ pub enum Binding {
     TensorIn,
     /// Tensor to write.
     TensorOut,
+    /// A level of a kernel pyramid to read: a storage texture array of 32-bit floats, one layer.
+    LightIn,
+    /// A level of a kernel pyramid to write.
+    LightOut,
     /// Weights as a read-only storage texture array of 32-bit floats.
     WeightTexture,
     /// Activity map to read: a texture array with one `u32` per block.
@@ -297,7 +301,10 @@ pub(crate) fn binding_type(binding: Binding, tensor: wgpu::TextureFormat) -> wgp
     match binding {
         Binding::TensorIn => texture(tensor, ReadOnly),
         Binding::TensorOut => texture(tensor, WriteOnly),
-        Binding::WeightTexture => texture(wgpu::TextureFormat::Rgba32Float, ReadOnly),
+        Binding::WeightTexture | Binding::LightIn => {
+            texture(wgpu::TextureFormat::Rgba32Float, ReadOnly)
+        }
+        Binding::LightOut => texture(wgpu::TextureFormat::Rgba32Float, WriteOnly),
         Binding::ActivityIn => sampled(wgpu::TextureSampleType::Uint, D2Array),
         Binding::ActivityOut => texture(wgpu::TextureFormat::R32Uint, WriteOnly),
         Binding::Image => sampled(wgpu::TextureSampleType::Float { filterable: false }, D2),

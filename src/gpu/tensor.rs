@@ -20,14 +20,29 @@ impl GpuTensor {
     /// A texture for tensors: `size` (width, height) pixels with `quads` layers.
     #[must_use]
     pub fn texture(context: &Context, size: [u32; 2], quads: u32) -> wgpu::Texture {
-        let [width, height] = size;
+        Self::texture_in(context, size, quads, context.precision.texture_format())
+    }
+
+    /// The same in 32-bit floats, whatever the precision of tensors.
+    #[must_use]
+    pub fn light(context: &Context, size: [u32; 2]) -> Self {
+        let format = wgpu::TextureFormat::Rgba32Float;
+        Self::of(&Self::texture_in(context, size, 1, format), 0, 1)
+    }
+
+    fn texture_in(
+        context: &Context,
+        [width, height]: [u32; 2],
+        quads: u32,
+        format: wgpu::TextureFormat,
+    ) -> wgpu::Texture {
         context.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("tensor"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: quads },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
-            format: context.precision.texture_format(),
+            format,
             usage: wgpu::TextureUsages::STORAGE_BINDING
                 | wgpu::TextureUsages::COPY_SRC
                 | wgpu::TextureUsages::COPY_DST,

@@ -11,13 +11,12 @@ use super::weights::Weights;
 /// A network in which every layer is one kernel.
 #[derive(Clone, Debug)]
 pub struct Fused {
-    /// The layers up to the last 3×3 convolution; every decoder level starts with an
-    /// [`Op::UpConv`].
+    /// The layers up to the head; every decoder level starts with an [`Op::UpConv`].
     pub network: Network,
     /// Weights and biases by layer.
     pub params: BTreeMap<String, Params>,
-    /// The rest of the network.
-    pub head: HeadParams,
+    /// The rest of a network whose output is color.
+    pub head: Option<HeadParams>,
 }
 
 /// The layers between the last 3×3 convolution and the decoding of the image.
@@ -30,27 +29,32 @@ pub struct HeadParams {
 }
 
 impl Fused {
-    /// Fuses each upsampling, concat and 3×3 convolution, and splits off the head.
+    /// Fuses each upsampling, concat and 3×3 convolution, and splits off the head. The last two
+    /// layers of a kernel pyramid become an [`Op::ConvLogits`] if they have at most `most_logits`
+    /// channels in between.
     #[must_use]
-    pub fn new(weights: &Weights) -> Self {
+    pub fn new(weights: &Weights, most_logits: usize) -> Self {
         let network = weights.network();
         let (body, head) = head(network, weights);
         let mut fused = Self {
-            network: Network { layers: Vec::new(), shapes: vec![network.shapes[0]] },
+            network: Network { layers: vec![], shapes: vec![network.shapes[0]], outputs: vec![] },
             params: BTreeMap::new(),
             head,
         };
         let mut place = vec![0; network.shapes.len()];
         let mut i = 0;
         while i < body.len() {
-            let (layer, params, count) = match up_conv(network, weights, i) {
-                Some((layer, params)) => (layer, params, 3),
-                None => (body[i].clone(), weights.params(&body[i].name), 1),
-            };
+            let (layer, params, count) = up_conv(network, weights, i)
+                .or_else(|| conv_logits(network, weights, i, most_logits))
+                .unwrap_or_else(|| (body[i].clone(), weights.params(&body[i].name), 1));
             i += count;
             fused.push(layer, params, &place, network.shapes[i]);
-            place[i] = fused.network.output();
+            place[i] = fused.network.last();
         }
+        fused.network.outputs = match &fused.head {
+            Some(_) => vec![fused.network.last()],
+            None => network.outputs.iter().map(|&output| place[output]).collect(),
+        };
         fused
     }
 
@@ -63,34 +67,49 @@ impl Fused {
 }
 
 /// The layers before the head, and the head itself.
-fn head<'a>(network: &'a Network, weights: &Weights) -> (&'a [Layer], HeadParams) {
+fn head<'a>(network: &'a Network, weights: &Weights) -> (&'a [Layer], Option<HeadParams>) {
     match &network.layers[..] {
+        body if network.has_pyramid() => (body, None),
         [body @ .., conv, last] if (conv.op, last.op) == (Op::Conv1x1, Op::Sigmoid) => {
-            (body, HeadParams { conv: weights.params(&conv.name), sigmoid: true })
+            (body, Some(HeadParams { conv: weights.params(&conv.name), sigmoid: true }))
         }
         body => {
-            let channels = network.shapes[network.output()].channels;
-            (body, HeadParams { conv: Params::identity(channels, 1), sigmoid: false })
+            let channels = network.shapes[network.last()].channels;
+            (body, Some(HeadParams { conv: Params::identity(channels, 1), sigmoid: false }))
         }
     }
 }
 
+/// A layer, its weights, and the number of layers it replaces.
+type Replacement = (Layer, Params, usize);
+
+/// Fuses the last two layers of a kernel pyramid, if `i` is the first of them.
+fn conv_logits(network: &Network, weights: &Weights, i: usize, most: usize) -> Option<Replacement> {
+    let [conv, logits] = &network.layers[i..] else { return None };
+    let [before, between] = [conv.inputs[0], i + 1].map(|id| network.shapes[id].channels);
+    let keeps = (conv.op, logits.op) == (Op::Conv3x3 { relu: true }, Op::Conv1x1);
+    if !(network.has_pyramid() && keeps && before == between && between <= most) {
+        return None;
+    }
+    let params = weights.params(&conv.name).followed_by(weights.params(&logits.name));
+    let name = format!("{}+{}", conv.name, logits.name);
+    Some((Layer { name, op: Op::ConvLogits, inputs: conv.inputs.clone() }, params, 2))
+}
+
 /// Fuses the three layers starting at `i` if they are an upsampling, a concat and a 3×3
 /// convolution.
-fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<(Layer, Params)> {
+fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<Replacement> {
     let [up, concat, conv, ..] = &network.layers[i..] else { return None };
     let Op::Conv3x3 { relu } = conv.op else { return None };
     if concat.op != Op::Concat || concat.inputs[1] != i + 1 {
         return None;
     }
     let ups = network.shapes[i + 1].channels;
-    let mut params = up.op.facts().upsampling?(&weights.params(&up.name), ups);
-    let of_conv = weights.params(&conv.name);
+    let of_up = up.op.facts().upsampling?(&weights.params(&up.name), ups);
+    let params = of_up.followed_by(weights.params(&conv.name));
     let op = Op::UpConv { ups, relu };
-    params.weight.extend(of_conv.weight);
-    params.bias.extend(of_conv.bias);
     let inputs = vec![concat.inputs[0], up.inputs[0]];
-    Some((Layer { name: conv.name.clone(), op, inputs }, params))
+    Some((Layer { name: conv.name.clone(), op, inputs }, params, 3))
 }
 
 #[cfg(test)]

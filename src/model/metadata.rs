@@ -18,8 +18,8 @@ pub struct Metadata {
     pub name: String,
     /// The kind of network.
     pub topology: Topology,
-    /// Channel counts: per encoder level plus the bottom for [`Topology::Unet`]; the output
-    /// channels of every convolution but the last for [`Topology::Oidn`].
+    /// Channel counts: the output channels of every convolution but the last for
+    /// [`Topology::Oidn`]; per encoder level plus the bottom for the others.
     pub widths: Vec<usize>,
     /// The images the network was trained with.
     pub inputs: Inputs,
@@ -62,8 +62,11 @@ impl MainImage {
 #[non_exhaustive]
 pub enum Topology {
     /// The thesis network: per level two convolutions and a max-pool, then transposed convolutions
-    /// and skips.
+    /// and skips. Its output is color.
     Unet,
+    /// The thesis network with another output: the weights by which a pyramid of the noisy color is
+    /// averaged.
+    KernelPyramid,
     /// A network of Intel Open Image Denoise, with nearest upsampling.
     Oidn(OidnSize),
 }
@@ -74,13 +77,15 @@ impl Topology {
     pub fn name(self) -> &'static str {
         match self {
             Self::Unet => "unet",
+            Self::KernelPyramid => "kernel-pyramid",
             Self::Oidn(OidnSize::Base) => "oidn",
             Self::Oidn(OidnSize::Large) => "oidn-large",
         }
     }
 
     fn parse(text: &str) -> Option<Self> {
-        let all = [Self::Unet, Self::Oidn(OidnSize::Base), Self::Oidn(OidnSize::Large)];
+        let oidn = [OidnSize::Base, OidnSize::Large].map(Self::Oidn);
+        let all = [Self::Unet, Self::KernelPyramid].into_iter().chain(oidn);
         all.into_iter().find(|topology| topology.name() == text)
     }
 
@@ -88,12 +93,16 @@ impl Topology {
     fn widths(self) -> RangeInclusive<usize> {
         match self {
             Self::Unet => 2..=MAX_LEVELS,
+            Self::KernelPyramid => 2..=MAX_PYRAMID_LEVELS,
             Self::Oidn(size) => size.convolutions() - 1..=size.convolutions() - 1,
         }
     }
 }
 
 const MAX_LEVELS: usize = 8;
+/// Confidences multiply from level to level; with more levels their products could leave the range
+/// of 32-bit floats.
+const MAX_PYRAMID_LEVELS: usize = 5;
 pub(super) const MAX_WIDTH: usize = 1024;
 const MAX_NAME: usize = 64;
 
@@ -123,7 +132,7 @@ impl Metadata {
     #[must_use]
     #[doc(hidden)]
     pub fn encoding(&self) -> Encoding {
-        let oidn = self.topology != Topology::Unet;
+        let oidn = matches!(self.topology, Topology::Oidn(_));
         let transfer_function = self.transfer_function;
         Encoding { transfer_function, zero_padding: oidn, unbounded: oidn }
     }
@@ -132,9 +141,11 @@ impl Metadata {
     #[must_use]
     #[doc(hidden)]
     pub fn network(&self) -> Network {
+        let channels = self.inputs.channels();
         match self.topology {
-            Topology::Unet => Network::unet(self.inputs.channels(), &self.widths),
-            Topology::Oidn(size) => Network::oidn(self.inputs.channels(), size, &self.widths),
+            Topology::Unet => Network::unet(channels, &self.widths),
+            Topology::KernelPyramid => Network::kernel_pyramid(channels, &self.widths),
+            Topology::Oidn(size) => Network::oidn(channels, size, &self.widths),
         }
     }
 }
@@ -173,8 +184,8 @@ fn topology(pairs: &HashMap<String, String>) -> Result<Topology> {
     let text = get(pairs, "topology")?;
     Topology::parse(text).ok_or_else(|| {
         Error::weights(format!(
-            "metadata `topology` is `{}`, but this version reads only `unet`, `oidn` and \
-             `oidn-large`",
+            "metadata `topology` is `{}`, but this version reads only `unet`, \
+             `kernel-pyramid`, `oidn` and `oidn-large`",
             shown(text)
         ))
     })

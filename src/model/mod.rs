@@ -21,5 +21,5 @@ pub use metadata::{MainImage, Metadata, Topology};
 pub use oidn::OidnSize;
 pub use operators::Op;
 pub use params::Params;
-pub use topology::{INPUT, Layer, Network, TensorId, TensorShape};
+pub use topology::{INPUT, LOGITS, Layer, Network, TensorId, TensorShape};
 pub use weights::{Quality, Weights};

@@ -85,12 +85,12 @@ impl Network {
             for (&name, width) in names.iter().zip(&mut widths) {
                 net.push(name.into(), Op::Conv3x3 { relu: true }, &[], width);
             }
-            net.shapes[net.output()].channels
+            net.shapes[net.last()].channels
         };
         let ([levels @ .., bottom], decoder) = size.blocks();
         let mut skips = Vec::new();
         for (l, names) in (1..).zip(levels) {
-            skips.push(net.output());
+            skips.push(net.last());
             let width = convs(&mut net, names);
             net.push(format!("pool{l}"), Op::MaxPool, &[], width);
         }
@@ -101,6 +101,7 @@ impl Network {
             net.push(format!("concat{l}"), Op::Concat, &[skip, up], both);
             width = convs(&mut net, names);
         }
+        net.outputs = vec![net.last()];
         net
     }
 }
@@ -118,7 +119,7 @@ mod tests {
             [64, 64, 96, 96, 128, 128, 192, 192, 256, 256, 192, 192, 128, 128, 96, 96, 64, 64];
         let parameters = |size, widths: &[usize]| -> usize {
             let net = Network::oidn(9, size, widths);
-            assert_eq!((net.alignment(), net.shapes[net.output()].channels), (16, 3));
+            assert_eq!((net.alignment(), net.shapes[net.last()].channels), (16, 3));
             let convs = (1..).zip(&net.layers).filter(|(_, layer)| layer.op.has_weights());
             let channels = |t: TensorId| net.shapes[t].channels;
             convs.map(|(o, l)| (9 * channels(l.inputs[0]) + 1) * channels(o)).sum()

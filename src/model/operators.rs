@@ -61,6 +61,14 @@ macro_rules! for_each_operator {
                 macs: |inputs, output| (9 * inputs[0] + 4 * inputs[1]) * output,
                 ..POINTWISE
             };
+            /// `Conv3x3` with ReLU that keeps the number of channels, then `Conv1x1`. The 3×3
+            /// convolution's weights come first.
+            conv_logits: ConvLogits = Facts {
+                weights: Some(Axes::Fused),
+                sees: |_, output| around(output),
+                macs: |inputs, output| (9 * inputs[0] + output) * inputs[0],
+                ..POINTWISE
+            };
             /// 1×1 convolution plus bias.
             conv1x1: Conv1x1 = Facts {
                 weights: Some(Axes::OutputInput([1, 1])),

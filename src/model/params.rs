@@ -10,6 +10,14 @@ pub struct Params {
 }
 
 impl Params {
+    /// These weights and biases with those of the next layer appended.
+    #[must_use]
+    pub(super) fn followed_by(mut self, next: Self) -> Self {
+        self.weight.extend(next.weight);
+        self.bias.extend(next.bias);
+        self
+    }
+
     /// Passes `channels` channels through unchanged, at each of `taps` taps.
     #[must_use]
     pub fn identity(channels: usize, taps: usize) -> Self {

@@ -32,11 +32,17 @@ pub struct TensorShape {
 /// A network: layers in execution order, each reading only earlier tensors.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Network {
-    /// The layers, first to last. The last one's output is the network's.
+    /// The layers, first to last.
     pub layers: Vec<Layer>,
     /// The shape of every tensor, by [`TensorId`]; one more than the layers.
     pub shapes: Vec<TensorShape>,
+    /// What the image is made from: the encoded color, or the logits of a kernel pyramid for every
+    /// level, full resolution first.
+    pub outputs: Vec<TensorId>,
 }
+
+/// Logits that a kernel pyramid reads per pixel: nine taps, confidence and share.
+pub const LOGITS: usize = 11;
 
 impl Network {
     /// The thesis network. Each encoder level has two convolutions and a pool, the bottom has two
@@ -47,6 +53,39 @@ impl Network {
     /// Panics if `widths` is empty.
     #[must_use]
     pub fn unet(in_channels: usize, widths: &[usize]) -> Self {
+        let mut net = Self::u_shape(in_channels, widths, |_, _, _| ());
+        net.push("out_conv".into(), Op::Conv1x1, &[], 3);
+        let color = net.push("sigmoid".into(), Op::Sigmoid, &[], 3);
+        net.outputs = vec![color];
+        net
+    }
+
+    /// The same network, which instead of color predicts the weights of a kernel pyramid
+    /// ([`reference::kernel_pyramid`](crate::internals::reference::kernel_pyramid)): each level ends
+    /// in a 1×1 convolution to its logits. The bottom has no share.
+    ///
+    /// # Panics
+    /// Panics if `widths` is empty.
+    #[must_use]
+    pub fn kernel_pyramid(in_channels: usize, widths: &[usize]) -> Self {
+        let bottom = widths.len() - 1;
+        let mut logits = vec![0; widths.len()];
+        let mut net = Self::u_shape(in_channels, widths, |net, level, features| {
+            let channels = if level == bottom { LOGITS - 1 } else { LOGITS };
+            let name = format!("kernel_conv{level}");
+            logits[level] = net.push(name, Op::Conv1x1, &[features], channels);
+        });
+        net.outputs = logits;
+        net
+    }
+
+    /// Encoder, bottom and decoder. `ends` may append to the network after each level from the
+    /// bottom up, given the level and its features.
+    fn u_shape(
+        in_channels: usize,
+        widths: &[usize],
+        mut ends: impl FnMut(&mut Self, usize, TensorId),
+    ) -> Self {
         let conv = Op::Conv3x3 { relu: true };
         let mut net = Self::empty(in_channels);
         let (bottom, levels) = widths.split_last().expect("a network has at least one width");
@@ -57,31 +96,38 @@ impl Network {
             net.push(format!("pool{l}"), Op::MaxPool, &[], width);
         }
         net.push("mid_conva".into(), conv, &[], *bottom);
-        net.push("mid_convb".into(), conv, &[], *bottom);
+        let mut features = net.push("mid_convb".into(), conv, &[], *bottom);
+        ends(&mut net, levels.len(), features);
         for (l, &width) in levels.iter().enumerate().rev() {
-            let up = net.push(format!("dec_up{l}"), Op::ConvTranspose, &[], width);
+            let up = net.push(format!("dec_up{l}"), Op::ConvTranspose, &[features], width);
             net.push(format!("concat{l}"), Op::Concat, &[skips[l], up], 2 * width);
             net.push(format!("dec_conv{l}a"), conv, &[], width);
-            net.push(format!("dec_conv{l}b"), conv, &[], width);
+            features = net.push(format!("dec_conv{l}b"), conv, &[], width);
+            ends(&mut net, l, features);
         }
-        net.push("out_conv".into(), Op::Conv1x1, &[], 3);
-        net.push("sigmoid".into(), Op::Sigmoid, &[], 3);
         net
     }
 
     /// The output of the last layer.
     #[must_use]
-    pub fn output(&self) -> TensorId {
+    pub fn last(&self) -> TensorId {
         self.layers.len()
     }
 
-    /// The network cut off after `count` layers.
+    /// Whether the image is made by a kernel pyramid.
+    #[must_use]
+    pub fn has_pyramid(&self) -> bool {
+        self.outputs.len() > 1
+    }
+
+    /// The network cut off after `count` layers. The last one's output becomes its only output.
     ///
     /// # Panics
     /// Panics if it has fewer layers.
     #[must_use]
     pub fn first(&self, count: usize) -> Self {
-        Self { layers: self.layers[..count].to_vec(), shapes: self.shapes[..=count].to_vec() }
+        let (layers, shapes) = (self.layers[..count].to_vec(), self.shapes[..=count].to_vec());
+        Self { layers, shapes, outputs: vec![count] }
     }
 
     /// The network without its first layer, whose output becomes the input.
@@ -95,7 +141,8 @@ impl Network {
         for layer in &mut layers {
             layer.inputs = layer.inputs.iter().map(behind).collect();
         }
-        Self { layers, shapes: self.shapes[1..].to_vec() }
+        let outputs = self.outputs.iter().map(behind).collect();
+        Self { layers, shapes: self.shapes[1..].to_vec(), outputs }
     }
 
     /// The number that both sides of an image must be multiples of: `2^(number of poolings)`.
@@ -105,7 +152,8 @@ impl Network {
     }
 
     pub(super) fn empty(in_channels: usize) -> Self {
-        Self { layers: Vec::new(), shapes: vec![TensorShape { channels: in_channels, level: 0 }] }
+        let input = TensorShape { channels: in_channels, level: 0 };
+        Self { layers: Vec::new(), shapes: vec![input], outputs: vec![INPUT] }
     }
 
     /// Appends a layer that reads `inputs`, or the previous tensor if `inputs` is empty.
@@ -116,13 +164,13 @@ impl Network {
         inputs: &[TensorId],
         channels: usize,
     ) -> TensorId {
-        let before = self.output();
+        let before = self.last();
         let inputs = if inputs.is_empty() { vec![before] } else { inputs.to_vec() };
         let level = self.shapes[*inputs.last().expect("every layer reads something")].level;
         let level = level.saturating_add_signed(op.facts().level);
         self.layers.push(Layer { name, op, inputs });
         self.shapes.push(TensorShape { channels, level });
-        self.output()
+        self.last()
     }
 }
 
@@ -135,14 +183,25 @@ mod tests {
         let net = Network::unet(9, &[8, 16, 32, 64, 128]);
         let convs = net.layers.iter().filter(|l| matches!(l.op, Op::Conv3x3 { .. })).count();
         assert_eq!((convs, net.layers.len(), net.alignment()), (18, 18 + 4 + 4 + 4 + 2, 16));
-        assert_eq!(net.shapes[net.output()], TensorShape { channels: 3, level: 0 });
+        assert_eq!(net.shapes[net.outputs[0]], TensorShape { channels: 3, level: 0 });
+    }
+
+    #[test]
+    fn a_kernel_pyramid_reads_logits_of_every_level_and_only_the_bottom_has_no_share() {
+        let net = Network::kernel_pyramid(9, &[8, 16, 32, 64, 128]);
+        let shape = |&id: &TensorId| (net.shapes[id].channels, net.shapes[id].level);
+        let expected = [(11, 0), (11, 1), (11, 2), (11, 3), (10, 4)];
+        assert_eq!(net.outputs.iter().map(shape).collect::<Vec<_>>(), expected);
+        let names = net.outputs.iter().map(|id| net.layers[id - 1].name.as_str());
+        assert!(names.eq((0..5).map(|level| format!("kernel_conv{level}"))));
     }
 
     #[test]
     fn layers_read_only_what_stands_before_them() {
-        let net = Network::unet(3, &[4, 6, 10]);
-        for (i, layer) in net.layers.iter().enumerate() {
-            assert!(layer.inputs.iter().all(|&t| t <= i), "{} reads the future", layer.name);
+        for net in [Network::unet(3, &[4, 6, 10]), Network::kernel_pyramid(3, &[4, 6, 10])] {
+            for (i, layer) in net.layers.iter().enumerate() {
+                assert!(layer.inputs.iter().all(|&t| t <= i), "{} reads the future", layer.name);
+            }
         }
     }
 }

@@ -171,7 +171,7 @@ impl Weights {
                 self.metadata.name
             )));
         }
-        if inputs != trained && self.metadata.topology != Topology::Unet {
+        if inputs != trained && matches!(self.metadata.topology, Topology::Oidn(_)) {
             let file = tza::for_inputs(&self.metadata, inputs)
                 .map_or_else(String::new, |stem| format!(", such as {stem}.tza"));
             return Err(Error::weights(format!(

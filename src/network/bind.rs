@@ -2,11 +2,13 @@
 
 use std::ops::Range;
 
-use super::compile::{BoxedOperator, CompiledNetwork, Stem};
+use super::compile::{BoxedOperator, CompiledNetwork, Ending, Stem};
+use super::pyramid;
 use crate::gpu::kernel::{Context, Dispatch};
+use crate::gpu::precision::Precision;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::macs::layer_macs_per_pixel;
-use crate::model::{INPUT, TensorId, TransferFunction};
+use crate::model::{INPUT, TensorId};
 use crate::ops::activity::{Activity, activity};
 use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, input_process};
@@ -29,8 +31,26 @@ pub(crate) struct Call {
 }
 
 impl Call {
-    fn per_tile(name: &str, dispatch: Dispatch) -> Self {
+    pub(super) fn per_tile(name: &str, dispatch: Dispatch) -> Self {
         Self { name: name.into(), macs: 0.0, bytes: 0.0, dispatch, per_tile: true }
+    }
+
+    /// A call that is the same for every tile.
+    pub(super) fn fixed(name: &str, dispatch: Dispatch) -> Self {
+        Self { per_tile: false, ..Self::per_tile(name, dispatch) }
+    }
+
+    /// The call with the bytes of the tensors and of the pyramid's levels that it reads and writes.
+    pub(super) fn moving(
+        self,
+        context: &Context,
+        tensors: &[&GpuTensor],
+        light: &[&GpuTensor],
+    ) -> Self {
+        let of = |tensors: &[&GpuTensor], precision| -> f64 {
+            tensors.iter().map(|tensor| tensor.bytes(precision)).sum()
+        };
+        Self { bytes: of(tensors, context.precision) + of(light, Precision::F32), ..self }
     }
 
     /// Records the call for the tile at byte `offset` of the uniform buffer.
@@ -74,17 +94,15 @@ impl TileCalls {
         let Bound { tile, sources, .. } = bound;
         let tensors = tensors(context, network, *tile);
         let radius = network.reach.iter().copied().max().unwrap_or(0);
-        // In signed data, a clean block is not an empty background.
-        let signed = network.encoding.transfer_function == TransferFunction::Signed;
-        let skip = bound.skip_clean && network.head.is_some() && !signed;
+        let skip = bound.skip_clean && network.skips;
         let (activity, activity_calls) = activity(context, sources, *tile, radius, skip);
         let mut calls = Vec::new();
-        if network.head.is_some() {
+        if !matches!(network.ending, Ending::Color) {
             calls.extend(activity_calls.map(|call| Call::per_tile("activity", call)));
         }
         calls.push(first_call(context, network, bound, &tensors[INPUT], &activity));
         calls.extend(layer_calls(context, network, *tile, &tensors, &activity));
-        calls.push(last_call(context, network, bound, &tensors, &activity));
+        calls.extend(last_calls(context, network, bound, &tensors, &activity));
         let batches = batches(&calls.iter().map(|call| call.macs).collect::<Vec<_>>());
         Self { calls, batches }
     }
@@ -126,29 +144,29 @@ fn first_call(
     Call { macs, bytes, ..Call::per_tile(&format!("input+{name}"), call) }
 }
 
-/// The call from the last tensor to the image.
-fn last_call(
+/// The calls from the last tensors to the image.
+fn last_calls(
     context: &Context,
     network: &CompiledNetwork,
     bound: &Bound<'_>,
     tensors: &[GpuTensor],
     activity: &Activity,
-) -> Call {
-    let last = tensors.last().expect("a network has an input");
-    let bytes = last.bytes(context.precision);
+) -> Vec<Call> {
     let Bound { sources, output, blend, .. } = *bound;
     let Sources { tiles, input_scale, color, encoding, .. } = sources;
     let images = ResultImages { tiles, input_scale, color, output, blend, encoding };
-    let Some(head) = &network.head else {
-        let call = output_process(context, last, &images);
-        return Call { bytes, ..Call::per_tile("output_process", call) };
+    let outputs: Vec<_> = network.body.outputs.iter().map(|&output| &tensors[output]).collect();
+    let (name, dispatch, macs) = match &network.ending {
+        Ending::Pyramid => return pyramid::calls(context, bound, &outputs, activity, &images),
+        Ending::Color => ("output_process", output_process(context, outputs[0], &images), 0.0),
+        Ending::Head(head) => {
+            let dispatch = head.dispatch(context, outputs[0], activity, &images);
+            ("head", dispatch, head.macs_per_pixel())
+        }
     };
-    let call = head.dispatch(context, last, activity, &images);
-    // The layer without an operator of its own, if any.
-    let conv = network.body.layers.get(network.operators.len());
-    let name = conv.map_or("head".into(), |conv| format!("{}+head", conv.name));
-    let macs = head.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
-    Call { macs, bytes, ..Call::per_tile(&name, call) }
+    let macs = macs * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
+    let call = Call { macs, ..Call::per_tile(name, dispatch) };
+    vec![call.moving(context, &outputs, &[])]
 }
 
 /// Views of new textures, by tensor.

@@ -1,5 +1,6 @@
 //! The network on the GPU: operators created once for tiles of any size.
 
+use super::pyramid;
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::kernel_set::KernelSet;
@@ -8,7 +9,7 @@ use crate::model::{Encoding, INPUT, Layer, Network, Op, Params, Weights};
 use crate::ops;
 use crate::ops::build::build;
 use crate::ops::channel_map::{ChannelMap, channel_map};
-use crate::ops::conv_head::{self, conv_head};
+use crate::ops::conv_logits;
 use crate::ops::head::Head;
 use crate::ops::input_conv::{self, InputConv};
 use crate::ops::operator::{LayerRequest, Operator};
@@ -17,9 +18,9 @@ use crate::plan::{halo, storage::Storage};
 /// A network with compiled kernels and uploaded weights.
 #[derive(Debug)]
 pub(crate) struct CompiledNetwork {
-    /// All layers except the stem's and those that always belong to the head.
+    /// All layers except the stem's and the head's.
     pub(crate) body: Network,
-    /// The tensors that some kernel stores. The image is made from the last one.
+    /// The tensors that some kernel stores.
     pub(crate) storage: Storage,
     /// Tiles begin and end at multiples of this.
     pub(crate) alignment: u32,
@@ -31,10 +32,23 @@ pub(crate) struct CompiledNetwork {
     pub(crate) encoding: Encoding,
     /// The first layer, if one kernel computes it along with the encoding of the images.
     pub(crate) stem: Option<Stem>,
-    /// Operators by layer. If they are fewer than the layers, the head includes the last layer.
+    /// Operators by layer.
     pub(crate) operators: Vec<BoxedOperator>,
-    /// The end of the network, if it is one kernel.
-    pub(crate) head: Option<Head>,
+    /// How the image is made from the body's outputs.
+    pub(crate) ending: Ending,
+    /// Whether clean blocks can be left out.
+    pub(crate) skips: bool,
+}
+
+/// How the image is made from the last tensors.
+#[derive(Debug)]
+pub(crate) enum Ending {
+    /// The tensor is the encoded color.
+    Color,
+    /// The last layers are one kernel, which makes the color too.
+    Head(Head),
+    /// The tensors are the logits of a kernel pyramid.
+    Pyramid,
 }
 
 pub(crate) type BoxedOperator = Box<dyn Operator>;
@@ -57,56 +71,64 @@ impl CompiledNetwork {
     /// Uploads the weights and compiles the layers' kernels. Those that read or write images depend
     /// on the formats and are compiled when bound.
     pub(crate) fn new(context: &Context, kernels: KernelSet, weights: &Weights) -> Result<Self> {
-        let encoding = weights.metadata().encoding();
         if kernels == KernelSet::Plain {
-            let network = weights.network().clone();
             let params = |layer: &str| weights.params(layer);
-            return Self::build(context, kernels, encoding, network, params, None);
+            let ending =
+                if weights.network().has_pyramid() { Ending::Pyramid } else { Ending::Color };
+            return Self::build(
+                context,
+                kernels,
+                weights,
+                weights.network().clone(),
+                params,
+                |_| ending,
+            );
         }
-        let Fused { network, params, head } = Fused::new(weights);
+        let Fused { network, params, head } =
+            Fused::new(weights, conv_logits::most_channels(kernels));
         let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
-        Self::build(context, kernels, encoding, network, params, Some(&head))
+        Self::build(context, kernels, weights, network, params, |map| {
+            let Some(HeadParams { conv, sigmoid }) = &head else { return Ending::Pyramid };
+            let mut head = Head::new(context, kernels, conv, map);
+            head.sigmoid = *sigmoid;
+            Ending::Head(head)
+        })
     }
 
+    /// `ending` gets how the last tensor is stored.
     fn build(
         context: &Context,
         kernels: KernelSet,
-        encoding: Encoding,
+        weights: &Weights,
         network: Network,
         params: impl Fn(&str) -> Params,
-        head: Option<&HeadParams>,
+        ending: impl FnOnce(&ChannelMap) -> Ending,
     ) -> Result<Self> {
+        let encoding = weights.metadata().encoding();
         let alignment = network.alignment().max(halo::BLOCK);
         let halo = halo::halo(&network).next_multiple_of(alignment);
         let reach = halo::reach(&network);
-        let merges = head.is_some();
-        let stem = (merges && input_conv::begins(&network, kernels))
+        let skips = kernels != KernelSet::Plain;
+        let stem = (skips && input_conv::begins(&network, kernels))
             .then(|| Stem::new(context, &network.layers[0].name, &params));
-        let (network, reach) = match stem {
+        let (body, reach) = match stem {
             Some(_) => (network.behind_first(), reach[1..].to_vec()),
             None => (network, reach),
         };
-        let of_head = usize::from(merges && conv_head::ends(&network, kernels));
-        let stored = network.first(network.layers.len() - of_head);
-        let maps = channel_maps(&stored, stem.is_some());
-        let storage = Storage::plan(&stored, maps[INPUT].len() as u32 / 4);
+        let maps = channel_maps(&body, stem.is_some());
+        let storage = Storage::plan(&body, maps[INPUT].len() as u32 / 4);
         check_layers(&storage, &context.device.limits())?;
-        let operators = operators(context, kernels, &stored, &params, &maps);
-        let map = &maps[stored.output()];
-        let head = head.map(|HeadParams { conv: last, sigmoid }| {
-            let mut head = match network.layers.get(operators.len()) {
-                Some(conv) => conv_head(context, kernels, [&params(&conv.name), last], map),
-                None => Head::new(context, kernels, last, map),
-            };
-            head.sigmoid = *sigmoid;
-            head
-        });
-        Ok(Self { body: network, storage, alignment, halo, reach, encoding, stem, operators, head })
+        let operators = operators(context, kernels, &body, &params, &maps);
+        let ending = ending(&maps[body.last()]);
+        Ok(Self { body, storage, alignment, halo, reach, encoding, stem, operators, ending, skips })
     }
 
     /// GPU memory in bytes for everything between the images.
     pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64) -> u64 {
-        self.storage.bytes(tile[0], tile[1], texel_bytes) + ops::activity::bytes(tile)
+        let levels = if self.body.has_pyramid() { self.body.outputs.len() } else { 0 };
+        self.storage.bytes(tile[0], tile[1], texel_bytes)
+            + ops::activity::bytes(tile)
+            + pyramid::bytes(tile, levels)
     }
 }
 
@@ -172,8 +194,7 @@ mod tests {
             let context = Context::new(&device, &queue, Precision::F16);
             let network = CompiledNetwork::new(&context, kernels, &weights).expect("it fits");
             assert_eq!(network.stem.is_some(), stem, "{kernels}");
-            let stored = network.body.first(network.operators.len());
-            let maps = channel_maps(&stored, stem);
+            let maps = channel_maps(&network.body, stem);
             let expected: Vec<_> = maps.iter().map(|map| map.len() as u32 / 4).collect();
             let found: Vec<_> = network.storage.placements.iter().map(|p| p.quads).collect();
             assert_eq!(found, expected, "{kernels}");

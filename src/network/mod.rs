@@ -2,3 +2,4 @@
 
 pub(crate) mod bind;
 pub(crate) mod compile;
+mod pyramid;

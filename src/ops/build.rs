@@ -1,7 +1,9 @@
 //! Builds the operator for a layer of the network.
 
 use super::operator::{LayerRequest, Operator};
-use super::{concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample};
+use super::{
+    concat, conv_logits, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample,
+};
 use crate::model::Op;
 use crate::model::operators::for_each_operator;
 

@@ -19,6 +19,8 @@ pub struct Convolution {
     kernel: Kernel,
     weights: PackedWeights,
     bias: wgpu::Buffer,
+    /// Weights and bias of a second convolution in the same kernel.
+    next: Option<(PackedWeights, wgpu::Buffer)>,
     tile: [u32; 2],
     blocks: u32,
     footprint: Option<u32>,
@@ -106,7 +108,13 @@ impl Convolution {
     ) -> Self {
         let kernel = context.kernel(&variant.spec, constants);
         let Variant { weights, tile, blocks, footprint, pools, .. } = variant;
-        Self { kernel, weights, bias, tile, blocks, footprint, pools }
+        Self { kernel, weights, bias, next: None, tile, blocks, footprint, pools }
+    }
+
+    /// Adds weights and bias of a second convolution that the kernel computes.
+    #[must_use]
+    pub(super) fn followed_by(self, weights: PackedWeights, bias: wgpu::Buffer) -> Self {
+        Self { next: Some((weights, bias)), ..self }
     }
 }
 
@@ -145,6 +153,9 @@ impl Operator for Convolution {
         if let Some((map, need)) = &need {
             resources.push(wgpu::BindingResource::TextureView(map));
             resources.push(need.as_entire_binding());
+        }
+        if let Some((weights, bias)) = &self.next {
+            resources.extend([weights.resource(), bias.as_entire_binding()]);
         }
         resources.extend(second.iter().map(|input| input.resource()));
         if self.pools {

@@ -5,7 +5,6 @@
 
 use super::activity::Activity;
 use super::channel_map::ChannelMap;
-use super::convolution::PackedWeights;
 use super::image::{ImageFormat, result_features};
 use super::output_process::{ResultImages, result_bindings};
 use super::simd;
@@ -29,12 +28,11 @@ pub fn spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     }
 }
 
-/// The overrides of every variant, and of every variant of [`conv_head`](mod@super::conv_head).
-pub const OVERRIDES: &[&str] = &["brightest", "sigmoid", "transfer_function"];
+/// The overrides of both variants.
+const OVERRIDES: &[&str] = &["brightest", "sigmoid", "transfer_function"];
 
-/// The bindings of both variants, and the first ones of [`conv_head`](mod@super::conv_head).
-#[must_use]
-pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
+/// The bindings of both variants.
+fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
     let mut bindings = result_bindings(color, output);
     bindings.extend([Binding::Buffer, Binding::TensorIn, Binding::WeightTexture]);
     bindings
@@ -42,7 +40,7 @@ pub fn bindings(color: ImageFormat, output: ImageFormat) -> Vec<Binding> {
 
 /// A kernel name that includes the formats.
 #[must_use]
-pub fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
+pub(super) fn name(kernel: &str, color: ImageFormat, output: ImageFormat) -> String {
     format!("{kernel} {} {}", color.source_name(), output.target_name())
 }
 
@@ -54,49 +52,24 @@ pub fn simd_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
     KernelSpec { name, features: result_features(color, output).into(), ..spec }
 }
 
-/// An operator's kernel, which depends on the image formats.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct HeadKernel {
-    /// The kernel for noisy color and result in these formats; the number is `quads`.
-    pub(super) spec: fn(usize, ImageFormat, ImageFormat) -> KernelSpec,
-    /// Output quads of the 3×3 convolution.
-    pub(super) quads: usize,
-    /// Pixels per workgroup along x and y.
-    pub(super) tile: [u32; 2],
-}
-
-impl HeadKernel {
-    /// The kernel of a head on its own.
-    fn alone(kernels: KernelSet) -> Self {
-        match kernels {
-            KernelSet::Simd => {
-                let tile = simd::SimdKernel::Head.tile();
-                Self { spec: |_, color, output| simd_spec(color, output), quads: 0, tile }
-            }
-            _ => Self { spec: |_, color, output| spec(color, output), quads: 0, tile: [8, 8] },
-        }
-    }
-}
-
-/// The operator, alone or with the preceding 3×3 convolution: see [`conv_head`].
-///
-/// [`conv_head`]: mod@super::conv_head
+/// The operator.
 #[derive(Debug)]
 pub struct Head {
-    pub(super) kernel: HeadKernel,
+    /// The kernel for noisy color and result in these formats.
+    spec: fn(ImageFormat, ImageFormat) -> KernelSpec,
+    /// Pixels per workgroup along x and y.
+    tile: [u32; 2],
     /// The output of [`pack`].
-    pub(super) weights: wgpu::TextureView,
-    /// Bias and weights of the 3×3 convolution.
-    pub(super) conv: Option<(wgpu::Buffer, PackedWeights)>,
+    weights: wgpu::TextureView,
     /// Multiply-accumulates per pixel.
-    pub(super) macs: usize,
+    macs: usize,
     /// Whether a sigmoid follows the 1×1 convolution: `true` unless changed.
     pub sigmoid: bool,
 }
 
 /// The weights `[output][input]` and the bias in the layout that all variants read. `map` describes
 /// how the input is stored.
-pub(super) fn pack(context: &Context, params: &Params, map: &ChannelMap) -> wgpu::TextureView {
+fn pack(context: &Context, params: &Params, map: &ChannelMap) -> wgpu::TextureView {
     let outputs = params.bias.len();
     let inputs = params.weight.len() / outputs;
     let quads = map.len() / 4;
@@ -113,9 +86,13 @@ impl Head {
     /// The operator for the 1×1 convolution's weights `[3][input]` and bias.
     #[must_use]
     pub fn new(context: &Context, kernels: KernelSet, params: &Params, map: &ChannelMap) -> Self {
-        let kernel = HeadKernel::alone(kernels.resolve(&context.device));
         let weights = pack(context, params, map);
-        Self { kernel, weights, conv: None, macs: params.weight.len(), sigmoid: true }
+        let macs = params.weight.len();
+        let (spec, tile): (fn(_, _) -> _, _) = match kernels.resolve(&context.device) {
+            KernelSet::Simd => (simd_spec, simd::SimdKernel::Head.tile()),
+            _ => (spec, [8, 8]),
+        };
+        Self { spec, tile, weights, macs, sigmoid: true }
     }
 
     /// Multiply-accumulates per pixel of a tile.
@@ -140,15 +117,11 @@ impl Head {
             input.resource(),
             wgpu::BindingResource::TextureView(&self.weights),
         ]);
-        if let Some((bias, weights)) = &self.conv {
-            resources.extend([bias.as_entire_binding(), weights.resource()]);
-        }
-        let spec =
-            (self.kernel.spec)(self.kernel.quads, images.color.format(), images.output.format());
+        let spec = (self.spec)(images.color.format(), images.output.format());
         let mut constants = images.encoding.constants().to_vec();
         constants.push(("sigmoid", f64::from(u8::from(self.sigmoid))));
         let kernel = context.kernel(&spec, &constants);
-        let [x, y] = self.kernel.tile;
+        let [x, y] = self.tile;
         let workgroups = [input.width.div_ceil(x), input.height.div_ceil(y), 1];
         kernel.dispatch_workgroups(kernel.bind(&context.device, &resources), workgroups)
     }

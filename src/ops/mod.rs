@@ -8,10 +8,11 @@ pub mod channel_map;
 pub mod concat;
 pub mod conv1x1;
 pub mod conv3x3;
-pub mod conv_head;
+pub mod conv_logits;
 pub mod conv_transpose;
 pub mod convolution;
 pub mod elementwise;
+pub mod gather;
 pub mod head;
 pub mod image;
 pub mod input_conv;
@@ -22,6 +23,7 @@ pub mod need;
 pub mod operator;
 pub mod output_process;
 pub mod packing;
+pub mod pyramid;
 pub mod sigmoid;
 pub mod simd;
 pub mod tile;
@@ -39,9 +41,11 @@ pub fn all_specs() -> Vec<KernelSpec> {
     let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, upsample::SPEC];
     specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
     specs.extend([false, true].map(conv3x3::tiled_spec));
-    specs.push(up_conv::TILED);
+    specs.extend([up_conv::TILED, conv_logits::TILED, pyramid::LEVEL]);
+    specs.extend([gather::BOTTOM, gather::LEVEL]);
     specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
+    specs.extend(simd::SimdKernel::ConvLogits.all_quads().map(conv_logits::simd_spec));
     for (side, factor) in [(8, F16), (8, F32), (16, F16)] {
         let shape = MatrixShape { side, factor, lanes: 32 };
         specs.extend([16, 32].map(|channels| matrix::spec(shape, channels)));
@@ -65,12 +69,11 @@ fn image_specs() -> Vec<KernelSpec> {
                 .map(|s| s(images)),
         );
         specs.extend([input_process::spec(images), input_conv::spec(images)]);
+        specs.push(pyramid::finest_spec(color));
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
-            specs.push(conv_head::tiled_spec(color, output));
-            let quads = simd::SimdKernel::ConvHead.all_quads();
-            specs.extend(quads.map(|quads| conv_head::simd_spec(quads, color, output)));
+            specs.push(gather::finest_spec(color, output));
         }
     }
     specs

@@ -1,5 +1,6 @@
 //! How far an output pixel sees: the tile overlap that makes tiling exact.
 
+use crate::model::operators::Interval;
 use crate::model::{INPUT, Network};
 
 /// Side in pixels of the blocks that [`reach`] and the operator `activity` count in.
@@ -18,7 +19,7 @@ pub const REPAIR: i64 = 2;
 #[must_use]
 pub fn halo(network: &Network) -> u32 {
     let align = network.alignment();
-    let (begin, end) = needed(network, 0..i64::from(align))[INPUT];
+    let (begin, end) = needed(network, (0, i64::from(align)))[INPUT];
     let reach = (-begin).max(end - i64::from(align)).max(i64::from(BLOCK)) + REPAIR;
     (reach as u32).next_multiple_of(align)
 }
@@ -44,23 +45,66 @@ fn reach_of(network: &Network, first: i64) -> Vec<u32> {
         (pixels as u32).div_ceil(BLOCK)
     };
     let levels = network.shapes.iter().map(|shape| shape.level);
-    needed(network, first..last).into_iter().zip(levels).map(blocks).collect()
+    needed(network, (first, last)).into_iter().zip(levels).map(blocks).collect()
 }
 
-/// The interval of pixels that each tensor needs for an interval of output, each at its own level.
-/// Both axes behave the same.
-fn needed(network: &Network, output: std::ops::Range<i64>) -> Vec<(i64, i64)> {
-    let mut needed = vec![(i64::MAX, i64::MIN); network.shapes.len()];
-    needed[network.output()] = (output.start, output.end);
+/// The interval of pixels that each tensor needs for an interval of the image, each at its own
+/// level. Both axes behave the same.
+fn needed(network: &Network, image: Interval) -> Vec<Interval> {
+    let mut needed = vec![NOTHING; network.shapes.len()];
+    let of_outputs = match network.has_pyramid() {
+        true => pyramid(network.outputs.len(), image),
+        false => vec![image],
+    };
+    for (&output, interval) in network.outputs.iter().zip(of_outputs) {
+        needed[output] = interval;
+    }
     for (i, layer) in network.layers.iter().enumerate().rev() {
         let output = needed[i + 1];
         for (place, &input) in layer.inputs.iter().enumerate() {
-            let (begin, end) = (layer.op.facts().sees)(place, output);
-            let seen = &mut needed[input];
-            *seen = (seen.0.min(begin), seen.1.max(end));
+            needed[input] = hull(needed[input], (layer.op.facts().sees)(place, output));
         }
     }
     needed
+}
+
+/// The interval of pixels of each level of a kernel pyramid, and so of its logits, that an interval
+/// of the image needs.
+fn pyramid(levels: usize, image: Interval) -> Vec<Interval> {
+    // Bilinear upsampling reads the coarser pixels on both sides of a pixel's center.
+    let coarser =
+        |&(begin, end): &Interval| Some(((begin - 1).div_euclid(2), end.div_euclid(2) + 1));
+    let results = std::iter::successors(Some(image), coarser).take(levels);
+    let mut needed: Vec<_> = results.map(|(begin, end)| (begin - 1, end + 1)).collect();
+    for level in (1..levels).rev() {
+        let (begin, end) = needed[level];
+        needed[level - 1] = hull(needed[level - 1], (2 * begin, 2 * end));
+    }
+    needed
+}
+
+/// How many blocks of 16×16 pixels around a block of the image the color decides, counting diagonal
+/// steps.
+#[must_use]
+pub fn color_reach(network: &Network) -> u32 {
+    if !network.has_pyramid() {
+        return reach(network)[INPUT];
+    }
+    let align = i64::from(network.alignment().max(BLOCK));
+    let blocks = (0..align).step_by(BLOCK as usize);
+    let of = |first: i64| {
+        let (begin, end) = pyramid(network.outputs.len(), (first, first + i64::from(BLOCK)))[0];
+        (first - begin).max(end - first - i64::from(BLOCK)) as u32
+    };
+    blocks.map(of).max().unwrap_or(0).div_ceil(BLOCK)
+}
+
+/// The interval of no pixels.
+const NOTHING: Interval = (i64::MAX, i64::MIN);
+
+/// The smallest interval that holds both.
+fn hull(a: Interval, b: Interval) -> Interval {
+    (a.0.min(b.0), a.1.max(b.1))
 }
 
 #[cfg(test)]
@@ -114,7 +158,7 @@ mod tests {
                 let nearer = layer.inputs.iter().all(|&input| reach[input] >= reach[i + 1]);
                 assert!(nearer, "{} of {widths:?}: {reach:?}", layer.name);
             }
-            assert_eq!(reach[network.output()], 0);
+            assert_eq!(reach[network.last()], 0);
         }
     }
 }

@@ -156,14 +156,14 @@ fn networks() -> impl Strategy<Value = Network> {
 /// The pixels of each tensor that some output pixels depend on along one axis, listed one by one.
 fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
     let mut seen = vec![BTreeSet::new(); network.shapes.len()];
-    seen[network.output()] = output.collect();
+    seen[network.outputs[0]] = output.collect();
     for (i, layer) in network.layers.iter().enumerate().rev() {
         let of = |x: i64| match layer.op {
             Op::Conv3x3 { .. } => vec![x - 1, x, x + 1],
             Op::MaxPool => vec![2 * x, 2 * x + 1],
             Op::ConvTranspose | Op::Upsample => vec![x.div_euclid(2)],
             Op::Concat | Op::Conv1x1 | Op::Sigmoid => vec![x],
-            Op::UpConv { .. } => unreachable!("these networks are not fused"),
+            Op::UpConv { .. } | Op::ConvLogits => unreachable!("these networks are not fused"),
         };
         let read: BTreeSet<_> = seen[i + 1].iter().copied().flat_map(of).collect();
         layer.inputs.iter().for_each(|&input| seen[input].extend(&read));

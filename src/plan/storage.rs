@@ -130,7 +130,9 @@ fn life(network: &Network, root: &[(TensorId, u32)]) -> Vec<(usize, usize)> {
             (*first, *last) = ((*first).min(step), (*last).max(step));
         }
     }
-    life[root[network.output()].0].1 = usize::MAX;
+    for &output in &network.outputs {
+        life[root[output].0].1 = usize::MAX;
+    }
     life
 }
 

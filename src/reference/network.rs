@@ -1,11 +1,14 @@
 //! The whole network, layer by layer.
 
 use super::tensor::Tensor;
-use super::{concat, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample};
+use super::{
+    concat, conv_logits, conv_transpose, conv1x1, conv3x3, max_pool, sigmoid, up_conv, upsample,
+};
 use crate::model::operators::for_each_operator;
 use crate::model::{INPUT, Network, Op, Params};
 
-/// Runs every layer of the table in order and returns the output of the last.
+/// Runs every layer of the table in order and returns the network's first output, which is the
+/// only one if it is color.
 ///
 /// `input` is `[c, h, w]` with the channels that the network reads, both sides multiples of
 /// [`Network::alignment`]. `params` returns a layer's weight and bias by its name, with any
@@ -15,10 +18,11 @@ use crate::model::{INPUT, Network, Op, Params};
 /// Panics if the input or a layer's weights do not have the shape the network declares.
 #[must_use]
 pub fn run(network: &Network, params: impl Fn(&str) -> Params, input: &Tensor) -> Tensor {
-    run_by(network, params, input, apply)
+    run_by(network, params, input, apply).swap_remove(0)
 }
 
-/// [`run`] with every layer computed by `apply` from its operator, weights and inputs.
+/// All outputs of the network, with every layer computed by `apply` from its operator, weights and
+/// inputs.
 ///
 /// # Panics
 /// Panics like [`run`].
@@ -27,7 +31,7 @@ pub fn run_by(
     params: impl Fn(&str) -> Params,
     input: &Tensor,
     apply: impl Fn(Op, &Params, &[&Tensor]) -> Tensor,
-) -> Tensor {
+) -> Vec<Tensor> {
     let mut tensors = vec![input.clone()];
     assert_eq!(input.channels, network.shapes[INPUT].channels, "channels of the network's input");
     for (layer, shape) in network.layers.iter().zip(&network.shapes[1..]) {
@@ -39,7 +43,7 @@ pub fn run_by(
         assert_eq!(made.shape(), declared, "shape of what {} makes", layer.name);
         tensors.push(made);
     }
-    tensors.swap_remove(network.output())
+    network.outputs.iter().map(|&output| tensors[output].clone()).collect()
 }
 
 macro_rules! define_apply {

@@ -13,15 +13,16 @@ pub const LIBRARY: Library<'static> = Library { modules: MODULES, features: FEAT
 
 #[rustfmt::skip]
 const MODULES: &[(&str, &str)] = modules![
-    "activity", "autoexposure", "common/albedo", "common/block", "common/color",
-    "common/conv_head", "common/conv_output", "common/conv_sums", "common/conv_tile",
-    "common/encoded", "common/encoding", "common/fill", "common/half", "common/head",
-    "common/images", "common/inputs", "common/layout", "common/light", "common/limits",
-    "common/need", "common/normal", "common/output", "common/repair", "common/result",
-    "common/scale", "common/simd", "common/tensor", "common/tile", "conv1x1", "conv3x3",
-    "conv3x3_matrix", "conv3x3_simd", "conv3x3_tiled", "conv_head_simd", "conv_head_tiled",
-    "conv_transpose", "head", "input_conv_tiled", "input_process", "max_pool", "output_process",
-    "sigmoid", "up_conv_simd", "up_conv_tiled", "upsample",
+    "activity", "autoexposure", "common/albedo", "common/block", "common/clean", "common/color",
+    "common/conv_logits", "common/conv_output", "common/conv_sums", "common/conv_tile",
+    "common/encoded", "common/encoding", "common/fill", "common/finest", "common/gathered",
+    "common/half", "common/head", "common/images", "common/inputs", "common/layout",
+    "common/light", "common/limits", "common/linear", "common/need", "common/normal",
+    "common/output", "common/place", "common/repair", "common/result", "common/scale",
+    "common/simd", "common/tensor", "common/tile", "common/weighted", "conv1x1", "conv3x3",
+    "conv3x3_matrix", "conv3x3_simd", "conv3x3_tiled", "conv_logits_simd", "conv_logits_tiled",
+    "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",
+    "output_process", "pyramid", "sigmoid", "up_conv_simd", "up_conv_tiled", "upsample",
 ];
 
 const FEATURES: &[&str] = &[
@@ -39,10 +40,13 @@ const FEATURES: &[&str] = &[
     "output_rgba32float",
     // The kernel reads albedo and normal as well as color.
     "auxiliary",
+    // The kernel pyramid's level of full resolution, or the coarsest.
+    "finest",
+    "bottom",
     // The convolution also computes the max-pool of its output.
     "pools",
-    // The kernel is the fused one of this name, with bindings of its own.
-    "conv_head",
+    // The kernel is the one of this name, with bindings of its own.
+    "gather",
     "input_conv",
     "up_conv",
     // Matrices: 16-bit factors instead of 32-bit; 16×16 instead of 8×8; 32 output channels instead

@@ -3,6 +3,7 @@
 
 mod device;
 mod faults;
+mod kernel_pyramid;
 mod oidn;
 mod overflow;
 mod pass;

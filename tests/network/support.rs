@@ -12,8 +12,18 @@ pub(crate) fn tiny() -> Weights {
     Weights::from_bytes(bytes).expect("the fixture follows the format")
 }
 
+/// A kernel pyramid of the same widths.
+pub(crate) fn tiny_kernels() -> Weights {
+    let bytes = include_bytes!("../fixtures/kernel_tiny.safetensors");
+    Weights::from_bytes(bytes).expect("the fixture follows the format")
+}
+
 pub(crate) fn denoiser(options: &Options) -> Denoiser {
-    let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &tiny(), options);
+    denoiser_of(&tiny(), options)
+}
+
+pub(crate) fn denoiser_of(weights: &Weights, options: &Options) -> Denoiser {
+    let denoiser = Denoiser::new(&gpu().device, &gpu().queue, weights, options);
     let denoiser = denoiser.expect("the device works");
     assert_eq!(denoiser.take_notices(), [""; 0], "what was asked for must run");
     denoiser
@@ -45,12 +55,8 @@ pub(crate) fn expected(weights: &Weights, frame: &Frame<'_>) -> Image {
     let measured = || if is_hdr { reference::autoexposure(frame.color) } else { 1.0 };
     let scale = frame.input_scale.unwrap_or_else(measured);
     let weights = weights.for_inputs(frame.inputs()).expect("the inputs are known");
-    let alignment = weights.network().alignment().max(16);
     let Frame { color, albedo, normal, .. } = *frame;
-    let input = reference::input_process_in(encoding, color, albedo, normal, scale, alignment);
-    let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
-    let (width, height) = frame.color.size();
-    reference::output_process_in(encoding, &output, scale, width, height)
+    reference::denoise(&weights, reference::Images { color, albedo, normal }, scale)
 }
 
 /// An image in the transfer domain.

@@ -5,25 +5,28 @@ use wgdenoise::{
     Weights, wgpu,
 };
 
-use crate::support::{denoiser, frame, images, run, same_bits, tiny};
+use crate::support::{denoiser, denoiser_of, frame, images, run, same_bits, tiny, tiny_kernels};
 use wgdenoise_testing::gpu::{gpu, kernel_sets};
 use wgdenoise_testing::run_cases;
 
 #[test]
 fn tiles_make_the_same_bits_as_the_whole_image() {
     let sizes = [(131, 67), (16, 301), (97, 97), (255, 1)];
-    let cases = kernel_sets(Precision::F32).into_iter().flat_map(|k| sizes.map(|size| (k, size)));
-    run_cases(cases, |&(kernels, (width, height))| {
-        let images = images(width, height);
-        let frame = frame(&images, Inputs::ALL);
-        let whole = run(&Options::default().kernels(kernels), &frame);
-        let options = Options::default().kernels(kernels).tile(80);
-        let tiles = denoiser(&options).tile_plan(width, height, Inputs::ALL).unwrap().tiles.len();
-        if tiles < 2 {
-            return Err(format!("{tiles} tile tests nothing"));
-        }
-        same_bits(&run(&options, &frame), &whole)
-    });
+    for weights in [tiny(), tiny_kernels()] {
+        let sets = kernel_sets(Precision::F32).into_iter();
+        run_cases(sets.flat_map(|k| sizes.map(|size| (k, size))), |&(kernels, (width, height))| {
+            let images = images(width, height);
+            let frame = frame(&images, Inputs::ALL);
+            let options = Options::default().kernels(kernels);
+            let whole = denoiser_of(&weights, &options).denoise(&frame).unwrap();
+            let tiled = denoiser_of(&weights, &options.tile(80));
+            let tiles = tiled.tile_plan(width, height, Inputs::ALL).unwrap().tiles.len();
+            if tiles < 2 {
+                return Err(format!("{tiles} tile tests nothing"));
+            }
+            same_bits(&tiled.denoise(&frame).unwrap(), &whole)
+        });
+    }
 }
 
 #[test]

@@ -6,7 +6,8 @@ use wgdenoise::internals::reference::Tensor;
 use wgdenoise::{Inputs, KernelSet, Options, Precision, Weights};
 
 use crate::support::{
-    F32, SETS, denoiser, encoded, expected, frame, images, run, same_bits, tiny, tolerance,
+    F32, SETS, denoiser, denoiser_of, encoded, expected, frame, images, run, same_bits, tiny,
+    tiny_kernels, tolerance,
 };
 use wgdenoise_testing::gpu::{context, kernel_sets, variants};
 use wgdenoise_testing::{Random, compare, run_cases};
@@ -14,15 +15,18 @@ use wgdenoise_testing::{Random, compare, run_cases};
 #[test]
 fn every_variant_equals_the_reference_for_every_input_set() {
     let images = images(37, 22);
-    let cases = SETS.iter().flat_map(|&inputs| variants().into_iter().map(move |v| (inputs, v)));
-    run_cases(cases, |&(inputs, (kernels, precision))| {
-        let frame = frame(&images, inputs);
-        let found = run(&Options::default().kernels(kernels).precision(precision), &frame);
-        let expected = expected(&tiny(), &frame);
-        let scale = reference::autoexposure(frame.color);
-        let allowed = tolerance(kernels, precision);
-        compare(&encoded(&found, scale), &encoded(&expected, scale), allowed)
-    });
+    for weights in [tiny(), tiny_kernels()] {
+        let cases = SETS.iter().flat_map(|&set| variants().into_iter().map(move |v| (set, v)));
+        run_cases(cases, |&(inputs, (kernels, precision))| {
+            let frame = frame(&images, inputs);
+            let options = Options::default().kernels(kernels).precision(precision);
+            let found = denoiser_of(&weights, &options).denoise(&frame).expect("the frame is fine");
+            let expected = expected(&weights, &frame);
+            let scale = reference::autoexposure(frame.color);
+            let allowed = tolerance(kernels, precision);
+            compare(&encoded(&found, scale), &encoded(&expected, scale), allowed)
+        });
+    }
 }
 
 #[test]

@@ -31,8 +31,8 @@ pub enum SimdKernel {
     UpConv,
     /// [`super::head`].
     Head,
-    /// [`super::conv_head`].
-    ConvHead,
+    /// [`super::conv_logits`].
+    ConvLogits,
 }
 
 /// Invocations that share a set of weights: a subgroup.
@@ -44,7 +44,7 @@ impl SimdKernel {
             Self::Conv3x3 => "conv3x3",
             Self::UpConv => "up_conv",
             Self::Head => "head",
-            Self::ConvHead => "conv_head",
+            Self::ConvLogits => "conv_logits",
         }
     }
 
@@ -72,7 +72,7 @@ impl SimdKernel {
     #[must_use]
     pub fn all_quads(self) -> std::ops::RangeInclusive<usize> {
         match self {
-            Self::Conv3x3 | Self::ConvHead => 1..=4,
+            Self::Conv3x3 | Self::ConvLogits => 1..=4,
             Self::UpConv => 1..=2,
             Self::Head => 1..=1,
         }
@@ -81,10 +81,9 @@ impl SimdKernel {
     /// Its reads, source by source.
     fn walks(self) -> &'static [Walk] {
         match self {
-            Self::Conv3x3 => &[walk::ROWS],
+            Self::Conv3x3 | Self::ConvLogits => &[walk::ROWS],
             Self::UpConv => &[walk::SKIP, walk::LOW],
             Self::Head => &[walk::POINT],
-            Self::ConvHead => &[walk::BEFORE_HEAD],
         }
     }
 }

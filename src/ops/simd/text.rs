@@ -22,10 +22,11 @@ import package::common::simd::{any_needed, weights};
 import package::up_conv_simd::{low, skip};"
         }
         SimdKernel::Head => "import package::common::head::{finish, input, weights};",
-        SimdKernel::ConvHead => {
-            "import package::common::conv_head::{conv_bias, relu};
-import package::common::head::{finish, input, weights};
-import package::conv_head_simd::{any_needed, conv_weights};"
+        SimdKernel::ConvLogits => {
+            "import package::common::conv_logits::{feature_of, logits_bias};
+import package::common::conv_output::{activated, bias, output};
+import package::common::simd::{any_needed, weights};
+import package::conv_logits_simd::{input, logits_weights};"
         }
     }
 }
@@ -36,8 +37,8 @@ pub(super) fn source(shape: SimdKernel, quads: usize) -> String {
     let needed = if shape == SimdKernel::Head { "true" } else { "any_needed(x, y)" };
     let tail = match shape {
         SimdKernel::Conv3x3 | SimdKernel::UpConv => store(shape, quads),
-        SimdKernel::Head => finish("sum0_"),
-        SimdKernel::ConvHead => project(quads) + &finish("result"),
+        SimdKernel::Head => finish(),
+        SimdKernel::ConvLogits => logits(quads),
     };
     format!(
         "{imports}
@@ -175,32 +176,48 @@ fn up_conv_bias(k: usize) -> String {
     text
 }
 
-/// The 1×1 convolution of the activated sums: the lanes load a quad's weights and share them.
-fn project(quads: usize) -> String {
-    let pixels = SimdKernel::ConvHead.pixels();
+/// The 1×1 convolution of the activated sums, and its stores: for four logits at a time, the lanes
+/// load a quad's weights and share them.
+fn logits(quads: usize) -> String {
+    let mut text = String::new();
+    for (k, p) in pairs(SimdKernel::ConvLogits, quads) {
+        let _ = writeln!(text, "    let value{k}_{p} = feature_of(sum{k}_{p} + bias[{k}]);");
+    }
+    format!(
+        "{text}    let out_quads = select(0, i32(textureNumLayers(output)), needed);
+    for (var out = 0; out < out_quads; out++) {{
+{body}    }}
+",
+        body = four_logits(quads),
+    )
+}
+
+fn four_logits(quads: usize) -> String {
+    let pixels = SimdKernel::ConvLogits.pixels();
     let mut text = String::new();
     for p in 0..pixels {
-        let _ = writeln!(text, "    var result{p} = vec4<f32>();");
+        let _ = writeln!(text, "        var logits{p} = logits_bias[out];");
     }
     for k in 0..quads {
-        let _ = writeln!(text, "    let bias{k} = conv_bias[{k}];");
-        let _ = writeln!(text, "    let h{k} = textureLoad(weights, vec2(lane, {k}), 0);");
-        for c in 0..4 {
-            let _ = writeln!(text, "    let h{k}_{c} = subgroupBroadcast(h{k}, {c}u);");
-        }
-        for p in 0..pixels {
-            let _ = writeln!(text, "    let value{k}_{p} = relu(sum{k}_{p} + bias{k});");
-            for (c, channel) in CHANNELS.into_iter().enumerate() {
-                let _ = writeln!(text, "    result{p} += h{k}_{c} * value{k}_{p}.{channel};");
+        let at = format!("vec2(lane & 3, {k})");
+        let _ = writeln!(text, "        let h{k} = textureLoad(logits_weights, {at}, out);");
+        for (c, channel) in CHANNELS.into_iter().enumerate() {
+            let _ = writeln!(text, "        let h{k}_{c} = subgroupBroadcast(h{k}, {c}u);");
+            for p in 0..pixels {
+                let _ = writeln!(text, "        logits{p} += h{k}_{c} * value{k}_{p}.{channel};");
             }
         }
+    }
+    for p in 0..pixels {
+        let value = format!("activated(logits{p})");
+        let _ = writeln!(text, "        textureStore(output, vec2(x + {p}, y), out, {value});");
     }
     text
 }
 
-/// Passes the results, one per pixel, to the shader's function that stores them in the image.
-fn finish(result: &str) -> String {
-    let pixel = |p| format!("    finish(vec2(x + {p}, y), {result}{p});\n");
+/// Passes the sums, one per pixel, to the shader's function that stores them in the image.
+fn finish() -> String {
+    let pixel = |p| format!("    finish(vec2(x + {p}, y), sum0_{p});\n");
     (0..SimdKernel::Head.pixels()).map(pixel).collect()
 }
 

@@ -36,9 +36,6 @@ pub(super) const ROWS: Walk = Walk {
     terms: |pixel| (0..3).map(|column| (column, pixel + column)).collect(),
 };
 
-/// The same before the head, with different weights.
-pub(super) const BEFORE_HEAD: Walk = Walk { weights: "conv_weights", ..ROWS };
-
 /// The same over the skip of a decoder level.
 pub(super) const SKIP: Walk = Walk { tensor: "skip", ..ROWS };
 

@@ -1,0 +1,118 @@
+//! The last 3×3 convolution of a kernel pyramid with bias and ReLU, and the 1×1 convolution to its
+//! logits, in one kernel: an invocation holds all channels of its pixels, so no features are stored.
+//!
+//! Values kept in registers are not rounded to the tensors' 16 bits.
+
+use std::borrow::Cow;
+
+use super::channel_map::ChannelMap;
+use super::convolution::{Convolution, PackedWeights, Variant};
+use super::operator::LayerRequest;
+use super::packing::{Taps, bias_table, storage_buffer, weight_texture};
+use super::{conv3x3, need, simd};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
+use crate::model::Params;
+use crate::shader::ShaderRoot;
+
+/// The most channels of the 3×3 convolution that an invocation holds.
+pub const CHANNELS: usize = 16;
+
+const fn bindings(weights: Binding) -> [Binding; 8] {
+    let [input, output] = [Binding::TensorIn, Binding::TensorOut];
+    let (bias, map) = (Binding::Buffer, Binding::ActivityIn);
+    [input, output, weights, bias, map, need::UNIFORM, weights, bias]
+}
+
+/// The variant for GPUs.
+pub const TILED: KernelSpec = KernelSpec {
+    name: Cow::Borrowed("conv_logits_tiled"),
+    source: ShaderRoot::Module("conv_logits_tiled"),
+    features: Cow::Borrowed(&[]),
+    entry: "main",
+    bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
+    overrides: &["largest", "relu"],
+    workgroup: [8, 8, 1],
+};
+
+const SIMD_BINDINGS: [Binding; 8] = bindings(Binding::WeightTexture);
+
+/// The generated variant for CPU drivers, for this many quads of the 3×3 convolution.
+#[must_use]
+pub fn simd_spec(quads: usize) -> KernelSpec {
+    let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
+    simd::spec(simd::SimdKernel::ConvLogits, quads, bindings, &["largest", "relu"])
+}
+
+/// The most channels that `kernels` can hold; without any, the two convolutions stay apart.
+///
+/// Matrix kernels compute the 3×3 convolution in a fraction of the tiled kernel's time, and the
+/// tensor in between costs less than the difference.
+#[must_use]
+pub fn most_channels(kernels: KernelSet) -> usize {
+    match kernels {
+        KernelSet::Plain | KernelSet::Matrix(_) => 0,
+        _ => CHANNELS,
+    }
+}
+
+/// The operator. `params` hold the 3×3 convolution's weights, `[channel][channel][3][3]`, followed
+/// by the 1×1 convolution's, `[logit][channel]`; biases likewise. The input is stored as in `map`.
+///
+/// # Panics
+/// Panics if there are more than 16 channels.
+#[must_use]
+pub fn conv_logits(
+    context: &Context,
+    kernels: KernelSet,
+    params: &Params,
+    map: &ChannelMap,
+) -> Convolution {
+    let channels = map.iter().flatten().count();
+    assert!(channels <= CHANNELS, "{channels} channels, but an invocation holds {CHANNELS}");
+    let (conv, logits) = params.weight.split_at(9 * channels * channels);
+    let (bias, logits_bias) = params.bias.split_at(channels);
+    let weight = |o: usize, i: usize, tap: usize| conv[(o * channels + i) * 9 + tap];
+    let taps = Taps { outputs: channels, taps: 9, map, weight: &weight };
+    let (variant, logits) = match kernels.resolve(&context.device) {
+        KernelSet::Simd => generated(context, &taps, logits),
+        _ => tiled(context, &taps, logits),
+    };
+    // Without the inner ReLU: this one is the logits'.
+    let constants = [("largest", context.precision.largest()), ("relu", 0.0)];
+    let mut held = bias.to_vec();
+    held.resize(CHANNELS, 0.0);
+    let outputs = logits_bias.len();
+    Convolution::new(context, variant, bias_table(context, &held, CHANNELS), &constants)
+        .followed_by(logits, bias_table(context, logits_bias, outputs))
+}
+
+fn tiled(context: &Context, taps: &Taps<'_>, logits: &[f32]) -> (Variant, PackedWeights) {
+    let weights = conv3x3::tiled_weights(context, taps);
+    let buffer = storage_buffer(context, "logits", &matrices(logits, taps.outputs));
+    (Variant::tiled(TILED, weights, 1), PackedWeights::Buffer(buffer))
+}
+
+fn generated(context: &Context, taps: &Taps<'_>, logits: &[f32]) -> (Variant, PackedWeights) {
+    let shape = simd::SimdKernel::ConvLogits;
+    let weights = conv3x3::generated_weights(context, shape, taps);
+    let variant = Variant::simd(simd_spec(shape.quads(taps.outputs)), shape, weights, taps.outputs);
+    let quads = CHANNELS as u32 / 4;
+    let matrices = matrices(logits, taps.outputs);
+    let size = [4, quads, matrices.len() as u32 / (16 * quads)];
+    (variant, PackedWeights::Texture(weight_texture(context, size, &matrices)))
+}
+
+/// `[quad of logits][quad of channels]` matrices, column by column: column j holds what channel j
+/// adds to four logits.
+fn matrices(logits: &[f32], channels: usize) -> Vec<f32> {
+    let outputs = logits.len() / channels;
+    let held = (0..CHANNELS).map(|c| (c < channels).then_some(c)).collect();
+    let weight = |o: usize, i: usize, _: usize| logits[o * channels + i];
+    Taps { outputs, taps: 1, map: &held, weight: &weight }.tiled(outputs.div_ceil(4), 1)
+}
+
+/// The operator of a layer.
+pub(super) fn operator(layer: &LayerRequest<'_>) -> Convolution {
+    conv_logits(layer.context, layer.kernels, layer.params, layer.maps[0])
+}

@@ -1,0 +1,90 @@
+//! The result of a kernel pyramid: at each level, the sum of 3×3 pixels by the softmax of the
+//! logits, plus the coarser result. The last call stores the image.
+//!
+//! Softmax kernels are those of Bako et al., "Kernel-Predicting Convolutional Networks for Denoising
+//! Monte Carlo Renderings" (2017).
+
+use std::borrow::Cow;
+
+use super::activity::Activity;
+use super::head;
+use super::image::{ImageFormat, result_features};
+use super::output_process::{ResultImages, result_bindings};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::tensor::GpuTensor;
+use crate::shader::ShaderRoot;
+
+/// The kernel for a level with a coarser one.
+pub const LEVEL: KernelSpec = KernelSpec {
+    name: Cow::Borrowed("gather"),
+    source: ShaderRoot::Module("gather"),
+    features: Cow::Borrowed(&["gather"]),
+    entry: "main",
+    bindings: Cow::Borrowed(&[
+        Binding::LightIn,
+        Binding::TensorIn,
+        Binding::LightOut,
+        Binding::LightIn,
+    ]),
+    overrides: &[],
+    workgroup: [8, 8, 1],
+};
+
+/// The kernel for the coarsest level.
+pub const BOTTOM: KernelSpec = KernelSpec {
+    name: Cow::Borrowed("gather_bottom"),
+    features: Cow::Borrowed(&["gather", "bottom"]),
+    bindings: Cow::Borrowed(&[Binding::LightIn, Binding::TensorIn, Binding::LightOut]),
+    ..LEVEL
+};
+
+/// The kernel for the level of full resolution, for noisy color and result in these formats.
+#[must_use]
+pub fn finest_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let mut features = result_features(color, output);
+    features.extend(["gather", "finest"]);
+    let mut bindings = result_bindings(color, output);
+    bindings.extend([Binding::Buffer, Binding::TensorIn, Binding::LightIn]);
+    KernelSpec {
+        name: head::name("gather_finest", color, output).into(),
+        features: features.into(),
+        bindings: bindings.into(),
+        overrides: &["brightest", "transfer_function"],
+        ..LEVEL
+    }
+}
+
+/// The call that computes the result of a level: from the level of the pyramid, its logits and the
+/// coarser result, if there is a coarser level.
+#[must_use]
+pub fn gather(
+    context: &Context,
+    [level, logits]: [&GpuTensor; 2],
+    coarser: Option<&GpuTensor>,
+    output: &GpuTensor,
+) -> Dispatch {
+    let kernel = context.kernel(if coarser.is_some() { &LEVEL } else { &BOTTOM }, &[]);
+    let tensors = [level, logits, output].into_iter().chain(coarser);
+    let resources: Vec<_> = tensors.map(GpuTensor::resource).collect();
+    let group = kernel.bind(&context.device, &resources);
+    kernel.dispatch(group, [output.width, output.height, 1])
+}
+
+/// The call that stores the image from the noisy color, the logits of full resolution and the
+/// result of level 1. Clean blocks receive the input, with its bad pixels filled.
+/// [`Dispatch::record_at`] selects the tile.
+#[must_use]
+pub fn gather_finest(
+    context: &Context,
+    [logits, coarser]: [&GpuTensor; 2],
+    activity: &Activity,
+    images: &ResultImages<'_>,
+) -> Dispatch {
+    let spec = finest_spec(images.color.format(), images.output.format());
+    let kernel = context.kernel(&spec, &images.encoding.constants());
+    let mut resources = images.resources();
+    resources.push(activity.clean.as_entire_binding());
+    resources.extend([logits.resource(), coarser.resource()]);
+    let group = kernel.bind(&context.device, &resources);
+    kernel.dispatch(group, [logits.width, logits.height, 1])
+}

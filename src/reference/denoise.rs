@@ -1,0 +1,64 @@
+//! A whole frame: see [`denoise`].
+
+use super::gather::kernel_pyramid;
+use super::input_process::input_process_in;
+use super::network::{apply, run_by};
+use super::output_process::output_process_in;
+use super::repair::{fill, repair};
+use super::tensor::Tensor;
+use crate::image::Image;
+use crate::model::{Encoding, Op, Params, TransferFunction, Weights};
+
+/// The images of a frame. They have one size.
+#[derive(Clone, Copy, Debug)]
+pub struct Images<'a> {
+    /// Noisy color.
+    pub color: &'a Image,
+    /// Albedo, if given.
+    pub albedo: Option<&'a Image>,
+    /// Normal, if given.
+    pub normal: Option<&'a Image>,
+}
+
+/// What the network makes of a frame, from pixels to pixels. The weights must be
+/// [for the inputs](Weights::for_inputs) that the frame has.
+///
+/// # Panics
+/// Panics if the images differ in size.
+#[must_use]
+pub fn denoise(weights: &Weights, images: Images<'_>, input_scale: f32) -> Image {
+    denoise_by(weights, images, input_scale, apply)
+}
+
+/// [`denoise`] with every layer computed by `apply`.
+///
+/// # Panics
+/// Panics like [`denoise`].
+#[must_use]
+pub fn denoise_by(
+    weights: &Weights,
+    images: Images<'_>,
+    input_scale: f32,
+    apply: impl Fn(Op, &Params, &[&Tensor]) -> Tensor,
+) -> Image {
+    let Images { color, albedo, normal } = images;
+    let (encoding, network) = (weights.metadata().encoding(), weights.network());
+    let alignment = network.alignment().max(16);
+    let input = input_process_in(encoding, color, albedo, normal, input_scale, alignment);
+    let outputs = run_by(network, |layer| weights.params(layer), &input, apply);
+    if network.has_pyramid() {
+        let (color, valid) = linear_color(encoding, color, input_scale);
+        return kernel_pyramid(&outputs, &color, &valid);
+    }
+    output_process_in(encoding, &outputs[0], input_scale, color.width(), color.height())
+}
+
+/// The color that a kernel pyramid averages, and which of its pixels count.
+fn linear_color(encoding: Encoding, color: &Image, input_scale: f32) -> (Image, Vec<bool>) {
+    let repaired = match encoding.transfer_function {
+        TransferFunction::Signed => fill(color),
+        _ => repair(color, input_scale),
+    };
+    let valid = vec![true; repaired.pixels().len()];
+    (repaired, valid)
+}

@@ -1,0 +1,204 @@
+use proptest::prelude::*;
+use proptest::sample;
+use wgdenoise::Precision;
+use wgdenoise::internals::gpu::tensor::GpuTensor;
+use wgdenoise::internals::ops::channel_map::channel_map;
+use wgdenoise::internals::ops::gather::gather;
+use wgdenoise::internals::reference::{self, Light, Tensor};
+
+use wgdenoise_testing::gpu::{PRECISIONS, context, download, stored, submit, upload};
+use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
+
+/// WGSL allows `exp(x)` an error of 3 + 2 |x| units in the last place: 19 for the largest weights,
+/// 11 for typical odds. A mean of positive colors is off by no more than its weights are, which are
+/// products of two exponentials over a sum of such; a dark color among brighter ones is off by a share
+/// of those.
+pub(crate) const TOLERANCE: Tolerance = Tolerance { absolute: 1e-6, relative: 1e-5 };
+
+/// Rows and columns: single pixels, around the 8 of a workgroup, and long ones.
+const CASES: [[usize; 2]; 5] = [[1, 1], [2, 2], [8, 8], [10, 18], [4, 40]];
+
+#[test]
+fn gather_equals_the_reference_with_and_without_a_coarser_level() {
+    let cases = CASES.into_iter().flat_map(|size| PRECISIONS.map(|precision| (size, precision)));
+    run_cases(cases, |&([height, width], precision)| {
+        check([height, width], precision, false, 1)?;
+        check([2 * height, 2 * width], precision, true, 1)
+    });
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+    #[test]
+    fn gather_equals_the_reference_at_any_size(
+        [height, width] in [1_usize..20, 1_usize..20],
+        (coarser, seed) in (any::<bool>(), any::<u64>()),
+        precision in sample::select(PRECISIONS.to_vec()),
+    ) {
+        check([2 * height, 2 * width], precision, coarser, seed).map_err(TestCaseError::fail)?;
+    }
+
+    #[test]
+    fn equal_colors_stay_that_color_bit_for_bit(color in [any::<f32>(); 3], seed in any::<u64>()) {
+        prop_assume!(color.iter().all(|v| v.abs() <= 1e30));
+        let mut random = Random::new(seed);
+        let mut level = Level::logits(&mut random, 11, [14, 18], Precision::F16);
+        level.light = constant(&mut random, [14, 18], color).light;
+        let coarser = constant(&mut random, [7, 9], color);
+        let found = run(&level, Some(&coarser));
+        prop_assert!(colors(&found).iter().all(|found| *found == color), "{found:?}");
+    }
+
+    /// However large the colors and logits, a weighted mean stays among them.
+    #[test]
+    fn no_color_leaves_the_range_of_those_around(seed in any::<u64>(), scale in 0_i32..30) {
+        let mut random = Random::new(seed);
+        let mut level = Level::random(&mut random, [6, 6], Precision::F32);
+        let factor = 10_f32.powi(scale);
+        level.light.data[..3 * 36].iter_mut().for_each(|v| *v = (*v - 1.0) * factor);
+        level.logits.data.iter_mut().for_each(|v| *v *= 30.0);
+        let found = run(&level, None);
+        let limit = |f: fn(f32, f32) -> f32, c: usize| {
+            level.light.data[c * 36..][..36].iter().copied().reduce(f).expect("there are pixels")
+        };
+        for c in 0..3 {
+            let (least, most) = (limit(f32::min, c), limit(f32::max, c));
+            let values = &found.data[c * 36..][..36];
+            prop_assert!(values.iter().all(|v| (least..=most).contains(v)), "{values:?}");
+        }
+    }
+}
+
+#[test]
+fn a_wrong_logit_fails_the_comparison() {
+    for channel in 0..11 {
+        let mut random = Random::new(5);
+        let mut level = Level::random(&mut random, [6, 6], Precision::F32);
+        // Within the limits of confidence and share.
+        level.logits.data[channel * 36 + 14] = 0.5;
+        let mut coarser = Level::random(&mut random, [3, 3], Precision::F32);
+        // Where one weight outweighs all others, nothing else matters.
+        level.light.data[3 * 36..].fill(1.0);
+        coarser.light.data[3 * 9..].fill(1.0);
+        let expected = expected(&level, Some(&coarser));
+        let mut wrong = level.clone();
+        wrong.logits.data[channel * 36 + 14] += 0.01;
+        let compared = compare(&run(&wrong, Some(&coarser)), &expected, TOLERANCE);
+        // The confidence belongs to the pyramid.
+        assert_eq!(compared.is_err(), channel != 9, "channel {channel}");
+    }
+}
+
+fn check(
+    [height, width]: [usize; 2],
+    precision: Precision,
+    has_coarser: bool,
+    seed: u64,
+) -> Result<(), String> {
+    let mut random = Random::new(seed);
+    let level = Level::random(&mut random, [height, width], precision);
+    let coarser = Level::random(&mut random, [height.div_ceil(2), width.div_ceil(2)], precision);
+    let coarser = has_coarser.then_some(&coarser);
+    compare(&run(&level, coarser), &expected(&level, coarser), TOLERANCE)
+}
+
+fn expected(level: &Level, coarser: Option<&Level>) -> Tensor {
+    let coarser = coarser.map(Level::premultiplied);
+    let found = reference::gather(&level.premultiplied(), &level.logits, coarser.as_ref());
+    Level::light_of(&found)
+}
+
+fn run(level: &Level, coarser: Option<&Level>) -> Tensor {
+    let context = context(level.precision);
+    let target = Level::empty([level.light.height, level.light.width]).upload_light();
+    let coarser = coarser.map(Level::upload_light);
+    let (light, logits) = (level.upload_light(), level.upload_logits());
+    let call = gather(context, [&light, &logits], coarser.as_ref(), &target);
+    submit(context, |pass| call.record(pass));
+    Level::download(&target)
+}
+
+/// A level of a kernel pyramid and its logits.
+#[derive(Clone, Debug)]
+pub(crate) struct Level {
+    /// `[4, h, w]`: a color, not multiplied, and its weight.
+    pub(crate) light: Tensor,
+    pub(crate) logits: Tensor,
+    pub(crate) precision: Precision,
+}
+
+impl Level {
+    /// Colors in `[0, 2]`, weights over the whole range, logits in `[−4, 4]`.
+    pub(crate) fn random(random: &mut Random, size: [usize; 2], precision: Precision) -> Self {
+        let mut light = random.tensor(4, size[0], size[1]);
+        let (colors, weights) = light.data.split_at_mut(3 * size[0] * size[1]);
+        colors.iter_mut().for_each(|v| *v += 1.0);
+        weights.iter_mut().for_each(|v| *v = (*v * 20.0).exp());
+        Self { light, ..Self::logits(random, 11, size, precision) }
+    }
+
+    /// Logits as stored, some beyond the limits of confidence and share, and a black level.
+    pub(crate) fn logits(
+        random: &mut Random,
+        channels: usize,
+        [height, width]: [usize; 2],
+        precision: Precision,
+    ) -> Self {
+        let mut logits = random.tensor(channels, height, width);
+        logits.data.iter_mut().for_each(|v| *v *= 4.0);
+        logits.data[9 * height * width..].iter_mut().for_each(|v| *v *= 2.5);
+        let logits = stored(&logits, precision);
+        Self { logits, precision, ..Self::empty([height, width]) }
+    }
+
+    /// Black, and no logits.
+    pub(crate) fn empty([height, width]: [usize; 2]) -> Self {
+        let zeros = |channels| Tensor::from_fn(channels, height, width, |_, _, _| 0.0);
+        Self { light: zeros(4), logits: zeros(11), precision: Precision::F32 }
+    }
+
+    pub(crate) fn premultiplied(&self) -> Light {
+        let Tensor { width, height, .. } = self.light;
+        let pixel = |i: usize| {
+            let at = |c| f64::from(self.light.at(c, i / width, i % width));
+            [at(0) * at(3), at(1) * at(3), at(2) * at(3), at(3)]
+        };
+        Light { width, height, pixels: (0..width * height).map(pixel).collect() }
+    }
+
+    /// The light of the reference as the GPU stores it.
+    pub(crate) fn light_of(light: &Light) -> Tensor {
+        Tensor::from_fn(4, light.height, light.width, |c, y, x| {
+            let pixel = light.at(x as i64, y as i64);
+            (if c == 3 { pixel[3] } else { pixel[c] / pixel[3] }) as f32
+        })
+    }
+
+    /// Light has 32 bits in either precision.
+    pub(crate) fn upload_light(&self) -> GpuTensor {
+        upload(context(Precision::F32), &self.light, &channel_map(4))
+    }
+
+    pub(crate) fn upload_logits(&self) -> GpuTensor {
+        upload(context(self.precision), &self.logits, &channel_map(self.logits.channels))
+    }
+
+    pub(crate) fn download(light: &GpuTensor) -> Tensor {
+        download(context(Precision::F32), light, &channel_map(4))
+    }
+}
+
+/// A level of one color with weights over the whole range.
+pub(crate) fn constant(random: &mut Random, size: [usize; 2], color: [f32; 3]) -> Level {
+    let mut level = Level::random(random, size, Precision::F32);
+    for (c, value) in color.into_iter().enumerate() {
+        level.light.data[c * size[0] * size[1]..][..size[0] * size[1]].fill(value);
+    }
+    level
+}
+
+/// The colors of a level's light.
+pub(crate) fn colors(light: &Tensor) -> Vec<[f32; 3]> {
+    let pixels = (0..light.height).flat_map(|y| (0..light.width).map(move |x| (y, x)));
+    pixels.map(|(y, x)| [0, 1, 2].map(|c| light.at(c, y, x))).collect()
+}
