@@ -1,5 +1,6 @@
 // One level of a kernel pyramid's result: the sum of 3×3 pixels of the level by the softmax of its
-// logits, plus the coarser level's result, upsampled and times the share. One pixel per invocation.
+// logits, plus the coarser level's result, upsampled and times the share. Four pixels of a row per
+// invocation, which share what they read.
 // At the finest level, the color of that sum is the image; clean blocks keep their input.
 
 import package::common::gathered::{Nine, gathered};
@@ -59,11 +60,20 @@ fn upsampled(pixel: vec2<i32>) -> vec4<f32> {
     );
 }
 
-fn result(pixel: vec2<i32>) -> vec4<f32> {
+// A pixel and those above and below it.
+struct Column {
+    above: vec4<f32>, middle: vec4<f32>, below: vec4<f32>,
+}
+
+fn column(pixel: vec2<i32>) -> Column {
+    return Column(at_level(pixel - vec2(0, 1)), at_level(pixel), at_level(pixel + vec2(0, 1)));
+}
+
+fn result(pixel: vec2<i32>, left: Column, center: Column, right: Column) -> vec4<f32> {
     let pixels = Nine(
-        at_level(pixel + vec2(-1, -1)), at_level(pixel + vec2(0, -1)), at_level(pixel + vec2(1, -1)),
-        at_level(pixel + vec2(-1, 0)), at_level(pixel), at_level(pixel + vec2(1, 0)),
-        at_level(pixel + vec2(-1, 1)), at_level(pixel + vec2(0, 1)), at_level(pixel + vec2(1, 1)),
+        left.above, center.above, right.above,
+        left.middle, center.middle, right.middle,
+        left.below, center.below, right.below,
     );
     let last = load_logits(pixel, LAST_QUAD);
     let own = gathered(pixels, load_logits(pixel, 0u), load_logits(pixel, 1u), last.x);
@@ -74,23 +84,37 @@ fn result(pixel: vec2<i32>) -> vec4<f32> {
 }
 
 @if(finest)
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let at = tile.origin + id.xy;
+fn store_result(pixel: vec2<i32>, left: Column, center: Column, right: Column) {
+    let at = tile.origin + vec2<u32>(pixel);
     if any(at < tile.begin) || any(at >= tile.end) {
         return;
     }
-    if is_clean(id.xy, u32(size().x)) {
+    if is_clean(vec2<u32>(pixel), u32(size().x)) {
         store_noisy(at);
         return;
     }
-    store_linear(at, result(vec2<i32>(id.xy)).rgb);
+    store_linear(at, result(pixel, left, center, right).rgb);
 }
 @else
+fn store_result(pixel: vec2<i32>, left: Column, center: Column, right: Column) {
+    // Stores outside the level do nothing.
+    textureStore(output, pixel, 0, result(pixel, left, center, right));
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= textureDimensions(output)) {
+    let first = vec2<i32>(vec2(4u * id.x, id.y));
+    if any(first >= size()) {
         return;
     }
-    textureStore(output, id.xy, 0, result(vec2<i32>(id.xy)));
+    let before = column(first - vec2(1, 0));
+    let a = column(first);
+    let b = column(first + vec2(1, 0));
+    let c = column(first + vec2(2, 0));
+    let d = column(first + vec2(3, 0));
+    let behind = column(first + vec2(4, 0));
+    store_result(first, before, a, b);
+    store_result(first + vec2(1, 0), a, b, c);
+    store_result(first + vec2(2, 0), b, c, d);
+    store_result(first + vec2(3, 0), c, d, behind);
 }

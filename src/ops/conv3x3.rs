@@ -29,7 +29,7 @@ pub fn tiled_spec(pools: bool) -> KernelSpec {
 }
 
 /// The bindings of the generated variant.
-const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
+pub(super) const SIMD_BINDINGS: [Binding; 6] = bindings(Binding::WeightTexture);
 
 const TILED: [Binding; 6] = bindings(Binding::Buffer);
 const TILED_POOL: [Binding; 7] = {

@@ -14,6 +14,9 @@ use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
 use crate::shader::ShaderRoot;
 
+/// Pixels of a row per invocation.
+const PIXELS: u32 = 4;
+
 /// The kernel for a level with a coarser one.
 pub const LEVEL: KernelSpec = KernelSpec {
     name: Cow::Borrowed("gather"),
@@ -67,7 +70,7 @@ pub fn gather(
     let tensors = [level, logits, output].into_iter().chain(coarser);
     let resources: Vec<_> = tensors.map(GpuTensor::resource).collect();
     let group = kernel.bind(&context.device, &resources);
-    kernel.dispatch(group, [output.width, output.height, 1])
+    kernel.dispatch(group, [output.width.div_ceil(PIXELS), output.height, 1])
 }
 
 /// The call that stores the image from the noisy color, the logits of full resolution and the
@@ -86,5 +89,5 @@ pub fn gather_finest(
     resources.push(activity.clean.as_entire_binding());
     resources.extend([logits.resource(), coarser.resource()]);
     let group = kernel.bind(&context.device, &resources);
-    kernel.dispatch(group, [logits.width, logits.height, 1])
+    kernel.dispatch(group, [logits.width.div_ceil(PIXELS), logits.height, 1])
 }

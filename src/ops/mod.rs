@@ -44,6 +44,7 @@ pub fn all_specs() -> Vec<KernelSpec> {
     specs.extend([up_conv::TILED, conv_logits::TILED, pyramid::LEVEL]);
     specs.extend([gather::BOTTOM, gather::LEVEL]);
     specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
+    specs.extend(simd::SimdKernel::Conv1x1.all_quads().map(conv1x1::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
     specs.extend(simd::SimdKernel::ConvLogits.all_quads().map(conv_logits::simd_spec));
     for (side, factor) in [(8, F16), (8, F32), (16, F16)] {

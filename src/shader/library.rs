@@ -19,8 +19,8 @@ const MODULES: &[(&str, &str)] = modules![
     "common/half", "common/head", "common/images", "common/inputs", "common/layout",
     "common/light", "common/limits", "common/linear", "common/need", "common/normal",
     "common/output", "common/place", "common/repair", "common/result", "common/scale",
-    "common/simd", "common/tensor", "common/tile", "common/weighted", "conv1x1", "conv3x3",
-    "conv3x3_matrix", "conv3x3_simd", "conv3x3_tiled", "conv_logits_simd", "conv_logits_tiled",
+    "common/simd", "common/simd_input", "common/tensor", "common/tile", "common/weighted",
+    "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_simd", "conv_logits_tiled",
     "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",
     "output_process", "pyramid", "sigmoid", "up_conv_simd", "up_conv_tiled", "upsample",
 ];

@@ -1,5 +1,5 @@
 use proptest::prelude::*;
-use wgdenoise::Precision;
+use wgdenoise::{KernelSet, Precision};
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::Params;
 use wgdenoise::internals::ops::channel_map::channel_map;
@@ -54,7 +54,7 @@ fn copy(
     let weight = (0..n * n).map(|i| if i % (n + 1) == 0 { 1.0 } else { 0.0 }).collect();
     let identity = Params { weight, bias: vec![0.0; n] };
     let map = channel_map(n);
-    let operator = conv1x1(context, &identity, &map);
+    let operator = conv1x1(context, KernelSet::Plain, &identity, &map);
     let source = upload(context, tensor, &map);
     let io = Io { inputs: &[&source], output: target, pooled: None, need: None };
     let call = operator.dispatch(&context.device, &io).expect("a kernel to run");

@@ -1,12 +1,12 @@
 use proptest::prelude::*;
 use proptest::sample;
-use wgdenoise::Precision;
 use wgdenoise::internals::model::Params;
 use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::conv1x1::conv1x1;
 use wgdenoise::internals::reference;
+use wgdenoise::{KernelSet, Precision};
 
-use wgdenoise_testing::gpu::{PRECISIONS, context, stored, sum_tolerance};
+use wgdenoise_testing::gpu::{context, stored, sum_tolerance, variants};
 use wgdenoise_testing::run::run;
 use wgdenoise_testing::{Random, compare, run_cases};
 
@@ -24,9 +24,9 @@ const CASES: [Case; 7] = [
 ];
 
 #[test]
-fn conv1x1_equals_the_reference_in_both_precisions() {
-    let cases = CASES.iter().flat_map(|case| PRECISIONS.map(|precision| (*case, precision)));
-    run_cases(cases, |&(case, precision)| check(case, precision));
+fn conv1x1_equals_the_reference_in_every_variant() {
+    let cases = CASES.iter().flat_map(|case| variants().into_iter().map(|v| (*case, v)));
+    run_cases(cases, |&(case, variant)| check(case, variant));
 }
 
 proptest! {
@@ -34,20 +34,20 @@ proptest! {
     #[test]
     fn conv1x1_equals_the_reference_at_any_shape(
         case in (1_usize..40, 1_usize..40, 1_usize..20, 1_usize..40),
-        precision in sample::select(&PRECISIONS[..]),
+        variant in sample::select(variants()),
     ) {
-        check(case, precision).map_err(TestCaseError::fail)?;
+        check(case, variant).map_err(TestCaseError::fail)?;
     }
 }
 
-fn check(case: Case, precision: Precision) -> Result<(), String> {
+fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(), String> {
     let (inputs, outputs, height, width) = case;
     let mut random = Random::new(inputs as u64 * 1000 + outputs as u64);
     let weight = random.values(outputs * inputs);
     let params = Params { weight, bias: random.values(outputs) };
     let input = stored(&random.tensor(inputs, height, width), precision);
     let (context, map) = (context(precision), channel_map(inputs));
-    let operator = conv1x1(context, &params, &map);
+    let operator = conv1x1(context, kernels, &params, &map);
     let found = run(context, &operator, &input, &map, [outputs, height, width]);
     let expected = reference::conv1x1(&input, &params.weight, &params.bias);
     compare(&found, &expected, sum_tolerance(inputs, precision))

@@ -25,6 +25,8 @@ use crate::shader::ShaderRoot;
 /// The operator a generated kernel computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum SimdKernel {
+    /// [`super::conv1x1`].
+    Conv1x1,
     /// [`super::conv3x3`].
     Conv3x3,
     /// [`super::up_conv`].
@@ -41,6 +43,7 @@ pub const LANES: u32 = SIMD_LANES;
 impl SimdKernel {
     fn name(self) -> &'static str {
         match self {
+            Self::Conv1x1 => "conv1x1",
             Self::Conv3x3 => "conv3x3",
             Self::UpConv => "up_conv",
             Self::Head => "head",
@@ -72,7 +75,7 @@ impl SimdKernel {
     #[must_use]
     pub fn all_quads(self) -> std::ops::RangeInclusive<usize> {
         match self {
-            Self::Conv3x3 | Self::ConvLogits => 1..=4,
+            Self::Conv1x1 | Self::Conv3x3 | Self::ConvLogits => 1..=4,
             Self::UpConv => 1..=2,
             Self::Head => 1..=1,
         }
@@ -83,7 +86,7 @@ impl SimdKernel {
         match self {
             Self::Conv3x3 | Self::ConvLogits => &[walk::ROWS],
             Self::UpConv => &[walk::SKIP, walk::LOW],
-            Self::Head => &[walk::POINT],
+            Self::Conv1x1 | Self::Head => &[walk::POINT],
         }
     }
 }

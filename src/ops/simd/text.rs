@@ -11,10 +11,10 @@ const CHANNELS: [&str; 4] = ["x", "y", "z", "w"];
 /// The entry point's imports from `shaders/`.
 fn imports(shape: SimdKernel) -> &'static str {
     match shape {
-        SimdKernel::Conv3x3 => {
+        SimdKernel::Conv1x1 | SimdKernel::Conv3x3 => {
             "import package::common::conv_output::{activated, bias, output};
 import package::common::simd::{any_needed, weights};
-import package::conv3x3_simd::input;"
+import package::common::simd_input::input;"
         }
         SimdKernel::UpConv => {
             "import package::common::conv_output::{activated, bias, output};
@@ -26,7 +26,8 @@ import package::up_conv_simd::{low, skip};"
             "import package::common::conv_logits::{feature_of, logits_bias};
 import package::common::conv_output::{activated, bias, output};
 import package::common::simd::{any_needed, weights};
-import package::conv_logits_simd::{input, logits_weights};"
+import package::common::simd_input::input;
+import package::conv_logits_simd::logits_weights;"
         }
     }
 }
@@ -36,7 +37,7 @@ pub(super) fn source(shape: SimdKernel, quads: usize) -> String {
     let walks = shape.walks().iter().map(|walk| walk_text(shape, walk, quads));
     let needed = if shape == SimdKernel::Head { "true" } else { "any_needed(x, y)" };
     let tail = match shape {
-        SimdKernel::Conv3x3 | SimdKernel::UpConv => store(shape, quads),
+        SimdKernel::Conv1x1 | SimdKernel::Conv3x3 | SimdKernel::UpConv => store(shape, quads),
         SimdKernel::Head => finish(),
         SimdKernel::ConvLogits => logits(quads),
     };
@@ -141,7 +142,7 @@ fn store(shape: SimdKernel, quads: usize) -> String {
     let vertical = select(select(1, 2, y == size.y - 1), 0, y == 0);
 "
     );
-    let bias = if shape == SimdKernel::UpConv { up_conv_bias } else { conv3x3_bias };
+    let bias = if shape == SimdKernel::UpConv { up_conv_bias } else { plain_bias };
     for k in 0..quads {
         text += &bias(k);
         for p in 0..shape.pixels() {
@@ -153,7 +154,7 @@ fn store(shape: SimdKernel, quads: usize) -> String {
     text + "    }\n"
 }
 
-fn conv3x3_bias(k: usize) -> String {
+fn plain_bias(k: usize) -> String {
     let mut text = format!("    let bias{k} = bias[first + {k}];\n");
     for p in 0..SimdKernel::Conv3x3.pixels() {
         let _ = writeln!(text, "    let bias{k}_{p} = bias{k};");

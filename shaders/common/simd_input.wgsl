@@ -1,4 +1,4 @@
-// The inputs of the generated 3×3 convolution for CPU drivers.
+// The input of the generated convolutions for CPU drivers.
 
 import package::common::tensor::TensorIn;
 
