@@ -115,41 +115,83 @@ fn up_conv(network: &Network, weights: &Weights, i: usize) -> Option<Replacement
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::model::Quality;
+
+    fn unet() -> Weights {
+        let bytes = include_bytes!("../../tests/fixtures/unet_tiny.safetensors");
+        Weights::from_bytes(bytes).unwrap()
+    }
+
+    fn kernel_pyramid() -> Weights {
+        let bytes = include_bytes!("../../tests/fixtures/kernel_tiny.safetensors");
+        Weights::from_bytes(bytes).unwrap()
+    }
+
+    fn names(network: &Network) -> Vec<&str> {
+        network.layers.iter().map(|layer| layer.name.as_str()).collect()
+    }
 
     #[test]
-    fn the_thesis_network_has_18_convolutions_and_4_pools() {
-        let fused = Fused::new(&Weights::builtin(Quality::Fast).unwrap());
-        let count = |op: fn(Op) -> bool| fused.network.layers.iter().filter(|l| op(l.op)).count();
-        assert_eq!(count(|op| matches!(op, Op::Conv3x3 { .. })), 14);
-        assert_eq!(count(|op| matches!(op, Op::UpConv { .. })), 4);
-        assert_eq!(count(|op| op == Op::MaxPool), 4);
-        assert_eq!(fused.network.layers.len(), 22);
-        assert!(fused.head.conv.bias.len() == 3 && fused.head.sigmoid);
+    fn every_decoder_level_becomes_two_layers_and_the_head_splits_off() {
+        let fused = Fused::new(&unet(), 16);
+        let decoder = ["dec_conv1a", "dec_conv1b", "dec_conv0a", "dec_conv0b"];
+        assert_eq!(names(&fused.network)[8..], decoder);
+        let ups = fused.network.layers.iter().filter(|l| matches!(l.op, Op::UpConv { .. }));
+        assert_eq!((ups.count(), fused.network.outputs), (2, vec![12]));
+        let head = fused.head.unwrap();
+        assert!(head.conv.bias.len() == 3 && head.sigmoid);
+    }
+
+    #[test]
+    fn a_kernel_pyramid_ends_in_one_layer_if_that_holds_its_channels() {
+        let weights = kernel_pyramid();
+        let width = weights.metadata().widths[0];
+        let last = ["dec_conv0a", "dec_conv0b+kernel_conv0"];
+        let fused = Fused::new(&weights, width);
+        assert!(fused.head.is_none());
+        assert_eq!(names(&fused.network)[12..], last);
+        let whole = Fused::new(&weights, width - 1);
+        assert_eq!(names(&whole.network)[12..], ["dec_conv0a", "dec_conv0b", "kernel_conv0"]);
+        let last = fused.network.layers.last().unwrap();
+        let params = &fused.params[&last.name];
+        assert_eq!((last.op, params.bias.len()), (Op::ConvLogits, width + 11));
+        assert_eq!(params.weight.len(), 9 * width * width + 11 * width);
+    }
+
+    #[test]
+    fn outputs_stay_the_logits_of_each_level() {
+        for most in [0, 16] {
+            let Fused { network, .. } = Fused::new(&kernel_pyramid(), most);
+            let of_level = |&id: &TensorId| &network.layers[id - 1].name;
+            let found: Vec<_> = network.outputs.iter().map(of_level).collect();
+            assert!(found[0].ends_with("kernel_conv0"), "{found:?}");
+            assert_eq!(found[1..], ["kernel_conv1", "kernel_conv2"]);
+        }
     }
 
     #[test]
     fn a_network_of_oidn_has_16_convolutions_and_4_pools_and_its_head_changes_nothing() {
         let bytes = include_bytes!("../../tests/fixtures/oidn/rt_alb.tza");
-        let fused = Fused::new(&Weights::from_tza(bytes, "rt_alb").unwrap());
+        let fused = Fused::new(&Weights::from_tza(bytes, "rt_alb").unwrap(), 16);
         let is_up = |layer: &&Layer| matches!(layer.op, Op::UpConv { .. });
         let ups: Vec<_> = fused.network.layers.iter().filter(is_up).collect();
         let names: Vec<_> = ups.iter().map(|layer| layer.name.as_str()).collect();
         assert_eq!(names, ["dec_conv4a", "dec_conv3a", "dec_conv2a", "dec_conv1a"]);
         assert_eq!((fused.network.layers.len(), ups[3].inputs[0]), (16 + 4, 0));
-        assert_eq!(fused.head.conv.weight, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
-        assert!(!fused.head.sigmoid);
+        let head = fused.head.unwrap();
+        assert_eq!(head.conv.weight, [1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0]);
+        assert!(!head.sigmoid);
     }
 
     #[test]
     fn layers_read_the_same_tensors_as_before() {
-        let weights = Weights::builtin(Quality::Fast).unwrap();
-        let fused = Fused::new(&weights).network;
-        let made_by = |network: &Network, tensor: TensorId| {
-            tensor.checked_sub(1).map(|i| network.layers[i].name.clone())
-        };
-        let skip = fused.layers.iter().find(|l| l.name == "dec_conv1a").unwrap();
-        let sources: Vec<_> = skip.inputs.iter().map(|&t| made_by(&fused, t).unwrap()).collect();
-        assert_eq!(sources, ["enc_conv1b", "dec_conv2b"]);
+        for weights in [unet(), kernel_pyramid()] {
+            let fused = Fused::new(&weights, 16).network;
+            let made_by = |network: &Network, tensor: TensorId| {
+                tensor.checked_sub(1).map(|i| network.layers[i].name.clone())
+            };
+            let skip = fused.layers.iter().find(|l| l.name == "dec_conv0a").unwrap();
+            let sources = skip.inputs.iter().map(|&t| made_by(&fused, t).unwrap());
+            assert_eq!(sources.collect::<Vec<_>>(), ["enc_conv0b", "dec_conv1b"]);
+        }
     }
 }

@@ -120,6 +120,16 @@ mod tests {
     }
 
     #[test]
+    fn a_kernel_pyramid_sees_128_pixels_far_and_gathers_color_from_32() {
+        // The block gathers from −2 at level 4, after the upsampling from −1 at level 3 and 3×3 there:
+        // −32 at full size, where the confidence sees another 94, plus 2 for the repair.
+        let network = Network::kernel_pyramid(9, &[4, 4, 4, 4, 4]);
+        assert_eq!((halo(&network), color_reach(&network)), (128, 2));
+        // Two levels: −1 at level 1 is gathered from −2, so from −4 at full size.
+        assert_eq!(color_reach(&Network::kernel_pyramid(9, &[4, 4])), 1);
+    }
+
+    #[test]
     fn a_single_level_by_hand() {
         // Two convs at full size (2), aligned at half size: begin −2 → −1, two convs: −3, pooled
         // from −6, two convs: −8, less than a block; with the repair, 18.

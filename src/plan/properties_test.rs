@@ -146,17 +146,27 @@ proptest! {
 fn networks() -> impl Strategy<Value = Network> {
     let widths = prop::collection::vec(1_usize..40, 1..=8);
     let unet = (1_usize..10, widths).prop_map(|(inputs, widths)| Network::unet(inputs, &widths));
+    let widths = prop::collection::vec(1_usize..40, 2..=5);
+    let pyramid =
+        (1_usize..10, widths).prop_map(|(inputs, widths)| Network::kernel_pyramid(inputs, &widths));
     let oidn = |size: OidnSize| {
         let widths = prop::collection::vec(1_usize..40, size.convolutions() - 1);
         (1_usize..10, widths).prop_map(move |(i, widths)| Network::oidn(i, size, &widths))
     };
-    prop_oneof![unet, oidn(OidnSize::Base), oidn(OidnSize::Large)]
+    prop_oneof![unet, pyramid, oidn(OidnSize::Base), oidn(OidnSize::Large)]
 }
 
 /// The pixels of each tensor that some output pixels depend on along one axis, listed one by one.
 fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
     let mut seen = vec![BTreeSet::new(); network.shapes.len()];
-    seen[network.outputs[0]] = output.collect();
+    if network.has_pyramid() {
+        for (&logits, pixels) in network.outputs.iter().zip(gathered(network.outputs.len(), output))
+        {
+            seen[logits] = pixels;
+        }
+    } else {
+        seen[network.outputs[0]] = output.collect();
+    }
     for (i, layer) in network.layers.iter().enumerate().rev() {
         let of = |x: i64| match layer.op {
             Op::Conv3x3 { .. } => vec![x - 1, x, x + 1],
@@ -167,6 +177,23 @@ fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
         };
         let read: BTreeSet<_> = seen[i + 1].iter().copied().flat_map(of).collect();
         layer.inputs.iter().for_each(|&input| seen[input].extend(&read));
+    }
+    seen
+}
+
+/// The pixels of each level of a kernel pyramid that some output pixels depend on.
+fn gathered(levels: usize, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
+    let mut result: BTreeSet<_> = output.collect();
+    let mut seen = Vec::new();
+    for _ in 0..levels {
+        seen.push(result.iter().flat_map(|x| [x - 1, *x, x + 1]).collect::<BTreeSet<_>>());
+        // The pixels of half the resolution on both sides of a pixel's center.
+        result =
+            result.iter().flat_map(|x| [(x - 1).div_euclid(2), (x + 1).div_euclid(2)]).collect();
+    }
+    for level in (1..levels).rev() {
+        let finer: Vec<_> = seen[level].iter().flat_map(|x| [2 * x, 2 * x + 1]).collect();
+        seen[level - 1].extend(finer);
     }
     seen
 }

@@ -188,7 +188,7 @@ mod tests {
             (Quality::High, [7680, 4320], 15),
         ] {
             let weights = Weights::builtin(quality).unwrap();
-            let (fused, plain) = (Fused::new(&weights).network, weights.network().clone());
+            let (fused, plain) = (Fused::new(&weights, 16).network, weights.network().clone());
             assert!(short(&plain, size).1 <= MACS_PER_DISPATCH, "{quality:?} {size:?}, plain");
             let (plan, largest) = short(&fused, size);
             assert!(largest <= MACS_PER_DISPATCH, "{quality:?} {size:?}: {largest}");

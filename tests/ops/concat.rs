@@ -1,11 +1,11 @@
 use proptest::prelude::*;
-use wgdenoise::{KernelSet, Precision};
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::Params;
 use wgdenoise::internals::ops::channel_map::channel_map;
 use wgdenoise::internals::ops::operator::{Io, Operator as _};
 use wgdenoise::internals::ops::{concat, conv1x1::conv1x1};
 use wgdenoise::internals::reference;
+use wgdenoise::{KernelSet, Precision};
 
 use wgdenoise_testing::gpu::{context, download, submit, upload};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
