@@ -2,6 +2,7 @@
 
 use crate::denoiser::Denoiser;
 use crate::denoiser::frame::Frame;
+use crate::denoiser::panorama::Wrapped;
 use crate::denoiser::tile_buffers::TileBuffers;
 use crate::error::{Error, Result};
 use crate::gpu::wait::wait;
@@ -54,6 +55,10 @@ impl Denoiser {
         run: RunTile<'_>,
     ) -> Result<Image> {
         let frame = self.readable(frame)?;
+        if frame.panorama {
+            let wrapped = Wrapped::new(self, &frame)?;
+            return wrapped.unwrap(&self.denoise_by(&wrapped.frame(), progress, run)?);
+        }
         let (width, height) = frame.color.size();
         let inputs = frame.inputs();
         let mut plan = self.tile_plan(width, height, inputs)?;

@@ -27,13 +27,15 @@ pub struct Frame<'a> {
     /// measures it, or uses 1 for weights that do not read unbounded light
     /// ([`TransferFunction::is_hdr`](crate::TransferFunction::is_hdr)).
     pub input_scale: Option<f32>,
+    /// Whether the left and the right edge touch, as in a latlong panorama.
+    pub panorama: bool,
 }
 
 impl<'a> Frame<'a> {
     /// Color alone, with measured exposure.
     #[must_use]
     pub fn new(color: &'a Image) -> Self {
-        Self { color, albedo: None, normal: None, input_scale: None }
+        Self { color, albedo: None, normal: None, input_scale: None, panorama: false }
     }
 
     /// Sets or clears the albedo.
@@ -52,6 +54,12 @@ impl<'a> Frame<'a> {
     #[must_use]
     pub fn input_scale(self, scale: impl Into<Option<f32>>) -> Self {
         Self { input_scale: scale.into(), ..self }
+    }
+
+    /// Sets whether the left and the right edge touch.
+    #[must_use]
+    pub fn panorama(self, panorama: bool) -> Self {
+        Self { panorama, ..self }
     }
 }
 

@@ -3,6 +3,7 @@
 mod blocking;
 pub(crate) mod frame;
 pub(crate) mod options;
+mod panorama;
 pub(crate) mod pass;
 pub mod self_test;
 mod tile_buffers;

@@ -5,6 +5,7 @@ use std::thread;
 
 use crate::denoiser::Denoiser;
 use crate::denoiser::frame::Frame;
+use crate::denoiser::panorama::Wrapped;
 use crate::error::{Error, Result};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::precision::Precision;
@@ -25,6 +26,14 @@ pub struct Verified {
     pub largest: f64,
     /// The root mean square of all differences.
     pub rms: f64,
+}
+
+impl Verified {
+    fn moved_left(mut self, columns: u32) -> Self {
+        self.rect.begin[0] -= columns;
+        self.rect.end[0] -= columns;
+        self
+    }
 }
 
 impl std::fmt::Display for Verified {
@@ -63,13 +72,29 @@ impl Denoiser {
                 "the result to verify is {w}×{h}, but the frame is {width}×{height}"
             )));
         }
+        if frame.panorama {
+            let wrapped = Wrapped::new(self, &frame)?;
+            let (result, columns) = (wrapped.wrap(result)?, wrapped.columns);
+            let verified = self.verify_between(&wrapped.frame(), &result, columns)?;
+            return Ok(verified.map(|verified| verified.moved_left(columns)));
+        }
+        self.verify_between(&frame, result, 0)
+    }
+
+    /// [`verify`](Self::verify) without the first and last `margin` columns, a multiple of 16.
+    fn verify_between(
+        &self,
+        frame: &Frame<'_>,
+        result: &Image,
+        margin: u32,
+    ) -> Result<Option<Verified>> {
         let measure = || reference::autoexposure(frame.color);
         let exposure = Exposure {
             encoding: self.weights().metadata().encoding(),
-            scale: self.known_scale(&frame).unwrap_or_else(measure),
+            scale: self.known_scale(frame).unwrap_or_else(measure),
         };
-        let Some(rect) = noisiest(frame.color, exposure) else { return Ok(None) };
-        let (expected, crop) = self.expected(&frame, exposure.scale, &rect)?;
+        let Some(rect) = noisiest(frame.color, exposure, margin) else { return Ok(None) };
+        let (expected, crop) = self.expected(frame, exposure.scale, &rect)?;
         let verified = compare(result, exposure, &rect, &expected, crop.begin);
         self.tolerance().judge(&verified)?;
         Ok(Some(verified))
@@ -169,14 +194,15 @@ impl Exposure {
 
 /// The noisiest block, or `None` if no block is noisy. Skips blocks with invalid values: the repair
 /// replaces them, so the noise measured there would not be the renderer's.
-fn noisiest(color: &Image, exposure: Exposure) -> Option<Rect> {
-    let (width, height) = color.size();
+fn noisiest(color: &Image, exposure: Exposure, margin: u32) -> Option<Rect> {
+    let (width, height) = (color.width() - 2 * margin, color.height());
     let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
     let count = columns as usize * rows as usize;
     let step = (count as f64 / MOST_BLOCKS as f64).sqrt().ceil() as usize;
     let block = |x: u32, y: u32| {
         let begin = [x * BLOCK, y * BLOCK];
         let end = [(begin[0] + BLOCK).min(width), (begin[1] + BLOCK).min(height)];
+        let [begin, end] = [begin, end].map(|[x, y]| [x + margin, y]);
         Rect { begin, end }
     };
     let noise = |rect: Rect| Some((noise(&cut(color, &rect), exposure)?, rect));

@@ -6,6 +6,7 @@ mod faults;
 mod kernel_pyramid;
 mod oidn;
 mod overflow;
+mod panorama;
 mod pass;
 mod profile;
 mod shipped;

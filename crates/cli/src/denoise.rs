@@ -82,6 +82,7 @@ impl Batch<'_> {
             .albedo(picture.albedo())
             .normal(picture.normal())
             .input_scale(self.request.input_scale)
+            .panorama(picture.is_panorama())
     }
 
     fn denoise_and_write(

@@ -169,6 +169,16 @@ impl Picture {
         &self.color
     }
 
+    /// Whether the left and the right edge of the picture touch: it is an EXR file whose attribute
+    /// `envmap` says latlong.
+    #[must_use]
+    pub fn is_panorama(&self) -> bool {
+        match &self.source {
+            Source::Exr { file, choice } => file.is_panorama(choice.color.part),
+            Source::Ldr(_) => false,
+        }
+    }
+
     /// Whether the file is display-referred, as PNG and JPEG are: color from 0 to 1.
     #[must_use]
     pub fn is_display_referred(&self) -> bool {

@@ -51,7 +51,10 @@ pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Fa
     let before = wgdenoise_metrics::compare(picture.color(), truth.color())?;
     let (gpu, options) = session::open(&request.device)?;
     let (width, height) = picture.color().size();
-    let frame = Frame::new(picture.color()).albedo(picture.albedo()).normal(picture.normal());
+    let frame = Frame::new(picture.color())
+        .albedo(picture.albedo())
+        .normal(picture.normal())
+        .panorama(picture.is_panorama());
     let report = Report {
         noisy: name(&request.noisy),
         reference: name(&request.reference),

@@ -9,7 +9,7 @@ use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
 
 use ::exr::meta::MetaData;
-use ::exr::meta::attribute::{IntegerBounds, SampleType};
+use ::exr::meta::attribute::{EnvironmentMap, IntegerBounds, SampleType};
 
 use self::text::name;
 use ::exr::meta::header::Header;
@@ -80,6 +80,13 @@ impl ExrFile {
     #[must_use]
     pub fn window(&self, part: usize) -> IntegerBounds {
         self.meta.headers[part].data_window()
+    }
+
+    /// Whether a part covers all directions around the viewer by latitude and longitude.
+    #[must_use]
+    pub fn is_panorama(&self, part: usize) -> bool {
+        let map = self.meta.headers[part].own_attributes.environment_map;
+        map == Some(EnvironmentMap::LatitudeLongitude)
     }
 
     /// Reads layers at full size, each in its own part's window.

@@ -243,3 +243,19 @@ fn of_two_views_the_one_that_is_named_is_denoised() {
     assert!(matches!(error.problem, crate::Problem::AmbiguousColor(_)), "{error}");
     assert!(error.to_string().contains("layers that could be the color"), "{error}");
 }
+
+#[test]
+fn only_a_latlong_environment_is_a_panorama() {
+    let cases = [
+        (None, false),
+        (Some(EnvironmentMap::LatitudeLongitude), true),
+        (Some(EnvironmentMap::Cube), false),
+    ];
+    for (environment_map, expected) in cases {
+        let mut layer = layer("sky", (6, 4), Encoding::default(), rgb(24));
+        layer.attributes.environment_map = environment_map;
+        let folder = Folder::new();
+        let picture = Picture::open(&folder.with(&image(vec![layer])), &LayerChoice::default());
+        assert_eq!(picture.unwrap().is_panorama(), expected, "{environment_map:?}");
+    }
+}

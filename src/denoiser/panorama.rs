@@ -1,0 +1,77 @@
+//! Panoramas: frames whose left and right edges touch.
+
+use super::Denoiser;
+use super::frame::Frame;
+use crate::error::Result;
+use crate::image::Image;
+
+/// A panorama with as many columns repeated beyond both edges as a pixel sees, so that the edges
+/// are denoised like any other place.
+#[derive(Debug)]
+pub(crate) struct Wrapped {
+    color: Image,
+    albedo: Option<Image>,
+    normal: Option<Image>,
+    input_scale: Option<f32>,
+    /// The columns added on each side.
+    pub(crate) columns: u32,
+}
+
+impl Wrapped {
+    pub(crate) fn new(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Self> {
+        let columns = denoiser.network(frame.inputs())?.halo;
+        let wrap = |image: &Image| wrap(image, columns);
+        Ok(Self {
+            color: wrap(frame.color)?,
+            albedo: frame.albedo.map(wrap).transpose()?,
+            normal: frame.normal.map(wrap).transpose()?,
+            input_scale: frame.input_scale,
+            columns,
+        })
+    }
+
+    /// The frame of the larger images.
+    pub(crate) fn frame(&self) -> Frame<'_> {
+        let images = Frame::new(&self.color).albedo(self.albedo.as_ref());
+        images.normal(self.normal.as_ref()).input_scale(self.input_scale)
+    }
+
+    /// An image of the panorama's size with the columns added that the frame's images have.
+    pub(crate) fn wrap(&self, image: &Image) -> Result<Image> {
+        wrap(image, self.columns)
+    }
+
+    /// The middle of an image of the frame's size.
+    pub(crate) fn unwrap(&self, image: &Image) -> Result<Image> {
+        let columns = self.columns as usize..(image.width() - self.columns) as usize;
+        let rows = (0..image.height()).flat_map(|y| &image.row(y)[columns.clone()]);
+        let pixels = rows.copied().collect();
+        Image::new(image.width() - 2 * self.columns, image.height(), pixels)
+    }
+}
+
+fn wrap(image: &Image, columns: u32) -> Result<Image> {
+    let mut wrapped = Image::filled(image.width() + 2 * columns, image.height(), [0.0; 3])?;
+    let (width, columns) = (image.width() as usize, columns as usize);
+    let from = |x: usize| (x + width * columns - columns) % width;
+    for (y, row) in (0..).zip(wrapped.pixels_mut().chunks_exact_mut(width + 2 * columns)) {
+        for (x, pixel) in row.iter_mut().enumerate() {
+            *pixel = image.row(y)[from(x)];
+        }
+    }
+    Ok(wrapped)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn columns_repeat_beyond_both_edges_as_often_as_needed() {
+        let pixels = [1.0, 2.0, 3.0, 4.0, 5.0, 6.0].map(|v| [v; 3]);
+        let image = Image::new(3, 2, pixels.to_vec()).unwrap();
+        let found = wrap(&image, 4).unwrap();
+        let row: Vec<_> = found.row(1).iter().map(|pixel| pixel[0]).collect();
+        assert_eq!(row, [6.0, 4.0, 5.0, 6.0, 4.0, 5.0, 6.0, 4.0, 5.0, 6.0, 4.0]);
+    }
+}

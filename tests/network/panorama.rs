@@ -1,0 +1,36 @@
+//! Frames whose left and right edges touch.
+
+use wgdenoise::{Image, Inputs, KernelSet, Options, Precision};
+
+use crate::support::{denoiser_of, frame, images, same_bits, tiny, tiny_kernels};
+
+/// A multiple of the networks' alignment, so that turning it moves no pooling window.
+const SIZE: [u32; 2] = [96, 40];
+
+/// The image after a turn by some columns.
+fn turned(image: &Image, columns: usize) -> Image {
+    let mut image = image.clone();
+    let width = image.width() as usize;
+    image.pixels_mut().chunks_exact_mut(width).for_each(|row| row.rotate_left(columns));
+    image
+}
+
+#[test]
+fn a_turned_panorama_becomes_the_turned_result() {
+    for weights in [tiny(), tiny_kernels()] {
+        let options = Options::default().kernels(KernelSet::Tiled).precision(Precision::F32);
+        let denoiser = denoiser_of(&weights, &options);
+        let images = images(SIZE[0], SIZE[1]);
+        let turned_images = images.each_ref().map(|image| turned(image, 48));
+        let denoise = |images: &[Image; 3], panorama| {
+            let frame = frame(images, Inputs::ALL).input_scale(0.1).panorama(panorama);
+            let result = denoiser.denoise(&frame).expect("the frame is fine");
+            assert!(denoiser.verify(&frame, &result).expect("it is right").is_some());
+            result
+        };
+        let expected = turned(&denoise(&images, true), 48);
+        same_bits(&denoise(&turned_images, true), &expected).unwrap();
+        // Only the edges differ from a picture with ends.
+        same_bits(&denoise(&turned_images, false), &expected).unwrap_err();
+    }
+}
