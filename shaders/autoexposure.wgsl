@@ -1,13 +1,13 @@
 // The scale that brings an image to the exposure the network was trained at, as Open Image Denoise
 // defines it: 0.18 / exp2(mean over bins of log2(mean luminance of the bin)). Made robust: bad
 // pixels do not count, one pixel cannot move a bin by more than its second brightest allows, and
-// what counts as unlit depends on the brightest bin, so that the scale follows any exposure. `bins`
+// bins far darker than the bright ones, such as a background or a letterbox, have no weight. `bins`
 // computes one bin per invocation, from a band of the image's rows. `reduce` then turns all bins
 // into the scale, in a fixed order, so that the result does not depend on the bands.
 
 import package::common::color::load_color;
 import package::common::layout::Layout;
-import package::common::light::{GREY, OUTLIER, is_finite, lit, luminance};
+import package::common::light::{GREY, is_finite, lit, luminance};
 
 struct Band {
     image_size: vec2<u32>,   // of the whole image, pixels
@@ -24,9 +24,11 @@ struct Band {
 @group(0) @binding(3) var<storage, read_write> input_scale: f32;
 
 const SMALLEST = 1.1754944e-38;   // smaller values are 0 on many GPUs
-const RANGE = 33.0;          // bins 2^33 times darker than the brightest are unlit
+const SPIKE = 16.0;          // a bin's brightest pixel counts as so many times the second at most
 const LONE = 1024.0;         // offset of bins with a lone lit pixel: more than any log2
 const UNLIT = -4096.0;       // a bin without light
+const DARKEST = -11.0;       // a bin has no weight so far below a bright one, in powers of two,
+const FADE = 2.0;            // and full weight so much above that
 
 // −1 if the pixel is bad.
 fn luminance_at(x: u32, y: u32) -> f32 {
@@ -68,7 +70,7 @@ fn log_of_bin(begin: vec2<u32>, end: vec2<u32>) -> f32 {
         }
     }
     let is_lone = count > 1u && second == 0.0;
-    let most = select(OUTLIER * second, brightest, is_lone || count == 1u);
+    let most = select(SPIKE * second, brightest, is_lone || count == 1u);
     let mean = (sum + min(brightest, most)) / f32(max(count, 1u));
     if mean < SMALLEST {
         return UNLIT;
@@ -76,49 +78,101 @@ fn log_of_bin(begin: vec2<u32>, end: vec2<u32>) -> f32 {
     return log2(mean) - select(0.0, LONE, is_lone);
 }
 
-const LANES = 256u;
-var<workgroup> sums: array<f32, LANES>;
-var<workgroup> counts: array<u32, LANES>;
-
-// The maximum over all lanes.
-fn maximum(lane: u32, value: f32) -> f32 {
-    sums[lane] = value;
-    for (var half = LANES / 2u; half > 0u; half /= 2u) {
-        workgroupBarrier();
-        if lane < half {
-            sums[lane] = max(sums[lane], sums[lane + half]);
-        }
-    }
-    return workgroupUniformLoad(&sums[0]);
+// Keys sort like the values.
+fn key_of(value: f32) -> u32 {
+    let bits = bitcast<u32>(value);
+    return select(bits | 0x80000000u, ~bits, bits >= 0x80000000u);
 }
 
-@compute @workgroup_size(256)
-fn reduce(@builtin(local_invocation_index) lane: u32) {
-    let total = band.bins.x * band.bins.y;
-    var most = UNLIT;
-    for (var i = lane; i < total; i += LANES) {
-        most = max(most, log_luminance[i]);
+fn value_of(key: u32) -> f32 {
+    return bitcast<f32>(select(~key, key & 0x7fffffffu, key >= 0x80000000u));
+}
+
+const LANES = 256u;
+const DIGITS = 16u;          // of a key, two bits each
+// How many keys are below each threshold of `value_at`, three per digit; then the lit bins and the
+// lone ones. Every count has a place of its own, so that one barrier is enough for each digit.
+const COUNTS = 3u * DIGITS + 2u;
+var<workgroup> counts: array<atomic<u32>, COUNTS>;
+var<workgroup> sums: array<vec2<f32>, LANES>;
+
+fn bin_count() -> u32 {
+    return band.bins.x * band.bins.y;
+}
+
+// The bins that matter: all lit ones that are not lone, or else the lone ones.
+fn candidates(lane: u32) -> u32 {
+    var lit = 0u;
+    var lone = 0u;
+    for (var i = lane; i < bin_count(); i += LANES) {
+        let value = log_luminance[i];
+        let is_lone = value < -0.5 * LONE;
+        lit += select(1u, 0u, is_lone);
+        lone += select(0u, 1u, is_lone && value != UNLIT);
     }
-    let brightest = maximum(lane, most);
-    var sum = 0.0;
-    var count = 0u;
-    for (var i = lane; i < total; i += LANES) {
-        let counted = log_luminance[i] > brightest - RANGE;
-        sum += select(0.0, log_luminance[i] - brightest, counted);
-        count += select(0u, 1u, counted);
+    atomicAdd(&counts[3u * DIGITS], lit);
+    atomicAdd(&counts[3u * DIGITS + 1u], lone);
+    workgroupBarrier();
+    let all_lit = atomicLoad(&counts[3u * DIGITS]);
+    return select(all_lit, atomicLoad(&counts[3u * DIGITS + 1u]), all_lit == 0u);
+}
+
+// The value with `rank` others below it. Finds its key digit by digit, from the highest down, by
+// counting how many keys are below each choice.
+fn value_at(rank: u32, lane: u32) -> f32 {
+    var key = 0u;
+    for (var digit = 0u; digit < DIGITS; digit++) {
+        let step = 1u << (2u * (DIGITS - 1u - digit));
+        let choices = key + step * vec3(1u, 2u, 3u);
+        var below = vec3<u32>();
+        for (var i = lane; i < bin_count(); i += LANES) {
+            below += select(vec3(0u), vec3(1u), vec3(key_of(log_luminance[i])) < choices);
+        }
+        for (var choice = 0u; choice < 3u; choice++) {
+            atomicAdd(&counts[3u * digit + choice], below[choice]);
+        }
+        workgroupBarrier();
+        for (var choice = 0u; choice < 3u; choice++) {
+            key += select(0u, step, atomicLoad(&counts[3u * digit + choice]) <= rank);
+        }
     }
-    sums[lane] = sum;
-    counts[lane] = count;
+    return value_of(key);
+}
+
+// The sum over all lanes, at lane 0.
+fn total(lane: u32, share: vec2<f32>) -> vec2<f32> {
+    sums[lane] = share;
     for (var half = LANES / 2u; half > 0u; half /= 2u) {
         workgroupBarrier();
         if lane < half {
             sums[lane] += sums[lane + half];
-            counts[lane] += counts[lane + half];
         }
     }
+    return sums[lane];
+}
+
+// Unlit bins sort below lone ones and those below the others, so a rank among the candidates is one
+// among all bins, and whatever is no candidate is too dark to have weight.
+@compute @workgroup_size(256)
+fn reduce(@builtin(local_invocation_index) lane: u32) {
+    // Workgroup memory does not begin as zeros here.
+    if lane < COUNTS {
+        atomicStore(&counts[lane], 0u);
+    }
+    workgroupBarrier();
+    let count = candidates(lane);
+    let rank = bin_count() - count + (max(count, 1u) - 1u) * 19u / 20u;
+    let bright = value_at(rank, lane);
+    var sum = vec2<f32>();
+    for (var i = lane; i < bin_count(); i += LANES) {
+        let offset = log_luminance[i] - bright;
+        let weight = saturate((offset - DARKEST) / FADE);
+        sum += weight * vec2(offset, 1.0);
+    }
+    let all = total(lane, sum);
     if lane == 0u {
-        let offset = select(0.0, LONE, brightest < -0.5 * LONE);
-        let mean = brightest + offset + sums[0] / f32(counts[0]);
-        input_scale = select(GREY / exp2(mean), 1.0, brightest == UNLIT);
+        let lone = select(0.0, LONE, bright < -0.5 * LONE);
+        let mean = bright + lone + all.x / all.y;
+        input_scale = select(GREY / exp2(mean), 1.0, count == 0u);
     }
 }

@@ -1,43 +1,55 @@
 //! The input scale that brings an image's average luminance to middle gray.
 
-use super::repair::{GREY, MOST, OUTLIER, is_finite, luminance};
+use super::repair::{GREY, MOST, is_finite, luminance};
 use crate::image::Image;
 
 /// Longest side of a bin in pixels.
 const BIN: usize = 16;
-/// A bin this many times darker than the brightest is black and tells nothing about the exposure.
-const RANGE: f64 = (1_u64 << 33) as f64;
+/// The brightest pixel of a bin counts as at most this many times the second brightest.
+const SPIKE: f64 = 16.0;
 /// Darker bins are black: many GPUs flush smaller values to 0.
 const DARKEST: f64 = f32::MIN_POSITIVE as f64;
 
-/// `0.18 / 2^m`, where `m` is the mean of `log₂` of the luminance over all lit bins; 1 if none is
-/// lit. Positive and finite for any image.
+/// `0.18 / 2^m`, where `m` is the weighted mean of `log₂` of the luminance over all lit bins; 1 if
+/// none is lit. Positive and finite for any image.
 ///
 /// Each side is divided into the fewest bins of at most 16 pixels, as equal as possible. A bin's
 /// luminance is the mean over its finite pixels, with negative values counting as 0 and the
 /// brightest pixel as at most 16 times the second brightest. A bin is lit if it exceeds the
-/// smallest normal 32-bit float and is at most 2³³ times darker than the brightest bin. A bin with
-/// a single lit pixel and no other light may be black apart from a firefly; such bins count only if
-/// the image has no other light.
+/// smallest normal 32-bit float. A bin with a single lit pixel and no other light may be black
+/// apart from a firefly; such bins count only if the image has no other light.
+///
+/// The bright bins decide which others tell something about the exposure. `q` is the bin that is
+/// brighter than 95 % of the lit ones, which neither a few lamps nor a dark background of up to
+/// four fifths can move out of the scene. Bins 2¹¹ times darker than `q` have no weight, those up
+/// to 2⁹ times darker have full weight, with a linear transition in `log₂`.
 ///
 /// After the autoexposure of Intel Open Image Denoise, which follows Reinhard et al., "Photographic
 /// Tone Reproduction for Digital Images" (2002). That one neither limits the brightest pixel nor
-/// treats single pixels specially, and takes bins of at most 1e-8 for black.
+/// treats single pixels specially, and all bins above 1e-8 have the same weight.
 #[must_use]
 pub fn autoexposure(color: &Image) -> f32 {
     let (width, height) = (color.width() as usize, color.height() as usize);
     let places =
         bins(height).flat_map(|rows| bins(width).map(move |columns| (rows.clone(), columns)));
     let all: Vec<Bin> = places.map(|(rows, columns)| bin(color, rows, columns)).collect();
-    let any = all.iter().any(|bin| bin.mean >= DARKEST && !bin.lone);
-    let means: Vec<f64> = all.iter().filter(|bin| bin.lone != any).map(|bin| bin.mean).collect();
-    let brightest = means.iter().copied().fold(0.0, f64::max);
-    let lit = means.into_iter().filter(|&mean| mean >= DARKEST && mean > brightest / RANGE);
-    let logs: Vec<f64> = lit.map(f64::log2).collect();
+    let lit: Vec<&Bin> = all.iter().filter(|bin| bin.mean >= DARKEST).collect();
+    let any = lit.iter().any(|bin| !bin.lone);
+    let counted = lit.into_iter().filter(|bin| bin.lone != any);
+    let logs: Vec<f64> = counted.map(|bin| bin.mean.log2()).collect();
     if logs.is_empty() {
         return 1.0;
     }
-    (GREY / (logs.iter().sum::<f64>() / logs.len() as f64).exp2()) as f32
+    (GREY / mean_of_bright(logs).exp2()) as f32
+}
+
+/// The mean of the logarithms that are not too far below the bright ones.
+fn mean_of_bright(mut logs: Vec<f64>) -> f64 {
+    logs.sort_by(f64::total_cmp);
+    let q = logs[(logs.len() - 1) * 19 / 20];
+    let weight = |log: f64| ((log - q + 11.0) / 2.0).clamp(0.0, 1.0);
+    let sum: f64 = logs.iter().map(|&log| weight(log) * log).sum();
+    sum / logs.iter().map(|&log| weight(log)).sum::<f64>()
 }
 
 struct Bin {
@@ -60,7 +72,7 @@ fn bin(color: &Image, rows: std::ops::Range<usize>, columns: std::ops::Range<usi
     lights.sort_by(|a, b| b.total_cmp(a));
     let lone = lights.len() > 1 && lights[0] > 0.0 && lights[1] == 0.0;
     if lights.len() > 1 && !lone {
-        lights[0] = lights[0].min(OUTLIER * lights[1]);
+        lights[0] = lights[0].min(SPIKE * lights[1]);
     }
     // A bin without a finite pixel is black.
     Bin { mean: lights.iter().sum::<f64>() / lights.len().max(1) as f64, lone }
@@ -108,16 +120,16 @@ mod tests {
 
     #[test]
     fn black_bins_and_bad_pixels_do_not_count() {
-        let mut image = Image::filled(40, 1, [2.0; 3]).expect("a valid image");
-        image.pixels_mut()[..13].fill([1e-10; 3]);
-        image.pixels_mut()[13..26].fill([1.0, f32::INFINITY, 1.0]);
+        let mut image = Image::filled(56, 1, [2.0; 3]).expect("a valid image");
+        image.pixels_mut()[..14].fill([1e-10; 3]);
+        image.pixels_mut()[14..28].fill([1.0, f32::INFINITY, 1.0]);
         assert_near(autoexposure(&image), 0.09);
-        // Of the last bin's 14 pixels, half are now bad, and the others make the mean.
-        image.pixels_mut()[26..33].fill([f32::NAN, 1.0, 1.0]);
+        // Of the third bin's 14 pixels, half are now bad, and the others make the mean.
+        image.pixels_mut()[28..35].fill([f32::NAN, 1.0, 1.0]);
         assert_near(autoexposure(&image), 0.09);
-        // Negative values count as 0.
-        image.pixels_mut()[26..33].fill([-5.0; 3]);
-        assert_near(autoexposure(&image), 0.18);
+        // Negative values count as 0: the bins have 1 and 2.
+        image.pixels_mut()[28..35].fill([-5.0; 3]);
+        assert_near(autoexposure(&image), 0.18 / 2_f32.sqrt());
         for black in [0.0, -1.0, f32::NAN, 1e-42] {
             let image = Image::filled(5, 5, [black; 3]).expect("a valid image");
             assert_eq!(autoexposure(&image), 1.0);
@@ -130,8 +142,8 @@ mod tests {
         for exposure in [1e-25, 1e-12, 1.0, 1e12, 1e25] {
             let pixels = values.iter().flat_map(|p| vec![p.map(|v| v * exposure); 16]).collect();
             let image = Image::new(80, 1, pixels).expect("a valid image");
-            // The mean of the logarithms of 1, 0.5, 2 and 3e-9.
-            assert_near(autoexposure(&image) * exposure, 0.18 / 3e-9_f32.powf(0.25));
+            // The mean of the logarithms of 1, 0.5 and 2. That of 3e-9 is too far below.
+            assert_near(autoexposure(&image) * exposure, 0.18);
         }
     }
 
@@ -152,6 +164,28 @@ mod tests {
             image.pixels_mut()[48 * 9 + x] = [16.0; 3];
         }
         assert_near(autoexposure(&image), 0.18);
+    }
+
+    #[test]
+    fn the_weight_of_a_bin_fades_between_512_and_2048_times_darker_than_the_bright_ones() {
+        let dark = [(9.0, 1.0), (9.5, 0.75), (10.0, 0.5), (11.0, 0.0), (20.0, 0.0)];
+        for (steps, weight) in dark {
+            let mut image = Image::filled(48, 1, [1.0; 3]).expect("a valid image");
+            image.pixels_mut()[16..32].fill([(-steps as f32).exp2(); 3]);
+            let mean = -weight * steps / (2.0 + weight);
+            assert_near(autoexposure(&image), 0.18 / mean.exp2() as f32);
+        }
+    }
+
+    #[test]
+    fn nineteen_in_twenty_lit_bins_are_darker_than_the_bright_one() {
+        // Of 21 bins, the 20th by brightness decides: with one lamp, that is the scene.
+        for (lamps, counted) in [(1, 21.0), (2, 2.0)] {
+            let mut image = Image::filled(21 * 16, 1, [1.0; 3]).expect("a valid image");
+            image.pixels_mut()[..16 * lamps].fill([65536.0; 3]);
+            let mean = 16.0 * lamps as f32 / counted;
+            assert_near(autoexposure(&image), 0.18 / mean.exp2());
+        }
     }
 
     #[test]

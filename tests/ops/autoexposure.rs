@@ -64,6 +64,87 @@ fn bands_of_rows_make_the_same_bits_as_the_whole_image() {
     }
 }
 
+/// Bins from 2⁻²⁴ to 2¹⁶: above, within and below the transition, up to 15 360 bins.
+#[test]
+fn the_bright_bins_are_found_among_many_of_any_level() {
+    run_cases([[16_u32, 16], [48, 16], [320, 16], [400, 290], [2048, 1920]], |&[width, height]| {
+        let mut random = Random::new(u64::from(width));
+        let columns = width.div_ceil(16);
+        let levels: Vec<f32> = (0..columns * height.div_ceil(16))
+            .map(|_| (20.0 * random.value() - 4.0).exp2())
+            .collect();
+        let level = |i| levels[(i / width / 16 * columns + i % width / 16) as usize];
+        let pixels = (0..width * height).map(|i| [level(i); 3]).collect();
+        let image = Image::new(width, height, pixels).expect("the count is right");
+        let whole = [Band::whole(width, height, Layout::packed(width))];
+        compare_scale(run(&image, &whole), reference::autoexposure(&image))
+    });
+}
+
+/// Borders of whole bins: a bin that is half scene and half background is neither.
+#[test]
+fn a_dark_background_leaves_the_scale_that_the_scene_has_alone() {
+    let scenes = [[32, 16], [48, 64], [160, 112]];
+    let levels = [0.0, 1e-6, 1e-4];
+    let cases = scenes.into_iter().flat_map(|scene| {
+        levels.into_iter().flat_map(move |level| {
+            [0.3, 0.6, 0.8]
+                .into_iter()
+                .flat_map(move |share| [false, true].map(|noisy| (scene, level, share, noisy)))
+        })
+    });
+    run_cases(cases, |&([width, height], level, share, noisy)| {
+        let scene = image(width, height, |v| 0.1 + v.abs() * 2.0);
+        let rows = (f64::from(height) * share / (1.0 - share) / 16.0) as u32 * 16;
+        let mut random = Random::new(9);
+        let mut dark = || level * if noisy { -2.0 * random.value().abs().ln() } else { 1.0 };
+        let mut pixels: Vec<_> = (0..width * rows).map(|_| [0; 3].map(|_| dark())).collect();
+        let behind = (width * (rows / 32 * 16)) as usize;
+        pixels.splice(behind..behind, scene.pixels().iter().copied());
+        let alone = scale_of(&scene);
+        compare_scale(scale_of(&Image::new(width, height + rows, pixels).unwrap()), alone)
+    });
+}
+
+/// The log average over bins moves by the lamps' share of the bins times their distance from it.
+#[test]
+fn lamps_move_the_scale_no_further_than_the_log_average_would() {
+    let scene = image(160, 160, |v| 0.5 * (6.0 * v).exp2());
+    let alone = scale_of(&scene);
+    for lamps in [[0, 1], [45, 46], [0, 99]] {
+        let mut lit = scene.clone();
+        for (i, pixel) in lit.pixels_mut().iter_mut().enumerate() {
+            if lamps.contains(&(i / 160 / 16 * 10 + i % 160 / 16)) {
+                *pixel = [65504.0; 3];
+            }
+        }
+        let moved = (alone / scale_of(&lit)).log2();
+        let most = 0.02 * (65504.0 / 0.18 * alone).log2();
+        assert!((0.0..most * 1.05).contains(&moved), "{lamps:?}: {moved} of {most}");
+    }
+}
+
+/// As 40 of 100 bins fade by 2¹⁶, the mean falls with them at first, then rises again as they lose
+/// weight, at up to 0.4 · 6.5 / 0.6 times their pace. A limit would make it jump by 0.4 · 11.
+#[test]
+fn a_part_that_gets_dark_never_makes_the_scale_jump() {
+    const STEP: f32 = 1.0 / 16.0;
+    let scale = |fade: u32| {
+        let mut scene = Image::filled(160, 160, [1.0; 3]).unwrap();
+        scene.pixels_mut()[160 * 96..].fill([(-STEP * fade as f32).exp2(); 3]);
+        scale_of(&scene).log2()
+    };
+    let scales: Vec<f32> = (0..=256).map(scale).collect();
+    let largest = scales.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f32::max);
+    assert!((STEP..4.4 * STEP).contains(&largest), "{largest}");
+    assert_eq!(scales[0], scales[256]);
+}
+
+fn scale_of(image: &Image) -> f32 {
+    let (width, height) = image.size();
+    run(image, &[Band::whole(width, height, Layout::packed(width))])
+}
+
 fn image(width: u32, height: u32, value: impl Fn(f32) -> f32) -> Image {
     let mut random = Random::new(u64::from(width * height));
     let pixels = (0..width * height).map(|_| [0; 3].map(|_| value(random.value()))).collect();
