@@ -221,8 +221,6 @@ fn constants_have_the_values_of_the_host() {
     same("activity_spread", "BLOCK", block);
     same("activity_spread", "FAR", f64::from(activity::FAR));
     same("activity_spread", "LAYERS", f64::from(activity::LAYERS));
-    same("activity_spread", "BEND", reference::BEND);
-    same("activity_spread", "DARK", reference::DARK);
     same("head", "BLOCK", block);
     same("input_process", "REPAIR", halo::REPAIR as f64);
     same("input_process", "GREY", reference::GREY);

@@ -1,6 +1,6 @@
 // The end of the network after the sums of its 1×1 convolution: optional sigmoid, inverse transfer
 // function, inverse exposure, crop, blend with the noisy color, store. Clean blocks instead
-// receive their input with its bad pixels filled.
+// receive their input.
 
 import package::common::clean::is_clean;
 import package::common::encoding::decode;

@@ -1,8 +1,8 @@
 // What the end of the network stores for a pixel. Alpha is copied from the noisy color.
 
 import package::common::color::{alpha_of_color, load_color};
-import package::common::fill::filled;
-import package::common::images::COLOR;
+import package::common::encoding::{SIGNED, transfer_function};
+import package::common::light::luminance;
 import package::common::limits::LARGEST_F32;
 import package::common::output::store;
 import package::common::scale::input_scale;
@@ -32,17 +32,12 @@ fn store_linear(at: vec2<u32>, rgb: vec3<f32>) {
     store(at, result, alpha_of_color(tile.color, at));
 }
 
-// Finite and non-negative: such bits sort like their values, up to infinity; −0 counts too.
-fn is_light(bits: vec3<u32>) -> bool {
-    return all((bits < vec3(0x7f800000u)) | (bits == vec3(0x80000000u)));
-}
-
-// Bit for bit, unless the noisy color is not valid light.
+// Bit for bit, unless the noisy color is broken light, which the network would not see either. Only
+// for clean blocks, in which all is finite.
 fn store_noisy(at: vec2<u32>) {
-    let bits = load_color(tile.color, at);
-    var rgb = bitcast<vec3<f32>>(bits);
-    if !is_light(bits) {
-        rgb = max(filled(COLOR, at), vec3(0.0));
+    var rgb = bitcast<vec3<f32>>(load_color(tile.color, at));
+    if transfer_function != SIGNED && luminance(rgb) < 0.0 {
+        rgb = max(rgb, vec3(0.0));
     }
     store(at, rgb, alpha_of_color(tile.color, at));
 }

@@ -40,8 +40,8 @@ pub struct Options {
     pub timeout: Option<Duration>,
     /// Which convolution kernels run.
     pub kernels: KernelSet,
-    /// Whether noise-free blocks of 16×16 pixels, such as an empty background, keep their color
-    /// and skip the network: `true` by default. The plain kernels never skip.
+    /// Whether blocks of 16×16 pixels in constant surroundings, such as an empty background, keep
+    /// their color and skip the network: `true` by default. The plain kernels never skip.
     pub skip_clean: bool,
     /// The matrix shape that `Auto` may use. Only the adapter knows it, so pass the result of
     /// [`MatrixShape::of`]. `None`, the default, rules the matrix kernels out.

@@ -51,10 +51,6 @@ impl std::fmt::Display for Verified {
 /// Upper bound on the blocks whose noise is measured; this many take a tenth of a second.
 const MOST_BLOCKS: usize = 4096;
 
-/// A block whose mean second difference exceeds this is not clean (see [`crate::ops::activity`]),
-/// so the network has worked on it.
-const NOISY: f64 = 2.0 * reference::BEND;
-
 impl Denoiser {
     /// Compares a result of [`denoise`](Self::denoise) with the naive CPU functions, which compute
     /// in 64 bits. Checks the noisiest 16×16 block, out of up to 4096 spread over the frame, and
@@ -209,7 +205,9 @@ fn noisiest(color: &Image, exposure: Exposure, margin: u32) -> Option<Rect> {
     let along = |side: u32| (0..side).step_by(step);
     let blocks = along(rows).flat_map(|y| along(columns).map(move |x| block(x, y)));
     let noisiest = blocks.filter_map(noise).max_by(|a, b| a.0.total_cmp(&b.0));
-    noisiest.filter(|(noise, _)| *noise > NOISY).map(|(_, rect)| rect)
+    // A block without any is constant or a ramp: the network may have skipped it (see
+    // [`crate::ops::activity`]).
+    noisiest.filter(|(noise, _)| *noise > 0.0).map(|(_, rect)| rect)
 }
 
 /// The mean absolute second difference of a block's encoded rows and columns.

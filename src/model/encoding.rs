@@ -26,16 +26,6 @@ impl Encoding {
         let curve = f64::from(self.transfer_function as u8);
         [("transfer_function", curve), ("brightest", f64::from(self.brightest()))]
     }
-
-    /// The encoding in which equal steps look about equally large: this one, but with
-    /// [`TransferFunction::Pu`] for light, because a logarithm of `y + 1` flattens the dark parts.
-    #[must_use]
-    pub fn perceptual(self) -> Self {
-        match self.transfer_function {
-            TransferFunction::Log => Self { transfer_function: TransferFunction::Pu, ..self },
-            _ => self,
-        }
-    }
 }
 
 /// The value that the bounded curves for light map to 1.

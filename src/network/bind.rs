@@ -73,7 +73,7 @@ pub(crate) struct Bound<'a> {
     pub(crate) output: ImageBinding<'a>,
     /// Uniform holding the share of noisy color in the result.
     pub(crate) blend: &'a wgpu::Buffer,
-    /// Whether clean blocks skip the network.
+    /// Whether constant surroundings skip the network.
     pub(crate) skip_clean: bool,
 }
 
@@ -94,8 +94,11 @@ impl TileCalls {
         let Bound { tile, sources, .. } = bound;
         let tensors = tensors(context, network, *tile);
         let radius = network.reach.iter().copied().max().unwrap_or(0);
-        let skip = bound.skip_clean && network.skips;
-        let (activity, activity_calls) = activity(context, sources, *tile, radius, skip);
+        let skips = bound.skip_clean && network.skips;
+        let constant_radius = skips.then_some(network.constant_radius);
+        let Sources { tiles, color, .. } = *sources;
+        let (activity, activity_calls) =
+            activity(context, tiles, color, *tile, radius, constant_radius);
         let mut calls = Vec::new();
         if !matches!(network.ending, Ending::Color) {
             calls.extend(activity_calls.map(|call| Call::per_tile("activity", call)));

@@ -28,6 +28,8 @@ pub(crate) struct CompiledNetwork {
     pub(crate) halo: u32,
     /// Reach by tensor; see [`halo::reach`].
     pub(crate) reach: Vec<u32>,
+    /// How far around a block all must be constant; see [`halo::constant_radius`].
+    pub(crate) constant_radius: u32,
     /// The encoding of the images.
     pub(crate) encoding: Encoding,
     /// The first layer, if one kernel computes it along with the encoding of the images.
@@ -108,6 +110,7 @@ impl CompiledNetwork {
         let alignment = network.alignment().max(halo::BLOCK);
         let halo = halo::halo(&network).next_multiple_of(alignment);
         let reach = halo::reach(&network);
+        let constant_radius = halo::constant_radius(&network);
         let skips = kernels != KernelSet::Plain;
         let stem = (skips && input_conv::begins(&network, kernels))
             .then(|| Stem::new(context, &network.layers[0].name, &params));
@@ -120,7 +123,19 @@ impl CompiledNetwork {
         check_layers(&storage, &context.device.limits())?;
         let operators = operators(context, kernels, &body, &params, &maps);
         let ending = ending(&maps[body.last()]);
-        Ok(Self { body, storage, alignment, halo, reach, encoding, stem, operators, ending, skips })
+        Ok(Self {
+            body,
+            storage,
+            alignment,
+            halo,
+            reach,
+            constant_radius,
+            encoding,
+            stem,
+            operators,
+            ending,
+            skips,
+        })
     }
 
     /// GPU memory in bytes for everything between the images.

@@ -1,48 +1,39 @@
 //! Finds the blocks of 16×16 pixels that the network must work on. `shaders/activity.wgsl` defines
 //! clean and active blocks and the map of distances to active ones.
 
-use super::image::{ImageFormat, source_features};
-use super::input_process::{Sources, TILE, scale_binding, source_names, tile_binding};
+use super::image::{ImageBinding, ImageFormat, color_features};
+use super::input_process::{TILE, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 pub use crate::plan::halo::BLOCK;
 use crate::shader::ShaderRoot;
 
-/// Finds the even blocks of color, albedo and normal in these formats.
+/// Finds the constant blocks of a color in this format.
 #[must_use]
-pub fn classify_spec(formats: [ImageFormat; 3]) -> KernelSpec {
-    spec("classify", [8, 8, 1], formats)
+pub fn classify_spec(color: ImageFormat) -> KernelSpec {
+    spec("classify", [8, 8, 1], color)
 }
 
 /// Marks the clean blocks.
 #[must_use]
-pub fn settle_spec(formats: [ImageFormat; 3]) -> KernelSpec {
-    spec("settle", [8, 8, 1], formats)
+pub fn settle_spec(color: ImageFormat) -> KernelSpec {
+    spec("settle", [8, 8, 1], color)
 }
 
 /// Builds the distance map from the clean blocks.
 #[must_use]
-pub fn spread_spec(formats: [ImageFormat; 3]) -> KernelSpec {
-    spec("spread", [16, 16, 1], formats)
+pub fn spread_spec(color: ImageFormat) -> KernelSpec {
+    spec("spread", [16, 16, 1], color)
 }
 
-fn spec(entry: &'static str, workgroup: [u32; 3], formats: [ImageFormat; 3]) -> KernelSpec {
-    let [color, albedo, normal] = formats.map(ImageFormat::source_binding);
+fn spec(entry: &'static str, workgroup: [u32; 3], color: ImageFormat) -> KernelSpec {
     let (clean, map) = (Binding::BufferMut, Binding::ActivityOut);
     KernelSpec {
-        name: format!("activity_{entry} {}", source_names(formats)).into(),
+        name: format!("activity_{entry} {}", color.source_name()).into(),
         source: ShaderRoot::Module("activity"),
-        features: source_features(formats).into(),
+        features: color_features(color).into(),
         entry,
-        bindings: vec![TILE, color, albedo, normal, Binding::Buffer, clean, map].into(),
-        overrides: &[
-            "brightest",
-            "has_albedo",
-            "has_normal",
-            "radius",
-            "skip",
-            "transfer_function",
-            "unorm_normal",
-        ],
+        bindings: vec![TILE, color.source_binding(), clean, map].into(),
+        overrides: &["constant_radius", "radius"],
         workgroup,
     }
 }
@@ -62,9 +53,10 @@ pub struct Activity {
     pub clean: wgpu::Buffer,
 }
 
-/// Binds the tiles, the images and the scale of `sources`. `tile` is the size of the tiles, width
-/// first; it and every tile's origin are multiples of [`BLOCK`]. Layer 0 of the map counts up to
-/// `radius` blocks. Without `skip`, no block is clean and the map only marks what is stored.
+/// Binds the tiles and the color. `tile` is the size of the tiles, width first; it and every tile's
+/// origin are multiples of [`BLOCK`]. Layer 0 of the map counts up to `radius` blocks. A block is
+/// clean if it and all blocks up to `constant_radius` away are the same constant: as far as the
+/// network sees color. Without that, no block is clean and the map only marks what is stored.
 ///
 /// Needs [`bytes`] of GPU memory.
 ///
@@ -73,10 +65,11 @@ pub struct Activity {
 #[must_use]
 pub fn activity(
     context: &Context,
-    sources: &Sources<'_>,
+    tiles: &wgpu::Buffer,
+    color: ImageBinding<'_>,
     tile: [u32; 2],
     radius: u32,
-    skip: bool,
+    constant_radius: Option<u32>,
 ) -> (Activity, [Dispatch; 3]) {
     assert!(tile.iter().all(|side| side % BLOCK == 0), "a tile of {tile:?} has no whole blocks");
     assert!(radius < FAR, "a radius of {radius} blocks, but {FAR} means none in reach");
@@ -88,21 +81,15 @@ pub fn activity(
         usage: wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC,
         mapped_at_creation: false,
     });
-    let sources = Sources { encoding: sources.encoding.perceptual(), ..*sources };
-    let mut constants = sources.constants().to_vec();
-    constants.extend([("radius", f64::from(radius)), ("skip", f64::from(u8::from(skip)))]);
-    let images = sources.images();
-    let formats = images.map(|image| image.format());
-    let specs = [classify_spec, settle_spec, spread_spec].map(|spec| spec(formats));
-    let calls = specs.map(|spec| {
-        let kernel = context.kernel(&spec, &constants);
-        let [color, albedo, normal] = images.map(|image| image.resource());
+    let constants = [
+        ("constant_radius", constant_radius.map_or(-1.0, f64::from)),
+        ("radius", f64::from(radius)),
+    ];
+    let calls = [classify_spec, settle_spec, spread_spec].map(|spec| {
+        let kernel = context.kernel(&spec(color.format()), &constants);
         let resources = [
-            tile_binding(sources.tiles),
-            color,
-            albedo,
-            normal,
-            scale_binding(sources.input_scale),
+            tile_binding(tiles),
+            color.resource(),
             clean.as_entire_binding(),
             wgpu::BindingResource::TextureView(&map),
         ];

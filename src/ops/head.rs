@@ -1,5 +1,5 @@
 //! The end of the network in one kernel: 1×1 convolution, optional sigmoid, and [`output_process`].
-//! Clean blocks receive the input, with its bad pixels filled.
+//! Clean blocks receive the input.
 //!
 //! [`output_process`]: mod@super::output_process
 

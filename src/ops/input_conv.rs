@@ -98,7 +98,7 @@ impl InputConv {
         need: &Need<'_>,
     ) -> Dispatch {
         let spec = spec(sources.images().map(|image| image.format()));
-        let mut constants = sources.input_constants();
+        let mut constants = sources.input_constants().to_vec();
         constants.extend([("largest", context.precision.largest()), ("relu", 1.0)]);
         let kernel = context.kernel(&spec, &constants);
         let uniform = need.buffer(&context.device, TILE);

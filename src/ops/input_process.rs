@@ -81,9 +81,9 @@ impl<'a> Sources<'a> {
         [self.color, self.albedo.unwrap_or(self.color), self.normal.unwrap_or(self.color)]
     }
 
-    /// The overrides for which images exist.
+    /// The overrides of the shader that makes the network's input.
     #[must_use]
-    pub fn constants(&self) -> [(&'static str, f64); 5] {
+    pub fn input_constants(&self) -> [(&'static str, f64); 6] {
         let Inputs { albedo, normal } = self.inputs();
         let flag = |name, value| (name, f64::from(u8::from(value)));
         let [curve, brightest] = self.encoding.constants();
@@ -91,16 +91,10 @@ impl<'a> Sources<'a> {
             flag("has_albedo", albedo),
             flag("has_normal", normal),
             flag("unorm_normal", self.unorm_normal),
+            flag("zero_padding", self.encoding.zero_padding),
             curve,
             brightest,
         ]
-    }
-
-    /// All overrides of the shader that makes the network's input.
-    #[must_use]
-    pub fn input_constants(&self) -> Vec<(&'static str, f64)> {
-        let zero_padding = f64::from(u8::from(self.encoding.zero_padding));
-        self.constants().into_iter().chain([("zero_padding", zero_padding)]).collect()
     }
 }
 

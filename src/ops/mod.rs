@@ -67,7 +67,7 @@ fn image_specs() -> Vec<KernelSpec> {
         specs.extend([autoexposure::bins_spec(color), autoexposure::reduce_spec(color)]);
         specs.extend(
             [activity::classify_spec, activity::settle_spec, activity::spread_spec]
-                .map(|s| s(images)),
+                .map(|s| s(color)),
         );
         specs.extend([input_process::spec(images), input_conv::spec(images)]);
         specs.push(pyramid::finest_spec(color));

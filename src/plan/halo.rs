@@ -14,14 +14,22 @@ pub const REPAIR: i64 = 2;
 /// alignment.
 ///
 /// For the network, walks from an aligned block of output layer by layer towards the input and
-/// tracks the interval of pixels needed. Adds the blocks around a dark block, which decide whether
-/// it is clean (`activity`), and the pixels that bad ones are repaired from.
+/// tracks the interval of pixels needed. Adds the pixels that bad ones are repaired from. The blocks
+/// that decide whether one is clean (`activity`) lie within the halo as well.
 #[must_use]
 pub fn halo(network: &Network) -> u32 {
     let align = network.alignment();
     let (begin, end) = needed(network, (0, i64::from(align)))[INPUT];
-    let reach = (-begin).max(end - i64::from(align)).max(i64::from(BLOCK)) + REPAIR;
-    (reach as u32).next_multiple_of(align)
+    let reach = (-begin).max(end - i64::from(align)) + REPAIR;
+    (reach as u32).max(constant_radius(network) * BLOCK).next_multiple_of(align)
+}
+
+/// How many blocks around a block must be the same constant for it to skip the network, counting
+/// diagonal steps. A kernel pyramid gathers its color from no further, so its result is that
+/// constant; for other networks, as far as they see, but at most three.
+#[must_use]
+pub fn constant_radius(network: &Network) -> u32 {
+    if network.has_pyramid() { gathers_from(network) } else { reach(network)[INPUT].min(3) }
 }
 
 /// How many blocks of 16×16 pixels around a block of output each tensor must be correct in, by
@@ -83,13 +91,8 @@ fn pyramid(levels: usize, image: Interval) -> Vec<Interval> {
     needed
 }
 
-/// How many blocks of 16×16 pixels around a block of the image the color decides, counting diagonal
-/// steps.
-#[must_use]
-pub fn color_reach(network: &Network) -> u32 {
-    if !network.has_pyramid() {
-        return reach(network)[INPUT];
-    }
+/// How many blocks around a block of the image its color is gathered from.
+fn gathers_from(network: &Network) -> u32 {
     let align = i64::from(network.alignment().max(BLOCK));
     let blocks = (0..align).step_by(BLOCK as usize);
     let of = |first: i64| {
@@ -124,16 +127,17 @@ mod tests {
         // The block gathers from −2 at level 4, after the upsampling from −1 at level 3 and 3×3 there:
         // −32 at full size, where the confidence sees another 94, plus 2 for the repair.
         let network = Network::kernel_pyramid(9, &[4, 4, 4, 4, 4]);
-        assert_eq!((halo(&network), color_reach(&network)), (128, 2));
+        assert_eq!((halo(&network), constant_radius(&network)), (128, 2));
         // Two levels: −1 at level 1 is gathered from −2, so from −4 at full size.
-        assert_eq!(color_reach(&Network::kernel_pyramid(9, &[4, 4])), 1);
+        assert_eq!(constant_radius(&Network::kernel_pyramid(9, &[4, 4])), 1);
     }
 
     #[test]
     fn a_single_level_by_hand() {
         // Two convs at full size (2), aligned at half size: begin −2 → −1, two convs: −3, pooled
-        // from −6, two convs: −8, less than a block; with the repair, 18.
-        assert_eq!(halo(&Network::unet(3, &[4, 4])), 18);
+        // from −6, two convs: −8; with the repair, 10: less than the block that decides about
+        // skipping.
+        assert_eq!(halo(&Network::unet(3, &[4, 4])), 16);
     }
 
     #[test]
@@ -156,7 +160,7 @@ mod tests {
         let names = ["dec_conv0b", "dec_up0", "dec_up1", "dec_up2", "dec_up3", "mid_convb"];
         assert_eq!(names.map(of), [0, 1, 1, 1, 2, 2]);
         assert_eq!(["mid_conva", "pool3", "pool2", "pool1", "pool0"].map(of), [3, 4, 5, 6, 6]);
-        assert_eq!((reach[INPUT], halo(&network)), (6, 96));
+        assert_eq!((reach[INPUT], halo(&network), constant_radius(&network)), (6, 96, 3));
     }
 
     #[test]

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use proptest::prelude::*;
 
-use super::halo::{halo, reach};
+use super::halo::{constant_radius, halo, reach};
 use super::memory::Footprint;
 use super::storage::{Placement, Storage};
 use super::tiles::{Constraints, PlacedTile, TilePlan};
@@ -211,9 +211,11 @@ proptest! {
     fn the_halo_is_what_an_aligned_block_sees_around_it(network in networks()) {
         let align = i64::from(network.alignment());
         let input = &seen(&network, 0..align)[INPUT];
-        // At least the next block, plus the two pixels from which bad pixels are filled.
-        let first = (*input.first().unwrap()).min(-16) - 2;
-        let last = (*input.last().unwrap()).max(align + 15) + 2;
+        // Plus the two pixels from which bad ones are filled; at least the blocks that decide
+        // whether this one is skipped.
+        let blocks = 16 * i64::from(constant_radius(&network));
+        let first = (*input.first().unwrap() - 2).min(-blocks);
+        let last = (*input.last().unwrap() + 2).max(align - 1 + blocks);
         let halo = i64::from(halo(&network));
         prop_assert!(-halo <= first && last < align + halo, "{first}..={last} and {halo}");
         let less = halo - align;

@@ -1,16 +1,9 @@
 //! The blocks of an image that a network must work on, and the distance of the others from those.
 
-use super::input_process::encode_color;
-use super::repair::repair;
 use crate::image::{Image, Rect};
-use crate::model::{Encoding, TransferFunction};
 
 /// Pixels per side of a block.
 const BLOCK: usize = 16;
-/// The largest second difference in a clean block, in encoded values.
-pub const BEND: f64 = 1.0 / 1024.0;
-/// A block is dark if its first pixel, times the input scale, is at most this.
-pub const DARK: f64 = 2e-6;
 /// The distance if no active block is within the radius.
 const FAR: u32 = 255;
 /// Layer `m` of the map has one value for `2^m × 2^m` blocks.
@@ -25,91 +18,44 @@ pub struct Activity {
     pub map: Vec<Vec<Vec<u32>>>,
 }
 
-/// The images of one view, all the same size.
+/// A tile of an image.
 #[derive(Clone, Copy, Debug)]
-pub struct View<'a> {
-    /// Linear color.
-    pub color: &'a Image,
-    /// Linear albedo in `[0, 1]`.
-    pub albedo: Option<&'a Image>,
-    /// Normal with components in `[−1, 1]`.
-    pub normal: Option<&'a Image>,
-}
-
-/// A tile of a view.
-#[derive(Clone, Copy, Debug)]
-pub struct TileOfView {
+pub struct TileOfImage {
     /// First pixel of the tile.
     pub origin: [u32; 2],
     /// Columns and rows; multiples of 16.
     pub size: [u32; 2],
-    /// The view's pixels that the tile stores.
+    /// The image's pixels that the tile stores.
     pub stores: Rect,
 }
 
-/// Encodes color for the comparison.
-#[derive(Clone, Copy)]
-struct Light {
-    encoding: Encoding,
-    input_scale: f32,
-}
-
-impl Light {
-    /// Encodes a value as the network sees it, except that light always uses PU, in which equal
-    /// steps look about equally large.
-    fn encode(self, v: f32) -> f64 {
-        let transfer_function = match self.encoding.transfer_function {
-            TransferFunction::Pu | TransferFunction::Log => TransferFunction::Pu,
-            other => other,
-        };
-        encode_color(Encoding { transfer_function, ..self.encoding }, v, self.input_scale)
-    }
-}
-
-/// A block judged on its own.
-#[derive(Clone, Copy, PartialEq, Eq)]
-enum BlockKind {
-    Noisy,
-    Dark,
-    Clean,
-}
-
-/// The blocks of a tile of `size` pixels, width first, a multiple of 16, in an image.
+/// The blocks of a tile.
 ///
-/// A block is even if its pixels, [repaired](repair), are all equal; or if it has at least three
-/// pixels in both directions and no second difference along rows and columns exceeds 1/1024 in any
-/// channel, once encoded for the network, with light encoded by PU. If the image ends inside the
-/// block, the block is taken to begin earlier, so that it has three pixels a side if the image has
-/// them. An image of one or two pixels is even.
-///
-/// Even blocks are clean, unless they are dark: no channel of the first pixel, times the scale,
-/// exceeds 2e-6. A dark block may be a surface that no path has lit yet. It is clean if albedo or
-/// normal is given and every given one is zero there, or if none of the eight blocks around it,
-/// within the tile and the image, is noisy, that is, not even. A block is active if it is not clean
-/// and has pixels that the tile stores. Without `skip`, all blocks are noisy.
+/// A block is clean if it and all blocks up to `constant_radius` away, counting diagonal steps, have
+/// exactly the same finite color in all pixels. Only blocks within the tile and the image count,
+/// and of a block that the image ends in, only pixels of the image. Zeros of either sign are the
+/// same. Without a radius, no block is clean. A block is active if it is not clean and has pixels
+/// that the tile stores.
 ///
 /// The map's first layer holds the distance from each block to the nearest active one, counting
 /// diagonal steps, or 255 if it exceeds `radius`. Layer `m` holds the minimum over `2^m × 2^m`
 /// blocks.
 #[must_use]
 pub fn activity(
-    view: &View<'_>,
-    encoding: Encoding,
-    input_scale: f32,
-    tile: &TileOfView,
+    color: &Image,
+    tile: &TileOfImage,
     radius: u32,
-    skip: bool,
+    constant_radius: Option<u32>,
 ) -> Activity {
     let [columns, rows] = tile.size.map(|side| side as usize / BLOCK);
     let blocks = || (0..rows).flat_map(|y| (0..columns).map(move |x| [x, y]));
-    let light = Light { encoding, input_scale };
-    let repaired = repair(view.color, input_scale);
-    let view = View { color: &repaired, ..*view };
-    let kind = |block| if skip { kind(&view, tile, block, light) } else { BlockKind::Noisy };
-    let in_image = |block: &[usize; 2]| !pixels(view.color, tile, *block).is_empty();
-    let kinds: Vec<_> = blocks().filter(in_image).map(|block| (block, kind(block))).collect();
-    let is_clean = |block| is_clean(&kinds, block);
-    let clean: Vec<bool> = blocks().map(is_clean).collect();
+    let pixels: Vec<_> = blocks().map(|block| pixels(color, tile, block)).collect();
+    let is_clean = |block: [usize; 2]| {
+        let near = |reach| blocks().zip(&pixels).filter(move |(b, _)| steps(block, *b) <= reach);
+        constant_radius.is_some_and(|reach| is_constant(near(reach).flat_map(|(_, pixels)| pixels)))
+    };
+    let exists = |[x, y]: [usize; 2]| !pixels[y * columns + x].is_empty();
+    let clean: Vec<bool> = blocks().map(|block| exists(block) && is_clean(block)).collect();
     let is_active = |&[x, y]: &[usize; 2]| !clean[y * columns + x] && stores(tile, [x, y]);
     let active: Vec<_> = blocks().filter(is_active).collect();
     let distances = (0..rows)
@@ -118,39 +64,27 @@ pub fn activity(
     Activity { map: (0..LAYERS).map(|layer| least(&distances, 1 << layer)).collect(), clean }
 }
 
-/// Whether a block is clean, given all blocks inside the image.
-fn is_clean(kinds: &[([usize; 2], BlockKind)], block: [usize; 2]) -> bool {
-    let is_near = |other: [usize; 2]| (0..2).all(|axis| other[axis].abs_diff(block[axis]) <= 1);
-    match kinds.iter().find(|(other, _)| *other == block) {
-        None | Some((_, BlockKind::Noisy)) => false,
-        Some((_, BlockKind::Clean)) => true,
-        Some((_, BlockKind::Dark)) => {
-            kinds.iter().all(|&(other, kind)| kind != BlockKind::Noisy || !is_near(other))
-        }
-    }
+/// Whether all pixels are finite and equal.
+fn is_constant<'a>(pixels: impl Iterator<Item = &'a [f32; 3]>) -> bool {
+    let mut first = None;
+    pixels.into_iter().all(|pixel| *pixel == **first.get_or_insert(pixel))
+        && first.is_some_and(|pixel| pixel.iter().all(|v| v.is_finite()))
 }
 
-/// The rows of a block's pixels inside the image, extended to at least three rows of three pixels
-/// if the image is large enough and the block has any.
-fn pixels(image: &Image, tile: &TileOfView, block: [usize; 2]) -> Vec<Vec<[f32; 3]>> {
+/// A block's pixels inside the image.
+fn pixels(image: &Image, tile: &TileOfImage, block: [usize; 2]) -> Vec<[f32; 3]> {
     let [left, top] = first(tile, block);
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    if left >= width || top >= height {
-        return Vec::new();
-    }
-    let range = |first: usize, side: usize| {
-        let end = (first + BLOCK).min(side);
-        first.min(end.saturating_sub(3))..end
-    };
-    range(top, height).map(|y| image.row(y as u32)[range(left, width)].to_vec()).collect()
+    let rows = (top..top + BLOCK).take_while(|&y| y < image.height() as usize);
+    let end = (left + BLOCK).min(image.width() as usize);
+    rows.flat_map(|y| image.row(y as u32)[left.min(end)..end].to_vec()).collect()
 }
 
 /// A block's first pixel in the image.
-fn first(tile: &TileOfView, block: [usize; 2]) -> [usize; 2] {
+fn first(tile: &TileOfImage, block: [usize; 2]) -> [usize; 2] {
     [0, 1].map(|axis| tile.origin[axis] as usize + block[axis] * BLOCK)
 }
 
-fn stores(tile: &TileOfView, block: [usize; 2]) -> bool {
+fn stores(tile: &TileOfImage, block: [usize; 2]) -> bool {
     let first = first(tile, block);
     (0..2).all(|axis| {
         let stored = tile.stores.begin[axis] as usize..tile.stores.end[axis] as usize;
@@ -158,45 +92,13 @@ fn stores(tile: &TileOfView, block: [usize; 2]) -> bool {
     })
 }
 
-fn kind(view: &View<'_>, tile: &TileOfView, block: [usize; 2], light: Light) -> BlockKind {
-    let rows = pixels(view.color, tile, block);
-    let (width, height) = (rows[0].len(), rows.len());
-    let wide = width >= 3 && height >= 3;
-    let even = width * height < 3 || same(&rows) || wide && !bends(&rows, light);
-    let dark = || rows[0][0].iter().all(|&v| f64::from(v) * f64::from(light.input_scale) <= DARK);
-    match even {
-        false => BlockKind::Noisy,
-        true if dark() && !is_empty(view, tile, block) => BlockKind::Dark,
-        true => BlockKind::Clean,
-    }
-}
-
-/// Whether albedo and normal, if given, show no surface.
-fn is_empty(view: &View<'_>, tile: &TileOfView, block: [usize; 2]) -> bool {
-    let given: Vec<_> = [view.albedo, view.normal].into_iter().flatten().collect();
-    let zero = |image: &Image| pixels(image, tile, block).iter().flatten().all(|p| *p == [0.0; 3]);
-    !given.is_empty() && given.into_iter().all(zero)
-}
-
-fn same(rows: &[Vec<[f32; 3]>]) -> bool {
-    rows.iter().flatten().all(|pixel| *pixel == rows[0][0])
-}
-
-fn bends(rows: &[Vec<[f32; 3]>], light: Light) -> bool {
-    let v = |x: usize, y: usize, c: usize| light.encode(rows[y][x][c]);
-    let (width, height) = (rows[0].len(), rows.len());
-    let along_rows = |y: usize, c: usize| {
-        (2..width).any(|x| (v(x - 2, y, c) - 2.0 * v(x - 1, y, c) + v(x, y, c)).abs() > BEND)
-    };
-    let along_columns = |x: usize, c: usize| {
-        (2..height).any(|y| (v(x, y - 2, c) - 2.0 * v(x, y - 1, c) + v(x, y, c)).abs() > BEND)
-    };
-    (0..3).any(|c| (0..height).any(|y| along_rows(y, c)) || (0..width).any(|x| along_columns(x, c)))
+/// How many steps, also diagonal ones, lead from one block to another.
+fn steps(a: [usize; 2], b: [usize; 2]) -> u32 {
+    a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])) as u32
 }
 
 fn distance(from: [usize; 2], active: &[[usize; 2]], radius: u32) -> u32 {
-    let to = |b: &[usize; 2]| from[0].abs_diff(b[0]).max(from[1].abs_diff(b[1])) as u32;
-    active.iter().map(to).filter(|&d| d <= radius).min().unwrap_or(FAR)
+    active.iter().map(|&block| steps(from, block)).filter(|&d| d <= radius).min().unwrap_or(FAR)
 }
 
 /// The minimum of each square of `side` × `side` blocks.
@@ -212,70 +114,77 @@ fn least(distances: &[Vec<u32>], side: usize) -> Vec<Vec<u32>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::reference::pu_inverse;
 
     fn image(width: u32, height: u32, pixel: impl Fn(u32, u32) -> [f32; 3]) -> Image {
         let pixels = (0..width * height).map(|i| pixel(i % width, i / width)).collect();
         Image::new(width, height, pixels).expect("a valid image")
     }
 
-    fn color(color: &Image) -> View<'_> {
-        View { color, albedo: None, normal: None }
-    }
-
-    #[test]
-    fn what_is_dark_beside_noise_is_clean_where_albedo_and_normal_say_that_nothing_is_there() {
-        let black = image(32, 16, |x, _| [[0.0, -0.0][x as usize % 2]; 3]);
-        let color = image(32, 16, |x, y| [[0.0, 1.0][usize::from((x, y) == (20, 3))]; 3]);
-        let surface = image(32, 16, |x, y| [0.0, [0.0, 0.6][usize::from((x, y) == (9, 15))], 0.0]);
-        let stores = Rect { begin: [0, 0], end: [32, 16] };
-        let tile = TileOfView { origin: [0, 0], size: [32, 16], stores };
-        for (albedo, normal, clean) in [
-            (None, None, false),
-            (Some(&black), None, true),
-            (None, Some(&black), true),
-            (Some(&black), Some(&black), true),
-            (Some(&surface), None, false),
-            (Some(&black), Some(&surface), false),
-        ] {
-            let view = View { albedo, normal, color: &color };
-            let found = activity(&view, Encoding::default(), 1.0, &tile, 2, true).clean;
-            assert_eq!(found, [clean, false]);
-        }
-    }
-
-    #[test]
-    fn what_is_dark_is_clean_where_nothing_around_it_is_noisy() {
-        let lit = image(80, 32, |x, y| [[0.0, 1.0][usize::from((x, y) == (3, 30))]; 3]);
-        let row = [false, false, true, true, true];
-        assert_eq!(whole(&lit).clean, [row, row].concat());
-        for black in [0.0, -1.0, f32::NAN, f32::NEG_INFINITY] {
-            assert_eq!(whole(&image(40, 20, |_, _| [black; 3])).clean, [true; 6], "{black}");
-        }
-    }
-
     /// An image as a single tile, with a radius of 2 blocks.
-    fn whole(image: &Image) -> Activity {
+    fn whole(image: &Image, constant_radius: u32) -> Activity {
         let (width, height) = image.size();
         let stores = Rect { begin: [0, 0], end: [width, height] };
         let size = [width, height].map(|side| side.next_multiple_of(16));
-        let tile = TileOfView { origin: [0, 0], size, stores };
-        activity(&color(image), Encoding::default(), 1.0, &tile, 2, true)
+        let tile = TileOfImage { origin: [0, 0], size, stores };
+        activity(image, &tile, 2, Some(constant_radius))
     }
 
     #[test]
     fn what_is_constant_is_clean_and_far_from_anything_active() {
-        let found = whole(&image(40, 20, |_, _| [0.0, 3.0, 1e9]));
-        assert_eq!(found.clean, [true; 6]);
-        assert_eq!(found.map[0], [[FAR; 3], [FAR; 3]]);
-        assert_eq!(found.map[1], [[FAR; 2]]);
-        assert_eq!(found.map[4], [[FAR]]);
+        for color in [[0.0, 3.0, 1e9], [-1.0; 3], [1e-42; 3], [f32::MAX; 3]] {
+            let found = whole(&image(40, 20, |_, _| color), 3);
+            assert_eq!(found.clean, [true; 6]);
+            assert_eq!(found.map[0], [[FAR; 3], [FAR; 3]]);
+            assert_eq!(found.map[1], [[FAR; 2]]);
+            assert_eq!(found.map[4], [[FAR]]);
+        }
+        for (width, height) in [(3, 3), (2, 16), (16, 1), (1, 2), (1, 1)] {
+            assert_eq!(whole(&image(width, height, |_, _| [0.5; 3]), 3).clean, [true]);
+        }
+    }
+
+    #[test]
+    fn what_is_not_finite_is_not_clean() {
+        for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
+            assert_eq!(whole(&image(16, 16, |_, _| [0.5, bad, 0.5]), 0).clean, [false], "{bad}");
+        }
+    }
+
+    #[test]
+    fn zeros_of_either_sign_are_the_same() {
+        let zeros = image(40, 20, |x, y| [[0.0, -0.0][(x + y) as usize % 2]; 3]);
+        assert_eq!(whole(&zeros, 3).clean, [true; 6]);
+    }
+
+    #[test]
+    fn the_smallest_difference_anywhere_in_a_block_counts() {
+        for place in [(0, 0), (15, 0), (7, 15), (15, 15)] {
+            let next = |x, y| [0.5, 0.5, if (x, y) == place { 0.5_f32.next_up() } else { 0.5 }];
+            assert_eq!(whole(&image(16, 16, next), 0).clean, [false], "{place:?}");
+        }
+    }
+
+    #[test]
+    fn a_pixel_keeps_all_blocks_within_the_radius_from_being_clean() {
+        let spot = image(160, 80, |x, y| [if (x, y) == (33, 70) { 9.0 } else { 1.0 }; 3]);
+        for radius in 0..4 {
+            let found = whole(&spot, radius).clean;
+            let near = |i: usize| steps([i % 10, i / 10], [2, 4]) <= radius;
+            assert_eq!(found, Vec::from_iter((0..50).map(|i| !near(i))), "{radius}");
+        }
+    }
+
+    #[test]
+    fn constant_blocks_of_another_color_are_not_clean_together() {
+        let jump = image(96, 16, |x, _| [if x < 48 { 1.0 } else { 2.0 }; 3]);
+        assert_eq!(whole(&jump, 0).clean, [true; 6]);
+        assert_eq!(whole(&jump, 1).clean, [true, true, false, false, true, true]);
     }
 
     #[test]
     fn a_bright_pixel_makes_its_block_active_and_the_distances_grow_from_there() {
         let bright = |x, y| if (x, y) == (31, 0) { [9.0; 3] } else { [1.0; 3] };
-        let found = whole(&image(96, 48, bright));
+        let found = whole(&image(96, 48, bright), 0);
         assert_eq!(found.clean.iter().position(|clean| !clean), Some(1));
         let row = [1, 0, 1, 2, FAR, FAR];
         assert_eq!(found.map[0], [row, [1, 1, 1, 2, FAR, FAR], [2, 2, 2, 2, FAR, FAR]]);
@@ -284,60 +193,23 @@ mod tests {
     }
 
     #[test]
-    fn a_block_may_bend_by_the_threshold_along_either_axis() {
-        let bent = |c: f64, x: u32| [pu_inverse(0.3 + c / 2.0 * f64::from(x * x)) as f32; 3];
-        for (c, clean) in [(0.99 * BEND, true), (1.01 * BEND, false)] {
-            assert_eq!(whole(&image(16, 16, |x, _| bent(c, x))).clean, [clean], "rows, {c}");
-            assert_eq!(whole(&image(16, 16, |_, y| bent(c, y))).clean, [clean], "columns, {c}");
-        }
-    }
-
-    #[test]
-    fn the_edges_of_blocks_may_jump() {
-        let found = whole(&image(32, 32, |x, y| [(1 + x / 16 + 7 * (y / 16)) as f32; 3]));
-        assert_eq!(found.clean, [true; 4]);
-    }
-
-    #[test]
-    fn a_bad_pixel_in_a_clean_block_is_filled_but_an_outlier_and_a_negative_value_are_noise() {
-        for (value, clean) in
-            [(f32::NAN, true), (f32::INFINITY, true), (-1.0, false), (1e30, false)]
-        {
-            let spot = |x, y| if (x, y) == (3, 15) { [0.5, value, 0.5] } else { [0.5; 3] };
-            assert_eq!(whole(&image(16, 16, spot)).clean, [clean], "{value}");
-        }
-    }
-
-    #[test]
-    fn narrow_images_must_be_constant_and_two_pixels_are_left_alone() {
-        let ramp = |x: u32, y: u32| [0.5 + 1e-6 * (x + y) as f32; 3];
-        for (width, height, slope) in
-            [(3, 3, true), (2, 16, false), (16, 1, false), (1, 2, true), (1, 1, true)]
-        {
-            let name = format!("{width}×{height}");
-            assert_eq!(whole(&image(width, height, |_, _| [0.5; 3])).clean, [true], "{name}");
-            assert_eq!(whole(&image(width, height, ramp)).clean, [slope], "{name}");
-        }
-    }
-
-    #[test]
-    fn where_a_block_has_fewer_than_three_pixels_a_side_those_before_it_count() {
-        let last =
-            |steps| image(17, 17, move |x, _| [0.5 + 0.1 * (x.max(15) - 15) as f32 * steps; 3]);
-        assert_eq!(whole(&last(0.0)).clean, [true; 4]);
-        assert_eq!(whole(&last(1.0)).clean, [true, false, true, false]);
-    }
-
-    #[test]
     fn only_blocks_that_the_tile_stores_are_active() {
         let noise = image(100, 64, |x, y| [((x * 7 + y * 5) % 11) as f32; 3]);
         let stores = Rect { begin: [48, 16], end: [65, 32] };
-        let tile = TileOfView { origin: [16, 0], size: [80, 64], stores };
-        for skip in [true, false] {
-            let found = activity(&color(&noise), Encoding::default(), 1.0, &tile, 1, skip);
+        let tile = TileOfImage { origin: [16, 0], size: [80, 64], stores };
+        for constant_radius in [Some(0), None] {
+            let found = activity(&noise, &tile, 1, constant_radius);
             assert_eq!(found.clean, [false; 20]);
             let near = [FAR, 1, 1, 1, 1];
             assert_eq!(found.map[0], [near, [FAR, 1, 0, 0, 1], near, [FAR; 5]]);
         }
+    }
+
+    #[test]
+    fn blocks_outside_the_tile_do_not_count() {
+        let noisy_left = image(64, 16, |x, _| [if x < 16 { x as f32 } else { 1.0 }; 3]);
+        let stores = Rect { begin: [16, 0], end: [64, 16] };
+        let tile = TileOfImage { origin: [16, 0], size: [64, 16], stores };
+        assert_eq!(activity(&noisy_left, &tile, 1, Some(3)).clean, [true, true, true, false]);
     }
 }

@@ -2,7 +2,7 @@
 
 use super::conv1x1::conv1x1;
 use super::output_process::output_process;
-use super::repair::fill;
+use super::repair::luminance;
 use super::tensor::Tensor;
 use crate::Image;
 use crate::model::Params;
@@ -30,19 +30,19 @@ pub fn head(
     keep_clean(result, color, clean, input.width.div_ceil(16))
 }
 
-/// The result with the noisy color in its clean blocks of 16×16 pixels. There, bad pixels are
-/// [filled](fill) and negative values become 0; all else is unchanged. `clean` has a flag per
-/// block, in rows of `columns`.
+/// The result with the noisy color in its clean blocks of 16×16 pixels. There, negative values
+/// become 0 if the luminance is negative; all else is unchanged. `clean` has a flag per block, in
+/// rows of `columns`.
 ///
 /// # Panics
 /// Panics if there are fewer flags than blocks, or the sizes differ.
 #[must_use]
 pub fn keep_clean(mut result: Image, color: &Image, clean: &[bool], columns: usize) -> Image {
-    let noisy = fill(color);
     let width = color.width() as usize;
     for (i, pixel) in result.pixels_mut().iter_mut().enumerate() {
         if clean[i / width / 16 * columns + i % width / 16] {
-            *pixel = noisy.pixels()[i].map(|v| v.max(0.0));
+            let noisy = color.pixels()[i];
+            *pixel = if luminance(noisy) < 0.0 { noisy.map(|v| v.max(0.0)) } else { noisy };
         }
     }
     result

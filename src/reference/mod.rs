@@ -27,7 +27,7 @@ mod transfer_function;
 mod up_conv;
 mod upsample;
 
-pub use activity::{Activity, BEND, DARK, TileOfView, View, activity};
+pub use activity::{Activity, TileOfImage, activity};
 pub use autoexposure::autoexposure;
 pub use concat::concat;
 pub use conv_logits::conv_logits;

@@ -232,7 +232,7 @@ pub(crate) struct DeviceArgs {
     #[arg(long, value_enum, value_name = "SET", default_value = "auto",
           hide_default_value = true, hide_short_help = true, help_heading = DEVICE)]
     pub(crate) kernels: KernelsArg,
-    /// Run the network on blocks without noise too, such as an empty background
+    /// Run the network on constant areas too, such as an empty background
     #[arg(long, hide_short_help = true, help_heading = DEVICE)]
     pub(crate) no_skip: bool,
 }

@@ -1,8 +1,8 @@
 //! The denoisers of the hard cases: the GPU engine and the CPU reference.
 
 use wgdenoise::Rect;
-use wgdenoise::internals::model::Encoding;
-use wgdenoise::internals::reference::{self, TileOfView, View};
+use wgdenoise::internals::plan::halo::constant_radius;
+use wgdenoise::internals::reference::{self, TileOfImage};
 use wgdenoise::{Denoiser, Frame, Gpu, Image, Inputs, Options, Precision, Weights};
 
 /// The engine on the first adapter, with tiles of at most `tile` pixels a side.
@@ -26,14 +26,14 @@ pub fn on_cpu(weights: &Weights, color: &Image) -> Image {
     let input = reference::input_process(color, None, None, scale, 16);
     let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
     let result = reference::output_process(&output, scale, width, height);
-    let clean = clean_blocks(color, scale, [input.width as u32, input.height as u32]);
+    let radius = constant_radius(weights.network());
+    let clean = clean_blocks(color, radius, [input.width as u32, input.height as u32]);
     reference::keep_clean(result, color, &clean, input.width / 16)
 }
 
-fn clean_blocks(color: &Image, scale: f32, size: [u32; 2]) -> Vec<bool> {
+fn clean_blocks(color: &Image, radius: u32, size: [u32; 2]) -> Vec<bool> {
     let (width, height) = color.size();
     let stores = Rect { begin: [0, 0], end: [width, height] };
-    let tile = TileOfView { origin: [0, 0], size, stores };
-    let view = View { color, albedo: None, normal: None };
-    reference::activity(&view, Encoding::default(), scale, &tile, 1, true).clean
+    let tile = TileOfImage { origin: [0, 0], size, stores };
+    reference::activity(color, &tile, 1, Some(radius)).clean
 }

@@ -31,8 +31,8 @@ the text is in `crates/testing/src/bin/hard_cases/page.rs`.
 ";
 
 const ENDING: &str = "
-Images without noise come back unchanged because blocks without noise keep their input; the network
-itself would be off by a few per cent at the borders of a constant image.
+Constant images come back unchanged because constant areas keep their input; the network itself would be
+off by a few per cent at their borders.
 
 ## Missed goals
 
