@@ -7,10 +7,11 @@
 //!   into your command encoder; it creates no resources and cannot fail.
 //!
 //! Color is linear and scene-referred, at any exposure. Albedo (linear, `[0, 1]`) and normal
-//! (`[−1, 1]`) are optional and improve the result. Before the network runs, NaN and infinite
-//! pixels are filled from their neighbors and isolated fireflies are darkened. The output is
-//! finite and, except with weights for directions, non-negative unless [`Pass::set_blend`] mixes in
-//! negative noisy color.
+//! (`[−1, 1]`) are optional and improve the result. Before the network runs, pixels of NaN are filled
+//! from their neighbors, infinite light becomes very bright, and isolated fireflies are darkened.
+//! The output is finite and, except with weights for directions, non-negative unless a constant
+//! area has negative channels, as wide gamuts need them, or [`Pass::set_blend`] mixes in negative
+//! noisy color.
 //!
 //! # An image on the CPU
 //!

@@ -2,7 +2,7 @@
 
 import package::common::encoding::{SIGNED, encode, transfer_function};
 import package::common::fill::filled;
-import package::common::images::{ALBEDO, COLOR, NORMAL};
+import package::common::images::{ALBEDO, NORMAL};
 import package::common::inputs::unorm_normal;
 import package::common::repair::repaired;
 import package::common::scale::input_scale;
@@ -11,18 +11,17 @@ import package::common::tile::tile;
 override zero_padding: bool; // whether the input is 0 right of and below the image
 
 fn encoded_color(at: vec2<u32>) -> vec4<f32> {
-    if transfer_function == SIGNED {
-        return vec4(encode(filled(COLOR, at) * input_scale), 0.0);
-    }
-    return vec4(encode(repaired(at) * input_scale), 0.0);
+    let rgb = repaired(at).rgb;
+    let numbers = select(max(rgb, vec3(0.0)), rgb, transfer_function == SIGNED);
+    return vec4(encode(numbers * input_scale), 0.0);
 }
 
 fn encoded_albedo(at: vec2<u32>) -> vec4<f32> {
-    return vec4(clamp(filled(ALBEDO, at), vec3(0.0), vec3(1.0)), 0.0);
+    return vec4(clamp(filled(ALBEDO, at).rgb, vec3(0.0), vec3(1.0)), 0.0);
 }
 
 fn encoded_normal(at: vec2<u32>) -> vec4<f32> {
-    let xyz = filled(NORMAL, at);
+    let xyz = filled(NORMAL, at).xyz;
     if unorm_normal {
         let encoded = clamp(xyz, vec3(0.0), vec3(1.0));
         return vec4(select(encoded, vec3(0.5), all(xyz == vec3(0.0))), 0.0);

@@ -1,21 +1,56 @@
-// The color as the network sees it: bad pixels filled, nothing negative or above MOST, and no
-// outliers. A pixel may be OUTLIER times as bright as the brightest of the eight around it, or as
-// middle gray, whichever is more. Brighter pixels are darkened to that limit and keep their hue. So
-// a firefly cannot spread, while anything as bright as its neighbors, such as a lamp or a
-// highlight, stays.
+// The color as the network sees it. Pixels with NaN or −∞ are missing and filled. +∞ is very bright
+// light: the largest 16-bit float, or the largest value around it. Negative channels stay, as wide
+// gamuts need them, unless the pixel's luminance is negative too. A pixel may be OUTLIER times as
+// bright as the brightest of the eight around it, or as middle gray, whichever is more. Brighter
+// pixels are darkened to that limit and keep their hue. So a firefly cannot spread, while anything
+// as bright as its neighbors, such as a lamp or a highlight, stays.
 
-import package::common::fill::{AROUND, around, mean};
+import package::common::encoding::{SIGNED, transfer_function};
+import package::common::fill::{AROUND, around, filled, mean, place_around};
 import package::common::images::{COLOR, load};
-import package::common::light::{GREY, OUTLIER, is_finite, lit, luminance};
+import package::common::light::{
+    GREY, INFINITE, MOST, OUTLIER, is_finite, lit, luminance, with_infinity
+};
+import package::common::limits::LARGEST_F16;
 import package::common::scale::input_scale;
+import package::common::tile::tile;
 
-fn repaired(at: vec2<u32>) -> vec3<f32> {
-    let bits = load(COLOR, at);
+// The bits that +∞ stands for at a pixel.
+fn infinite_at(at: vec2<u32>, steps: u32) -> u32 {
+    var most = LARGEST_F16;
+    for (var i = 0u; i < steps; i++) {
+        let there = place_around(at, i);
+        if all(there < tile.image_size) {
+            let bits = load(COLOR, there);
+            let is_number = (bits & vec3(INFINITE)) != vec3(INFINITE);
+            let values = bitcast<vec3<f32>>(select(vec3(0u), bits, is_number));
+            most = max(most, max(values.r, max(values.g, values.b)));
+        }
+    }
+    return bitcast<u32>(most);
+}
+
+// Linear color, 1 in w. Where a pixel is missing and has nothing to be filled from, all is 0.
+fn repaired(at: vec2<u32>) -> vec4<f32> {
+    // Such data is no light.
+    if transfer_function == SIGNED {
+        return filled(COLOR, at);
+    }
+    let found = load(COLOR, at);
     let gray = GREY / input_scale;
-    let is_bright = luminance(lit(bitcast<vec3<f32>>(bits))) > OUTLIER * gray;
-    let near = around(COLOR, at, select(0u, AROUND, is_bright || !is_finite(bits)));
-    let rgb = lit(select(mean(near), bitcast<vec3<f32>>(bits), is_finite(bits)));
-    let light = luminance(rgb);
-    let most = OUTLIER * max(gray, near.brightest);
-    return select(rgb, rgb / light * most, light > most);
+    let is_bright = luminance(lit(bitcast<vec3<f32>>(found))) > OUTLIER * gray;
+    let steps = select(0u, AROUND, is_bright || !is_finite(found));
+    let infinite = infinite_at(at, steps);
+    let near = around(COLOR, at, infinite, steps);
+    let bits = with_infinity(found, infinite);
+    let whole = select(mean(near), vec4(bitcast<vec3<f32>>(bits), 1.0), is_finite(bits));
+    return vec4(darkened(whole.rgb, OUTLIER * max(gray, near.brightest)), whole.w);
+}
+
+// Without negative luminance, and with at most this much.
+fn darkened(rgb: vec3<f32>, most: f32) -> vec3<f32> {
+    let lowest = select(-MOST, 0.0, luminance(rgb) < 0.0);
+    let number = clamp(rgb, vec3(lowest), vec3(MOST));
+    let light = luminance(lit(number));
+    return select(number, number / light * most, light > most);
 }

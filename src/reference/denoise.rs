@@ -4,10 +4,10 @@ use super::gather::kernel_pyramid;
 use super::input_process::input_process_in;
 use super::network::{apply, run_by};
 use super::output_process::output_process_in;
-use super::repair::{fill, repair};
+use super::repair::{Repaired, repair_in};
 use super::tensor::Tensor;
 use crate::image::Image;
-use crate::model::{Encoding, Op, Params, TransferFunction, Weights};
+use crate::model::{Op, Params, Weights};
 
 /// The images of a frame. They have one size.
 #[derive(Clone, Copy, Debug)]
@@ -47,18 +47,8 @@ pub fn denoise_by(
     let input = input_process_in(encoding, color, albedo, normal, input_scale, alignment);
     let outputs = run_by(network, |layer| weights.params(layer), &input, apply);
     if network.has_pyramid() {
-        let (color, valid) = linear_color(encoding, color, input_scale);
+        let Repaired { color, valid } = repair_in(encoding, color, input_scale);
         return kernel_pyramid(&outputs, &color, &valid);
     }
     output_process_in(encoding, &outputs[0], input_scale, color.width(), color.height())
-}
-
-/// The color that a kernel pyramid averages, and which of its pixels count.
-fn linear_color(encoding: Encoding, color: &Image, input_scale: f32) -> (Image, Vec<bool>) {
-    let repaired = match encoding.transfer_function {
-        TransferFunction::Signed => fill(color),
-        _ => repair(color, input_scale),
-    };
-    let valid = vec![true; repaired.pixels().len()];
-    (repaired, valid)
 }

@@ -1,7 +1,6 @@
 //! From images to the tensor that the network reads.
 
-use super::repair::fill;
-use super::repair::repair;
+use super::repair::{fill, repair_in};
 use super::tensor::Tensor;
 use super::transfer_function::encode;
 use crate::image::Image;
@@ -11,8 +10,8 @@ use crate::model::{Encoding, TransferFunction};
 /// last column to the right and the last row downwards.
 ///
 /// The result has three channels per given image, in the order color, albedo, normal, all in `[0,
-/// 1]`. Color is [repaired](repair), multiplied by `input_scale` and [encoded](encode) by
-/// [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped to `[0, 1]`. A normal
+/// 1]`. Color is [repaired](super::repair), clamped to at least 0, multiplied by `input_scale` and
+/// [encoded](encode) by [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped to `[0, 1]`. A normal
 /// is clamped to `[−1, 1]` and mapped to `[0, 1]`.
 ///
 /// # Panics
@@ -42,14 +41,11 @@ pub fn input_process_in(
     alignment: u32,
 ) -> Tensor {
     let encode_color = |v| encode_color(encoding, v, input_scale);
-    let color = match encoding.transfer_function {
-        TransferFunction::Signed => fill(color),
-        _ => repair(color, input_scale),
-    };
+    let color = repair_in(encoding, color, input_scale).color;
     let (width, height) = color.size();
     let mut inputs: Vec<(Image, &dyn Fn(f32) -> f64)> = vec![(color, &encode_color)];
-    inputs.extend(albedo.map(|image| (fill(image), &encode_albedo as _)));
-    inputs.extend(normal.map(|image| (fill(image), &encode_normal as _)));
+    inputs.extend(albedo.map(|image| (fill(image).color, &encode_albedo as _)));
+    inputs.extend(normal.map(|image| (fill(image).color, &encode_normal as _)));
     let same_size = |(image, _): &(Image, _)| image.size() == (width, height);
     assert!(inputs.iter().all(same_size), "images differ in size");
     let aligned = |side: u32| side.next_multiple_of(alignment) as usize;
@@ -66,7 +62,11 @@ pub fn input_process_in(
 
 /// Encodes a component of a repaired color.
 pub(super) fn encode_color(encoding: Encoding, v: f32, input_scale: f32) -> f64 {
-    encode(encoding, f64::from(v) * f64::from(input_scale))
+    let lowest = match encoding.transfer_function {
+        TransferFunction::Signed => f32::MIN,
+        _ => 0.0,
+    };
+    encode(encoding, f64::from(v.max(lowest)) * f64::from(input_scale))
 }
 
 fn encode_albedo(v: f32) -> f64 {
@@ -130,7 +130,7 @@ mod tests {
 
     #[test]
     fn values_out_of_range_are_clamped_and_bad_pixels_filled() {
-        let bad = image(3, 1, &[[f32::NAN; 3], [f32::INFINITY; 3], [f32::NEG_INFINITY; 3]]);
+        let bad = image(3, 1, &[[f32::NAN; 3], [-f32::NAN; 3], [f32::NEG_INFINITY; 3]]);
         let found = input_process(&bad, Some(&bad), Some(&bad), 1.0, 1);
         assert_eq!(found, Tensor::from_fn(9, 1, 3, |c, _, _| if c < 6 { 0.0 } else { 0.5 }));
         let spot = image(3, 1, &[[0.25; 3], [f32::NAN; 3], [0.25; 3]]);
@@ -141,5 +141,8 @@ mod tests {
         let found = input_process(&outside, Some(&outside), Some(&outside), 1.0, 1);
         let limits = [[0.0, pu(2.0) as f32], [0.0, 1.0], [0.0, 1.0]];
         assert_eq!(found, Tensor::from_fn(9, 1, 2, |c, _, x| limits[c / 3][x]));
+        let wide_gamut = image(1, 1, &[[-0.5, 2.0, -0.0]]);
+        let found = input_process(&wide_gamut, None, None, 1.0, 1);
+        assert_eq!(found.data, [0.0, pu(2.0) as f32, 0.0]);
     }
 }

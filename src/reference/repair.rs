@@ -1,46 +1,91 @@
 //! Replaces pixels that no network should see: see [`fill`] and [`repair`].
 
 use crate::image::Image;
+use crate::model::{Encoding, TransferFunction};
 
 /// The luminance of middle gray: the image's average, times the input scale.
 pub const GREY: f64 = 0.18;
 /// How many times brighter than its surroundings a pixel may be.
-pub const OUTLIER: f64 = 16.0;
+pub const OUTLIER: f64 = 256.0;
 /// Values are clamped to ± this, so that no sum or quotient exceeds 32 bits.
 pub const MOST: f32 = 1e30;
+/// +∞ is at least this bright: the largest 16-bit float, which most renderers' files cannot exceed.
+const LARGEST_F16: f32 = 65504.0;
+
+/// Color that a network can read.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Repaired {
+    /// Linear color, finite everywhere.
+    pub color: Image,
+    /// Row by row, whether the pixel has a color: whether it or one within two pixels is good.
+    pub valid: Vec<bool>,
+}
 
 /// The image without bad pixels. A pixel that is not finite in all channels becomes the mean of the
 /// finite ones among the eight around it, or else among the 24 around it, or else black. For the
 /// mean, values are clamped to ±1e30.
 #[must_use]
-pub fn fill(image: &Image) -> Image {
-    let filled = |pixel, [x, y]: [i64; 2]| {
-        if is_finite(pixel) {
-            return pixel;
-        }
-        let rings = [1, 2].map(|distance| around(image, [x, y], distance));
-        let finite = rings.into_iter().find(|ring| !ring.is_empty()).unwrap_or_default();
-        let count = finite.len().max(1) as f64;
-        let sum = |c: usize| finite.iter().map(|p| f64::from(p[c].clamp(-MOST, MOST))).sum::<f64>();
-        [0, 1, 2].map(|c| (sum(c) / count) as f32)
-    };
-    map(image, filled)
+pub fn fill(image: &Image) -> Repaired {
+    map(image, |place| filled(image, place, f32::INFINITY))
 }
 
-/// Noisy color as the network sees it: [filled](fill), clamped to `[0, 1e30]`, and without
-/// outliers. No pixel is brighter than 16 times the brightest finite one of the eight around it or
-/// 16 times middle gray, `0.18 / input_scale`, whichever is more; brighter pixels are darkened to
-/// that limit, keeping their hue.
+/// Noisy color as the network sees it, before exposure. In this order:
+///
+/// 1. NaN or −∞ in any channel makes a pixel missing, and it is filled as by [`fill`].
+/// 2. +∞ in a channel becomes the largest finite value of any channel among the 5×5 pixels around
+///    the one in question, but at least 65504. It counts as that for the other steps, too.
+/// 3. All values are clamped to ±1e30, and negative ones to 0 where the luminance is negative.
+/// 4. No pixel is brighter than 256 times the brightest good one of the eight around it or 256
+///    times middle gray, `0.18 / input_scale`, whichever is more; brighter pixels are darkened to
+///    that limit, keeping their hue. For this, negative channels count as 0.
 #[must_use]
-pub fn repair(color: &Image, input_scale: f32) -> Image {
-    let lit = map(&fill(color), |pixel, _| pixel.map(|v| v.clamp(0.0, MOST)));
-    map(&lit, |pixel, place| {
-        let neighbors = around(color, place, 1);
-        let lights = neighbors.iter().map(|p| luminance(p.map(|v| v.clamp(0.0, MOST))));
+pub fn repair(color: &Image, input_scale: f32) -> Repaired {
+    map(color, |place| {
+        let infinite = infinity(color, place);
+        let pixel = filled(color, place, infinite)?.map(|v| v.clamp(-MOST, MOST));
+        let pixel = if luminance(pixel) < 0.0 { pixel.map(|v| v.max(0.0)) } else { pixel };
+        let lights = around(color, place, 1, infinite).into_iter().map(light);
         let most = OUTLIER * lights.fold(GREY / f64::from(input_scale), f64::max);
-        let share = (most / luminance(pixel)).min(1.0);
-        if luminance(pixel) > most { pixel.map(|v| (f64::from(v) * share) as f32) } else { pixel }
+        let share = (most / light(pixel)).min(1.0);
+        Some(if light(pixel) > most { pixel.map(|v| (f64::from(v) * share) as f32) } else { pixel })
     })
+}
+
+/// [`repair`], or only [`fill`] for data that is no light.
+#[must_use]
+pub fn repair_in(encoding: Encoding, color: &Image, input_scale: f32) -> Repaired {
+    match encoding.transfer_function {
+        TransferFunction::Signed => fill(color),
+        _ => repair(color, input_scale),
+    }
+}
+
+/// The pixel or the mean of good ones around it, if there is any. +∞ stands for `infinite`.
+fn filled(image: &Image, place: [i64; 2], infinite: f32) -> Option<[f32; 3]> {
+    let pixel = image.row(place[1] as u32)[place[0] as usize];
+    let rings = [1, 2].map(|distance| around(image, place, distance, infinite));
+    let mean = |ring: &Vec<[f32; 3]>| {
+        let sum = |c: usize| ring.iter().map(|p| f64::from(p[c])).sum::<f64>();
+        [0, 1, 2].map(|c| (sum(c) / ring.len() as f64) as f32)
+    };
+    good(pixel, infinite).or_else(|| rings.iter().find(|ring| !ring.is_empty()).map(mean))
+}
+
+/// The pixel, unless it has a value that is not finite after `infinite` took the place of +∞.
+fn good(pixel: [f32; 3], infinite: f32) -> Option<[f32; 3]> {
+    let pixel = pixel.map(|v| if v == f32::INFINITY { infinite } else { v });
+    is_finite(pixel).then_some(pixel)
+}
+
+/// What +∞ stands for at a pixel.
+fn infinity(image: &Image, place: [i64; 2]) -> f32 {
+    let values = window(image, place, 2).flat_map(|[x, y]| image.row(y as u32)[x as usize]);
+    values.filter(|v| v.is_finite()).fold(LARGEST_F16, f32::max)
+}
+
+/// Luminance with values clamped to `[0, 1e30]`.
+fn light(pixel: [f32; 3]) -> f64 {
+    luminance(pixel.map(|v| v.clamp(0.0, MOST)))
 }
 
 /// Luminance of linear color with Rec. 709 primaries.
@@ -52,23 +97,30 @@ pub(super) fn is_finite(pixel: [f32; 3]) -> bool {
     pixel.iter().all(|v| v.is_finite())
 }
 
-fn map(image: &Image, pixel: impl Fn([f32; 3], [i64; 2]) -> [f32; 3]) -> Image {
-    let mut result = image.clone();
+fn map(image: &Image, pixel: impl Fn([i64; 2]) -> Option<[f32; 3]>) -> Repaired {
+    let mut color = image.clone();
     let width = i64::from(image.width());
-    for (i, value) in (0..).zip(result.pixels_mut()) {
-        *value = pixel(*value, [i % width, i / width]);
+    let place = |i| [i % width, i / width];
+    let found: Vec<_> = (0..).map(place).map(pixel).take(image.pixels().len()).collect();
+    for (value, found) in color.pixels_mut().iter_mut().zip(&found) {
+        *value = found.unwrap_or_default();
     }
-    result
+    Repaired { color, valid: found.iter().map(Option::is_some).collect() }
 }
 
-/// The finite pixels up to `distance` away, counting diagonal steps, except the center.
-fn around(image: &Image, [x, y]: [i64; 2], distance: i64) -> Vec<[f32; 3]> {
+/// The good pixels up to `distance` away, except the center, clamped to ±1e30.
+fn around(image: &Image, place: [i64; 2], distance: i64, infinite: f32) -> Vec<[f32; 3]> {
+    let others = window(image, place, distance).filter(|other| *other != place);
+    let pixels = others.filter_map(|[x, y]| good(image.row(y as u32)[x as usize], infinite));
+    pixels.map(|pixel| pixel.map(|v| v.clamp(-MOST, MOST))).collect()
+}
+
+/// The places in the image up to `distance` away, counting diagonal steps.
+fn window(image: &Image, [x, y]: [i64; 2], distance: i64) -> impl Iterator<Item = [i64; 2]> {
     let (width, height) = (i64::from(image.width()), i64::from(image.height()));
-    let steps = || -distance..=distance;
-    let places = steps().flat_map(|dy| steps().map(move |dx| [dx, dy]));
-    let others = places.filter(|step| *step != [0, 0]).map(|[dx, dy]| [x + dx, y + dy]);
-    let inside = others.filter(|[x, y]| (0..width).contains(x) && (0..height).contains(y));
-    inside.map(|[x, y]| image.row(y as u32)[x as usize]).filter(|p| is_finite(*p)).collect()
+    let steps = move || -distance..=distance;
+    let places = steps().flat_map(move |dy| steps().map(move |dx| [x + dx, y + dy]));
+    places.filter(move |[x, y]| (0..width).contains(x) && (0..height).contains(y))
 }
 
 #[cfg(test)]
@@ -85,48 +137,105 @@ mod tests {
     #[test]
     fn a_bad_pixel_is_the_mean_of_its_finite_neighbors() {
         for bad in [f32::NAN, f32::INFINITY, f32::NEG_INFINITY] {
-            assert_eq!(fill(&row(&[9.0, 1.0, bad, 4.0, 9.0])), row(&[9.0, 1.0, 2.5, 4.0, 9.0]));
-            assert_eq!(fill(&row(&[bad, 3.0])), row(&[3.0, 3.0]));
+            let found = fill(&row(&[9.0, 1.0, bad, 4.0, 9.0]));
+            assert_eq!(found.color, row(&[9.0, 1.0, 2.5, 4.0, 9.0]));
+            assert_eq!(fill(&row(&[bad, 3.0])).color, row(&[3.0, 3.0]));
         }
     }
 
     #[test]
-    fn a_pixel_among_bad_ones_looks_two_pixels_far_and_then_is_black() {
+    fn a_pixel_among_bad_ones_looks_two_pixels_far_and_then_is_black_and_not_valid() {
         let (bad, filled) = (f32::NAN, 6.0);
-        assert_eq!(fill(&row(&[6.0, bad, bad, bad])), row(&[6.0, filled, filled, 0.0]));
-        assert_eq!(fill(&row(&[bad; 5])), row(&[0.0; 5]));
+        for found in
+            [fill, |image: &Image| repair(image, 1.0)].map(|f| f(&row(&[6.0, bad, bad, bad])))
+        {
+            assert_eq!(found.color, row(&[6.0, filled, filled, 0.0]));
+            assert_eq!(found.valid, [true, true, true, false]);
+        }
+        assert_eq!(
+            fill(&row(&[bad; 5])),
+            Repaired { color: row(&[0.0; 5]), valid: vec![false; 5] }
+        );
     }
 
     #[test]
     fn one_bad_channel_makes_a_bad_pixel() {
         let mut image = Image::filled(3, 3, [1.0, -2.0, 3.0]).expect("a valid image");
         image.pixels_mut()[4] = NAN;
-        assert_eq!(fill(&image).pixels(), [[1.0, -2.0, 3.0]; 9]);
+        assert_eq!(fill(&image).color.pixels(), [[1.0, -2.0, 3.0]; 9]);
     }
 
     #[test]
-    fn negative_light_is_none() {
-        assert_eq!(repair(&row(&[-1.0, -0.5, 2.0]), 1.0), row(&[0.0, 0.0, 2.0]));
+    fn negative_channels_stay_unless_the_luminance_is_negative() {
+        let image = Image::new(3, 1, vec![[-1.0; 3], [-0.5, 2.0, 0.0], [3.0, -1.0, 0.0]]);
+        let found = repair(&image.expect("a valid image"), 1.0).color;
+        assert_eq!(found.pixels(), [[0.0; 3], [-0.5, 2.0, 0.0], [3.0, 0.0, 0.0]]);
     }
 
     #[test]
-    fn an_outlier_is_darkened_to_sixteen_times_its_brightest_neighbor_in_its_hue() {
+    fn infinite_light_is_the_brightest_thing_around_and_the_other_channels_stay() {
+        let inf = f32::INFINITY;
+        for (around, expected) in [(0.5, 65504.0), (1e5, 1e5), (f32::MAX, 1e30)] {
+            let mut image = Image::filled(5, 5, [around; 3]).expect("a valid image");
+            image.pixels_mut()[7..9].fill([inf, 30000.0, -8000.0]);
+            let found = repair(&image, 1e-4).color;
+            assert_eq!(found.pixels()[7..9], [[expected, 30000.0, -8000.0]; 2]);
+        }
+    }
+
+    #[test]
+    fn the_brightest_value_counts_up_to_two_pixels_away() {
+        let inf = f32::INFINITY;
+        for (place, expected) in
+            [(0, 65504.0), (1, 65504.0), (2, 7e4), (4, 7e4), (6, 7e4), (7, 65504.0)]
+        {
+            let mut values = [1.0; 9];
+            (values[4], values[place]) = (inf, if place == 4 { inf } else { 7e4 });
+            let mut image = row(&values);
+            // A channel of the pixel itself counts as well.
+            image.pixels_mut()[4][2] = if place == 4 { 7e4 } else { inf };
+            assert_eq!(repair(&image, 1e-4).color.pixels()[4][0], expected, "{place}");
+        }
+    }
+
+    #[test]
+    fn a_lone_infinite_pixel_is_a_firefly_and_a_missing_one_beside_infinite_ones_is_bright() {
+        let (nan, inf) = (f32::NAN, f32::INFINITY);
+        let lone = repair(&row(&[1.0, 1.0, inf, 1.0, 1.0]), 1.0).color;
+        assert!((lone.pixels()[2][0] / 256.0 - 1.0).abs() < 1e-6, "{lone:?}");
+        let sun = repair(&row(&[inf, inf, nan, inf, inf]), 1.0).color;
+        assert_eq!(sun, row(&[65504.0; 5]));
+        assert_eq!(repair(&row(&[f32::NEG_INFINITY, 2.0]), 1.0).color, row(&[2.0; 2]));
+    }
+
+    #[test]
+    fn an_outlier_is_darkened_to_256_times_its_brightest_neighbor_in_its_hue() {
         let mut image = Image::filled(5, 5, [1.0; 3]).expect("a valid image");
         image.pixels_mut()[6] = [2.0; 3];
         image.pixels_mut()[12] = [1e30, 0.0, 0.0];
-        let [r, g, b] = repair(&image, 1.0).pixels()[12];
-        assert!((f64::from(r) * 0.212_671 / 32.0 - 1.0).abs() < 1e-6 && g == 0.0 && b == 0.0);
+        let [r, g, b] = repair(&image, 1.0).color.pixels()[12];
+        assert!((f64::from(r) * 0.212_671 / 512.0 - 1.0).abs() < 1e-6 && g == 0.0 && b == 0.0);
         let others = |image: &Image| [image.pixels()[..12].to_vec(), image.pixels()[13..].to_vec()];
-        assert_eq!(others(&repair(&image, 1.0)), others(&image));
+        assert_eq!(others(&repair(&image, 1.0).color), others(&image));
     }
 
     #[test]
-    fn what_is_bright_beside_bright_pixels_stays_and_so_does_what_is_only_sixteen_times_gray() {
+    fn what_is_bright_beside_bright_pixels_stays_and_so_does_what_is_only_256_times_gray() {
         let lamp = row(&[0.1, 1e4, 1e4, 0.1]);
-        assert_eq!(repair(&lamp, 1.0), lamp);
-        let (below, above) = (row(&[0.0, 2.87, 0.0]), row(&[0.0, 2.89, 0.0]));
-        assert_eq!(repair(&below, 1.0), below);
-        assert!((repair(&above, 1.0).pixels()[1][0] - 2.88).abs() < 1e-5);
-        assert_eq!(repair(&above, 0.5), above);
+        assert_eq!(repair(&lamp, 1.0).color, lamp);
+        let (below, above) = (row(&[0.0, 46.07, 0.0]), row(&[0.0, 46.09, 0.0]));
+        assert_eq!(repair(&below, 1.0).color, below);
+        assert!((repair(&above, 1.0).color.pixels()[1][0] - 46.08).abs() < 1e-5);
+        assert_eq!(repair(&above, 0.5).color, above);
+    }
+
+    #[test]
+    fn data_that_is_no_light_is_only_filled() {
+        let signed =
+            Encoding { transfer_function: TransferFunction::Signed, ..Encoding::default() };
+        let image = row(&[-1.0, f32::INFINITY, -0.5, 0.0, 1e4]);
+        let found = repair_in(signed, &image, 1.0).color;
+        assert_eq!(found, row(&[-1.0, -0.75, -0.5, 0.0, 1e4]));
+        assert_eq!(repair_in(Encoding::default(), &image, 1.0), repair(&image, 1.0));
     }
 }

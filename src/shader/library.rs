@@ -17,7 +17,7 @@ const MODULES: &[(&str, &str)] = modules![
     "common/conv_logits", "common/conv_output", "common/conv_sums", "common/conv_tile",
     "common/encoded", "common/encoding", "common/fill", "common/finest", "common/gathered",
     "common/half", "common/head", "common/images", "common/inputs", "common/layout",
-    "common/light", "common/limits", "common/linear", "common/need", "common/normal",
+    "common/light", "common/limits", "common/need", "common/normal",
     "common/output", "common/place", "common/repair", "common/result", "common/scale",
     "common/simd", "common/simd_input", "common/tensor", "common/tile", "common/weighted",
     "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_simd", "conv_logits_tiled",

@@ -68,6 +68,13 @@ fn images(width: u32, height: u32) -> [Image; 3] {
             }
         }
     }
+    // A lamp that overflowed in one channel, whose others are beyond a small gamut.
+    for (x, y) in [(11, 12), (12, 12), (12, 13)] {
+        if x < width && y < height {
+            let lamp = [f32::INFINITY, 3e4, -8e3];
+            images[0].pixels_mut()[(y * width + x) as usize] = lamp;
+        }
+    }
     images
 }
 
