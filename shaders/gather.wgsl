@@ -46,17 +46,23 @@ fn at_level(pixel: vec2<i32>) -> vec4<f32> {
     return textureLoad(input, at, 0);
 }
 
-// Bilinear: of the four nearest coarser pixels, the nearest counts 3/4 along each axis.
-@if(!bottom)
-fn upsampled(pixel: vec2<i32>) -> vec4<f32> {
-    let near = pixel / 2;
-    let far = clamp(near + 2 * (pixel & vec2(1)) - 1, vec2(0), size() / 2 - 1);
-    return sum_of_four(
-        textureLoad(coarser, near, 0),
-        textureLoad(coarser, vec2(far.x, near.y), 0),
-        textureLoad(coarser, vec2(near.x, far.y), 0),
-        textureLoad(coarser, far, 0),
-        vec4(9.0, 3.0, 3.0, 1.0) / 16.0,
+// A coarser pixel and the one above or below it, whichever is nearer to row `y` of this level.
+struct Pair {
+    near: vec4<f32>, far: vec4<f32>,
+}
+
+@if(bottom)
+fn pair(x: i32, y: i32) -> Pair {
+    return Pair();
+}
+@else
+fn pair(x: i32, y: i32) -> Pair {
+    let most = size() / 2 - 1;
+    let column = clamp(x, 0, most.x);
+    let next = clamp(y / 2 + 2 * (y & 1) - 1, 0, most.y);
+    return Pair(
+        textureLoad(coarser, vec2(column, y / 2), 0),
+        textureLoad(coarser, vec2(column, next), 0),
     );
 }
 
@@ -69,22 +75,31 @@ fn column(pixel: vec2<i32>) -> Column {
     return Column(at_level(pixel - vec2(0, 1)), at_level(pixel), at_level(pixel + vec2(0, 1)));
 }
 
-fn result(pixel: vec2<i32>, left: Column, center: Column, right: Column) -> vec4<f32> {
+fn gathered_at(pixel: vec2<i32>, left: Column, center: Column, right: Column) -> vec4<f32> {
     let pixels = Nine(
         left.above, center.above, right.above,
         left.middle, center.middle, right.middle,
         left.below, center.below, right.below,
     );
-    let last = load_logits(pixel, LAST_QUAD);
-    let own = gathered(pixels, load_logits(pixel, 0u), load_logits(pixel, 1u), last.x);
-    @if(bottom)
+    let last = load_logits(pixel, LAST_QUAD).x;
+    return gathered(pixels, load_logits(pixel, 0u), load_logits(pixel, 1u), last);
+}
+
+// With the coarser level, bilinear: of its four nearest pixels, the nearest counts 3/4 along each
+// axis.
+@if(bottom)
+fn with_coarser(pixel: vec2<i32>, own: vec4<f32>, near: Pair, far: Pair) -> vec4<f32> {
     return own;
-    @else
-    return sum_of_two(own, upsampled(pixel), share(last));
+}
+@else
+fn with_coarser(pixel: vec2<i32>, own: vec4<f32>, near: Pair, far: Pair) -> vec4<f32> {
+    let factors = vec4(9.0, 3.0, 3.0, 1.0) / 16.0;
+    let sum = sum_of_four(near.near, far.near, near.far, far.far, factors);
+    return sum_of_two(own, sum, share(load_logits(pixel, LAST_QUAD)));
 }
 
 @if(finest)
-fn store_result(pixel: vec2<i32>, left: Column, center: Column, right: Column) {
+fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     let at = tile.origin + vec2<u32>(pixel);
     if any(at < tile.begin) || any(at >= tile.end) {
         return;
@@ -93,12 +108,12 @@ fn store_result(pixel: vec2<i32>, left: Column, center: Column, right: Column) {
         store_noisy(at);
         return;
     }
-    store_linear(at, result(pixel, left, center, right).rgb);
+    store_linear(at, sum.rgb);
 }
 @else
-fn store_result(pixel: vec2<i32>, left: Column, center: Column, right: Column) {
+fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     // Stores outside the level do nothing.
-    textureStore(output, pixel, 0, result(pixel, left, center, right));
+    textureStore(output, pixel, 0, sum);
 }
 
 @compute @workgroup_size(8, 8)
@@ -107,14 +122,24 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(first >= size()) {
         return;
     }
+    let pixels = array(first, first + vec2(1, 0), first + vec2(2, 0), first + vec2(3, 0));
     let before = column(first - vec2(1, 0));
-    let a = column(first);
-    let b = column(first + vec2(1, 0));
-    let c = column(first + vec2(2, 0));
-    let d = column(first + vec2(3, 0));
+    let a = column(pixels[0]);
+    let b = column(pixels[1]);
+    let c = column(pixels[2]);
+    let d = column(pixels[3]);
     let behind = column(first + vec2(4, 0));
-    store_result(first, before, a, b);
-    store_result(first + vec2(1, 0), a, b, c);
-    store_result(first + vec2(2, 0), b, c, d);
-    store_result(first + vec2(3, 0), c, d, behind);
+    let own_a = gathered_at(pixels[0], before, a, b);
+    let own_b = gathered_at(pixels[1], a, b, c);
+    let own_c = gathered_at(pixels[2], b, c, d);
+    let own_d = gathered_at(pixels[3], c, d, behind);
+    // The first pixel of the four is even, so `middle_left` is the nearest to it and the second.
+    let left = pair(first.x / 2 - 1, first.y);
+    let middle_left = pair(first.x / 2, first.y);
+    let middle_right = pair(first.x / 2 + 1, first.y);
+    let right = pair(first.x / 2 + 2, first.y);
+    store_result(pixels[0], with_coarser(pixels[0], own_a, middle_left, left));
+    store_result(pixels[1], with_coarser(pixels[1], own_b, middle_left, middle_right));
+    store_result(pixels[2], with_coarser(pixels[2], own_c, middle_right, middle_left));
+    store_result(pixels[3], with_coarser(pixels[3], own_d, middle_right, right));
 }

@@ -1,33 +1,35 @@
 // One level of a kernel pyramid: the sum of 2×2 pixels of the finer level, a quarter each, times
-// the level's confidence. One pixel per invocation. The finest level is the noisy color times its
-// confidence; it is not stored, so the second level computes it.
+// the level's confidence. One pixel per invocation. Level 0 is the noisy color with its confidence;
+// on GPUs it is not stored, and level 1 computes what it needs of it.
 
 import package::common::tensor::TensorIn;
-import package::common::weighted::{LAST_QUAD, LightOut, confidence, sum_of_four};
-@if(finest) import package::common::finest::finest;
-@else import package::common::weighted::LightIn;
+import package::common::weighted::{LAST_QUAD, LightIn, LightOut, confidence, sum_of_four};
+@if(level0 || finest) import package::common::finest::finest;
 
 @if(finest) @group(0) @binding(2) var logits: TensorIn;
-@else @group(0) @binding(1) var logits: TensorIn;
+@elif(!level0) @group(0) @binding(1) var logits: TensorIn;
 
-@if(finest) @group(0) @binding(3) var output: LightOut;
+@if(level0 || finest) @group(0) @binding(3) var output: LightOut;
 @else @group(0) @binding(2) var output: LightOut;
 
-@if(!finest) @group(0) @binding(0) var input: LightIn;
+@if(!level0 && !finest) @group(0) @binding(0) var input: LightIn;
 
+@if(finest)
 fn finer(pixel: vec2<u32>) -> vec4<f32> {
-    @if(finest)
     return finest(pixel);
-    @else
+}
+@elif(!level0)
+fn finer(pixel: vec2<u32>) -> vec4<f32> {
     return textureLoad(input, pixel, 0);
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= textureDimensions(output)) {
-        return;
-    }
-    let corner = id.xy * 2u;
+@if(level0)
+fn level(pixel: vec2<u32>) -> vec4<f32> {
+    return finest(pixel);
+}
+@else
+fn level(pixel: vec2<u32>) -> vec4<f32> {
+    let corner = pixel * 2u;
     let sum = sum_of_four(
         finer(corner),
         finer(corner + vec2(1u, 0u)),
@@ -35,6 +37,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         finer(corner + vec2(1u, 1u)),
         vec4(0.25),
     );
-    let own = confidence(textureLoad(logits, id.xy, LAST_QUAD));
-    textureStore(output, id.xy, 0, vec4(sum.rgb, sum.w * own));
+    return vec4(sum.rgb, sum.w * confidence(textureLoad(logits, pixel, LAST_QUAD)));
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(output)) {
+        return;
+    }
+    textureStore(output, id.xy, 0, level(id.xy));
 }

@@ -1,13 +1,24 @@
-// The finest level of a kernel pyramid: the noisy color with its confidence as the weight.
+// The finest level of a kernel pyramid: the noisy color with its confidence as the weight. Kernels
+// for CPU drivers read it from memory; those for GPUs, where memory is slower than arithmetic,
+// compute it from the noisy color wherever it is needed.
 
-import package::common::place::place;
-import package::common::repair::repaired;
 import package::common::tensor::TensorIn;
-import package::common::weighted::{LAST_QUAD, confidence};
+@if(stored_finest) import package::common::weighted::LightIn;
+@else import package::common::place::place;
+@if(!stored_finest) import package::common::repair::repaired;
+@if(!stored_finest) import package::common::weighted::{LAST_QUAD, confidence};
 
 @if(gather) @group(0) @binding(6) var finest_logits: TensorIn;
+@elif(level0) @group(0) @binding(2) var finest_logits: TensorIn;
 @else @group(0) @binding(5) var finest_logits: TensorIn;
 
+@if(stored_finest) @group(0) @binding(8) var stored_light: LightIn;
+
+@if(stored_finest)
+fn finest(pixel: vec2<u32>) -> vec4<f32> {
+    return textureLoad(stored_light, pixel, 0);
+}
+@else
 fn finest(pixel: vec2<u32>) -> vec4<f32> {
     let color = repaired(place(pixel));
     return vec4(color.rgb, color.w * confidence(textureLoad(finest_logits, pixel, LAST_QUAD)));

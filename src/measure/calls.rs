@@ -8,7 +8,7 @@ use crate::denoiser::frame::Frame;
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::wait::{read, wait};
-use crate::network::bind::Call;
+use crate::network::call::Call;
 
 /// The cost of one kernel call, summed over the tiles of a frame.
 #[derive(Clone, Debug, Default)]

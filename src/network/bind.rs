@@ -2,10 +2,10 @@
 
 use std::ops::Range;
 
+use super::call::Call;
 use super::compile::{BoxedOperator, CompiledNetwork, Ending, Stem};
 use super::pyramid;
-use crate::gpu::kernel::{Context, Dispatch};
-use crate::gpu::precision::Precision;
+use crate::gpu::kernel::Context;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::macs::layer_macs_per_pixel;
 use crate::model::{INPUT, TensorId};
@@ -15,53 +15,6 @@ use crate::ops::input_process::{Sources, input_process};
 use crate::ops::need::Need;
 use crate::ops::operator::Io;
 use crate::ops::output_process::{ResultImages, output_process};
-
-/// One kernel call of a tile.
-#[derive(Debug)]
-pub(crate) struct Call {
-    /// The layer's name, or the operator's.
-    pub(crate) name: String,
-    /// Multiply-accumulates.
-    pub(crate) macs: f64,
-    /// Bytes of the tensors it reads and writes.
-    pub(crate) bytes: f64,
-    dispatch: Dispatch,
-    /// Whether it reads the tile's uniform.
-    per_tile: bool,
-}
-
-impl Call {
-    pub(super) fn per_tile(name: &str, dispatch: Dispatch) -> Self {
-        Self { name: name.into(), macs: 0.0, bytes: 0.0, dispatch, per_tile: true }
-    }
-
-    /// A call that is the same for every tile.
-    pub(super) fn fixed(name: &str, dispatch: Dispatch) -> Self {
-        Self { per_tile: false, ..Self::per_tile(name, dispatch) }
-    }
-
-    /// The call with the bytes of the tensors and of the pyramid's levels that it reads and writes.
-    pub(super) fn moving(
-        self,
-        context: &Context,
-        tensors: &[&GpuTensor],
-        light: &[&GpuTensor],
-    ) -> Self {
-        let of = |tensors: &[&GpuTensor], precision| -> f64 {
-            tensors.iter().map(|tensor| tensor.bytes(precision)).sum()
-        };
-        Self { bytes: of(tensors, context.precision) + of(light, Precision::F32), ..self }
-    }
-
-    /// Records the call for the tile at byte `offset` of the uniform buffer.
-    pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
-        if self.per_tile {
-            self.dispatch.record_at(pass, offset);
-        } else {
-            self.dispatch.record(pass);
-        }
-    }
-}
 
 /// The resources of a tile.
 pub(crate) struct Bound<'a> {
@@ -136,15 +89,14 @@ fn first_call(
     tensor: &GpuTensor,
     activity: &Activity,
 ) -> Call {
-    let bytes = tensor.bytes(context.precision);
     let Some(Stem { name, operator }) = &network.stem else {
         let call = input_process(context, &bound.sources, tensor);
-        return Call { bytes, ..Call::per_tile("input_process", call) };
+        return Call::per_tile("input_process", call).moving(context, &[tensor], &[]);
     };
     let need = Need { map: &activity.map, level: 0, reach: network.reach[INPUT] };
     let call = operator.dispatch(context, &bound.sources, tensor, &need);
     let macs = operator.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
-    Call { macs, bytes, ..Call::per_tile(&format!("input+{name}"), call) }
+    Call::per_tile(&format!("input+{name}"), call).computing(macs).moving(context, &[tensor], &[])
 }
 
 /// The calls from the last tensors to the image.
@@ -160,7 +112,16 @@ fn last_calls(
     let images = ResultImages { tiles, input_scale, color, output, blend, encoding };
     let outputs: Vec<_> = network.body.outputs.iter().map(|&output| &tensors[output]).collect();
     let (name, dispatch, macs) = match &network.ending {
-        Ending::Pyramid => return pyramid::calls(context, bound, &outputs, activity, &images),
+        Ending::Pyramid { stores_level0 } => {
+            return pyramid::calls(
+                context,
+                bound.tile,
+                &outputs,
+                *stores_level0,
+                activity,
+                &images,
+            );
+        }
         Ending::Color => ("output_process", output_process(context, outputs[0], &images), 0.0),
         Ending::Head(head) => {
             let dispatch = head.dispatch(context, outputs[0], activity, &images);
@@ -168,8 +129,7 @@ fn last_calls(
         }
     };
     let macs = macs * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
-    let call = Call { macs, ..Call::per_tile(name, dispatch) };
-    vec![call.moving(context, &outputs, &[])]
+    vec![Call::per_tile(name, dispatch).computing(macs).moving(context, &outputs, &[])]
 }
 
 /// Views of new textures, by tensor.
@@ -212,9 +172,8 @@ fn layer_calls(
         let dispatch = operator.dispatch(&context.device, &io)?;
         let macs = layer_macs_per_pixel(body, i) * pixels;
         let pooled = io.pooled.filter(|_| operator.pools());
-        let tensors = inputs.iter().copied().chain([io.output]).chain(pooled);
-        let bytes = tensors.map(|tensor| tensor.bytes(context.precision)).sum();
-        Some(Call { name: layer.name.clone(), macs, bytes, dispatch, per_tile: false })
+        let moved: Vec<_> = inputs.iter().copied().chain([io.output]).chain(pooled).collect();
+        Some(Call::fixed(&layer.name, dispatch).computing(macs).moving(context, &moved, &[]))
     };
     operators.iter().enumerate().filter_map(call).collect()
 }

@@ -50,7 +50,10 @@ pub(crate) enum Ending {
     /// The last layers are one kernel, which makes the color too.
     Head(Head),
     /// The tensors are the logits of a kernel pyramid.
-    Pyramid,
+    Pyramid {
+        /// Whether level 0 is stored, which pays where memory is faster than arithmetic.
+        stores_level0: bool,
+    },
 }
 
 pub(crate) type BoxedOperator = Box<dyn Operator>;
@@ -74,23 +77,20 @@ impl CompiledNetwork {
     /// on the formats and are compiled when bound.
     pub(crate) fn new(context: &Context, kernels: KernelSet, weights: &Weights) -> Result<Self> {
         if kernels == KernelSet::Plain {
-            let params = |layer: &str| weights.params(layer);
-            let ending =
-                if weights.network().has_pyramid() { Ending::Pyramid } else { Ending::Color };
-            return Self::build(
-                context,
-                kernels,
-                weights,
-                weights.network().clone(),
-                params,
-                |_| ending,
-            );
+            let (network, params) = (weights.network(), |layer: &str| weights.params(layer));
+            return Self::build(context, kernels, weights, network.clone(), params, |_| {
+                let pyramid = Ending::Pyramid { stores_level0: true };
+                if network.has_pyramid() { pyramid } else { Ending::Color }
+            });
         }
         let Fused { network, params, head } =
             Fused::new(weights, conv_logits::most_channels(kernels));
         let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
         Self::build(context, kernels, weights, network, params, |map| {
-            let Some(HeadParams { conv, sigmoid }) = &head else { return Ending::Pyramid };
+            let Some(HeadParams { conv, sigmoid }) = &head else {
+                let stores_level0 = kernels.resolve(&context.device) == KernelSet::Simd;
+                return Ending::Pyramid { stores_level0 };
+            };
             let mut head = Head::new(context, kernels, conv, map);
             head.sigmoid = *sigmoid;
             Ending::Head(head)
@@ -140,10 +140,13 @@ impl CompiledNetwork {
 
     /// GPU memory in bytes for everything between the images.
     pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64) -> u64 {
-        let levels = if self.body.has_pyramid() { self.body.outputs.len() } else { 0 };
-        self.storage.bytes(tile[0], tile[1], texel_bytes)
-            + ops::activity::bytes(tile)
-            + pyramid::bytes(tile, levels)
+        let pyramid = match self.ending {
+            Ending::Pyramid { stores_level0 } => {
+                pyramid::bytes(tile, self.body.outputs.len(), stores_level0)
+            }
+            _ => 0,
+        };
+        self.storage.bytes(tile[0], tile[1], texel_bytes) + ops::activity::bytes(tile) + pyramid
     }
 }
 

@@ -1,5 +1,6 @@
 //! A network on a device: compiled once, then bound to the tensors and images of a tile.
 
 pub(crate) mod bind;
+pub(crate) mod call;
 pub(crate) mod compile;
 mod pyramid;

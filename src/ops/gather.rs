@@ -41,15 +41,19 @@ pub const BOTTOM: KernelSpec = KernelSpec {
     ..LEVEL
 };
 
-/// The kernel for the level of full resolution, for noisy color and result in these formats.
+/// The kernel that stores the image, for noisy color and result in these formats. It reads level 0
+/// of the pyramid if that is `stored`.
 #[must_use]
-pub fn finest_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+pub fn finest_spec(color: ImageFormat, output: ImageFormat, stored: bool) -> KernelSpec {
     let mut features = result_features(color, output);
     features.extend(["gather", "finest"]);
+    features.extend(stored.then_some("stored_finest"));
     let mut bindings = result_bindings(color, output);
     bindings.extend([Binding::Buffer, Binding::TensorIn, Binding::LightIn]);
+    bindings.extend(stored.then_some(Binding::LightIn));
+    let name = if stored { "gather_stored" } else { "gather_finest" };
     KernelSpec {
-        name: head::name("gather_finest", color, output).into(),
+        name: head::name(name, color, output).into(),
         features: features.into(),
         bindings: bindings.into(),
         overrides: &["brightest", "transfer_function"],
@@ -74,20 +78,22 @@ pub fn gather(
 }
 
 /// The call that stores the image from the noisy color, the logits of full resolution and the
-/// result of level 1. Clean blocks receive the input, with its bad pixels filled.
+/// result of level 1; and from level 0 of the pyramid, if it is stored. Clean blocks receive the input, with its bad pixels filled.
 /// [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn gather_finest(
     context: &Context,
     [logits, coarser]: [&GpuTensor; 2],
+    level0: Option<&GpuTensor>,
     activity: &Activity,
     images: &ResultImages<'_>,
 ) -> Dispatch {
-    let spec = finest_spec(images.color.format(), images.output.format());
+    let spec = finest_spec(images.color.format(), images.output.format(), level0.is_some());
     let kernel = context.kernel(&spec, &images.encoding.constants());
     let mut resources = images.resources();
     resources.push(activity.clean.as_entire_binding());
     resources.extend([logits.resource(), coarser.resource()]);
+    resources.extend(level0.map(GpuTensor::resource));
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [logits.width.div_ceil(PIXELS), logits.height, 1])
 }

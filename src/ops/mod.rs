@@ -70,11 +70,11 @@ fn image_specs() -> Vec<KernelSpec> {
                 .map(|s| s(color)),
         );
         specs.extend([input_process::spec(images), input_conv::spec(images)]);
-        specs.push(pyramid::finest_spec(color));
+        specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
-            specs.push(gather::finest_spec(color, output));
+            specs.extend([false, true].map(|stored| gather::finest_spec(color, output, stored)));
         }
     }
     specs

@@ -25,6 +25,21 @@ pub const LEVEL: KernelSpec = KernelSpec {
     workgroup: [8, 8, 1],
 };
 
+/// The kernel that stores level 0 from noisy color in this format.
+#[must_use]
+pub fn level0_spec(color: ImageFormat) -> KernelSpec {
+    let mut features = color_features(color);
+    features.push("level0");
+    let (logits, image) = (Binding::TensorIn, color.source_binding());
+    KernelSpec {
+        name: format!("pyramid_level0 {}", color.source_name()).into(),
+        features: features.into(),
+        bindings: vec![TILE, image, logits, Binding::LightOut, Binding::Buffer].into(),
+        overrides: &["brightest", "transfer_function"],
+        ..LEVEL
+    }
+}
+
 /// The kernel for level 1 from noisy color in this format, whose level 0 is not stored.
 #[must_use]
 pub fn finest_spec(color: ImageFormat) -> KernelSpec {
@@ -54,7 +69,28 @@ pub struct NoisyColor<'a> {
     pub encoding: Encoding,
 }
 
-/// The call that computes level 1. `finest` and `logits` are the logits of level 0 and of this one.
+/// The call that stores level 0. [`Dispatch::record_at`] selects the tile.
+#[must_use]
+pub fn pyramid_level0(
+    context: &Context,
+    noisy: &NoisyColor<'_>,
+    logits: &GpuTensor,
+    output: &GpuTensor,
+) -> Dispatch {
+    let spec = level0_spec(noisy.color.format());
+    let kernel = context.kernel(&spec, &noisy.encoding.constants());
+    let resources = [
+        tile_binding(noisy.tiles),
+        noisy.color.resource(),
+        logits.resource(),
+        output.resource(),
+        scale_binding(noisy.input_scale),
+    ];
+    let group = kernel.bind(&context.device, &resources);
+    kernel.dispatch(group, [output.width, output.height, 1])
+}
+
+/// The call that computes level 1 where level 0 is not stored. `finest` and `logits` are the logits of level 0 and of this one.
 /// [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn pyramid_finest(

@@ -172,7 +172,7 @@ mod tests {
         for (steps, weight) in dark {
             let mut image = Image::filled(48, 1, [1.0; 3]).expect("a valid image");
             image.pixels_mut()[16..32].fill([(-steps as f32).exp2(); 3]);
-            let mean = -weight * steps / (2.0 + weight);
+            let mean: f64 = -weight * steps / (2.0 + weight);
             assert_near(autoexposure(&image), 0.18 / mean.exp2() as f32);
         }
     }

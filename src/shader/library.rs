@@ -40,9 +40,12 @@ const FEATURES: &[&str] = &[
     "output_rgba32float",
     // The kernel reads albedo and normal as well as color.
     "auxiliary",
-    // The kernel pyramid's level of full resolution, or the coarsest.
+    // The kernel pyramid's image, or its coarsest level.
     "finest",
     "bottom",
+    // The kernel stores level 0 of the pyramid, or reads it instead of computing it.
+    "level0",
+    "stored_finest",
     // The convolution also computes the max-pool of its output.
     "pools",
     // The kernel is the one of this name, with bindings of its own.
