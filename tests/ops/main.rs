@@ -15,6 +15,7 @@ mod input_process;
 mod max_pool;
 mod output_process;
 mod pyramid;
+mod repair;
 mod self_test;
 mod sigmoid;
 mod up_conv;

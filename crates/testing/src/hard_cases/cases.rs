@@ -87,7 +87,7 @@ pub fn cases() -> Vec<Case> {
 }
 
 fn bad_pixels() -> Vec<Case> {
-    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, -1.0, 1e-42];
+    let bad = [f32::NAN, f32::NEG_INFINITY, -1.0, 1e-42];
     let one = |value: f32| {
         Case::new(
             format!("one pixel of {}", number(value)),
@@ -118,7 +118,7 @@ fn fireflies() -> Vec<Case> {
             100.0,
         )
     };
-    [1e4, 1e6, 1e12, 1e30, f32::MAX].map(firefly).into()
+    [1e4, 1e6, 1e12, 1e30, f32::MAX, f32::INFINITY].map(firefly).into()
 }
 
 fn even_images() -> Vec<Case> {
@@ -132,8 +132,11 @@ fn even_images() -> Vec<Case> {
     };
     let hue = Case::new("constant, colored", filled(SIZE, [9.0, 0.5, 0.0]), Measure::Mean, 0.01);
     let evens = [1e-3, 0.18, 0.5, 1.0, 100.0].map(even);
-    let blacks = [0.0, f32::NAN, f32::INFINITY, -1.0].map(black);
-    evens.into_iter().chain([hue]).chain(blacks).collect()
+    let blacks = [0.0, f32::NAN, -1.0].map(black);
+    // Very bright light.
+    let infinite = filled(SIZE, [f32::INFINITY; 3]);
+    let infinite = Case::new("every pixel inf", infinite, Measure::Finite, 0.0);
+    evens.into_iter().chain([hue]).chain(blacks).chain([infinite]).collect()
 }
 
 fn patterns() -> Vec<Case> {
