@@ -11,8 +11,8 @@ use crate::plan::tiles::MAX_SIDE;
 #[derive(Clone, Copy, Debug, Default)]
 #[non_exhaustive]
 pub enum InputScale<'a> {
-    /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance. Always 1
-    /// for weights that do not read unbounded light
+    /// Measured on the GPU in every frame: 0.18 over the geometric mean of the luminance, dark
+    /// backgrounds aside. Always 1 for weights that do not read unbounded light
     /// ([`TransferFunction::is_hdr`](crate::TransferFunction::is_hdr)).
     #[default]
     Auto,
@@ -52,8 +52,8 @@ pub struct PassDescriptor<'a> {
     pub width: u32,
     /// Height of every image, 1 to 65536 pixels.
     pub height: u32,
-    /// Linear, scene-referred color at any exposure. NaN and infinite pixels are filled from their
-    /// neighbors.
+    /// Linear, scene-referred color at any exposure. Pixels of NaN are filled from their neighbors,
+    /// and infinite light becomes very bright.
     pub color: PassImage<'a>,
     /// Linear albedo in `[0, 1]`: the surface's reflectance, 0 where no surface was hit.
     pub albedo: Option<PassImage<'a>>,
