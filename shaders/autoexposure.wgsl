@@ -27,7 +27,7 @@ const SMALLEST = 1.1754944e-38;   // smaller values are 0 on many GPUs
 const SPIKE = 16.0;          // a bin's brightest pixel counts as so many times the second at most
 const LONE = 1024.0;         // offset of bins with a lone lit pixel: more than any log2
 const UNLIT = -4096.0;       // a bin without light
-const DARKEST = -11.0;       // a bin has no weight so far below a bright one, in powers of two,
+const NO_WEIGHT = -11.0;     // a bin has none so far below a bright one, in powers of two,
 const FADE = 2.0;            // and full weight so much above that
 
 // −1 if the pixel is bad.
@@ -166,7 +166,7 @@ fn reduce(@builtin(local_invocation_index) lane: u32) {
     var sum = vec2<f32>();
     for (var i = lane; i < bin_count(); i += LANES) {
         let offset = log_luminance[i] - bright;
-        let weight = saturate((offset - DARKEST) / FADE);
+        let weight = saturate((offset - NO_WEIGHT) / FADE);
         sum += weight * vec2(offset, 1.0);
     }
     let all = total(lane, sum);

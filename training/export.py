@@ -14,9 +14,9 @@ from safetensors.torch import save
 
 from run import load_checkpoint
 
-DATA = "path-traced renders of random procedural scenes by Cycles and Mitsuba 3"
-FORMAT = dict(format="wgdenoise", format_version="1", topology="unet", inputs="color,albedo,normal",
-              transfer_function="pu", norm_eps="1e-5")
+DATA = "path-traced renders of random procedural scenes by Cycles, Mitsuba 3 and LuxCore"
+FORMAT = dict(format="wgdenoise", format_version="1", inputs="color,albedo,normal", transfer_function="pu",
+              norm_eps="1e-5")
 
 
 def tensors_of(state):
@@ -25,13 +25,13 @@ def tensors_of(state):
     return {k: v.to(torch.float16 if v.ndim == 4 else torch.float32).contiguous() for k, v in kept.items()}
 
 
-def save_weights(path, state, widths, name, provenance):
+def save_weights(path, state, topology, widths, name, provenance):
     """Write a weights file; `widths` runs from the full-resolution level to the bottom."""
     tensors = tensors_of(state)
     bad = [k for k, v in tensors.items() if not torch.isfinite(v).all()]
     if bad:
         raise SystemExit(f"{path}: {bad[0]} has values that are not finite in the stored type; train with a lower rate")
-    metadata = dict(FORMAT, widths=",".join(map(str, widths)), name=name, provenance=provenance)
+    metadata = dict(FORMAT, topology=topology, widths=",".join(map(str, widths)), name=name, provenance=provenance)
     path.write_bytes(_sorted_header(save(tensors, metadata)))
 
 
@@ -54,7 +54,7 @@ def main():
     c = load_checkpoint(o.checkpoint)
     provenance = f"data: {o.data}; training: {'; then '.join(c['history'])}; license: {o.license}"
     o.weights.parent.mkdir(parents=True, exist_ok=True)
-    save_weights(o.weights, c["ema"], c["widths"], c["tier"], provenance)
+    save_weights(o.weights, c["ema"], c["topology"], c["widths"], c["tier"], provenance)
     print(f"{o.weights}: {o.weights.stat().st_size / 1e6:.2f} MB, {provenance}")
 
 

@@ -3,7 +3,7 @@
 import torch
 from torch.nn import functional as F
 
-from transfer import autoexposure, inverse, network_input
+from transfer import autoexposure, network_input
 
 
 @torch.no_grad()
@@ -11,8 +11,8 @@ def denoise(model, image, inputs="color,albedo,normal"):
     """Linear color [3,H,W] of a render [9,H,W]."""
     color, albedo, normal = image.float().split(3)
     scale = autoexposure(color)
-    x = network_input(color, albedo if "albedo" in inputs else None, normal if "normal" in inputs else None, scale)
+    given = network_input(color, albedo if "albedo" in inputs else None, normal if "normal" in inputs else None, scale)
     m = 2**model.levels
-    h, w = x.shape[1:]
-    x = F.pad(x[None], (0, -w % m, 0, -h % m), mode="replicate").to(model.out_conv.weight.device)
-    return inverse(model(x.contiguous(memory_format=torch.channels_last))[0, :, :h, :w].float().cpu()) / scale
+    h, w = color.shape[1:]
+    x, light = (F.pad(part[None], (0, -w % m, 0, -h % m), mode="replicate").to(model.device) for part in given)
+    return model.denoise(x.contiguous(memory_format=torch.channels_last), light)[0, :, :h, :w].float().cpu() / scale

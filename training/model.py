@@ -1,12 +1,14 @@
-"""The U-Net. Its module names are the tensor names of the weights file.
+"""The networks. Their module names are the tensor names of the weights file.
 
 `state_dict()` maps one to one onto the safetensors file: `enc_conv0a.weight`, `enc_conv0a.norm.running_mean`,
-`dec_up3.bias`, ...; only `num_batches_tracked` is not exported.
+`kernel_conv3.bias`, ...; only `num_batches_tracked` is not exported.
 """
 
 import torch
 from torch import nn
 from torch.nn import functional as F
+
+from transfer import inverse
 
 INPUT_CHANNELS = 9  # color rgb, albedo rgb, normal xyz
 TIERS = {
@@ -14,6 +16,9 @@ TIERS = {
     "balanced": (16, 32, 64, 128, 256),
     "high": (32, 64, 96, 128, 256),
 }
+TAPS = 9  # of a 3x3 kernel
+LIMIT = 8.0  # of log confidence and log share
+TINY = torch.finfo(torch.float32).tiny
 
 
 class ConvBlock(nn.Conv2d):
@@ -28,8 +33,8 @@ class ConvBlock(nn.Conv2d):
         return F.relu(self.norm(super().forward(x)), inplace=True)
 
 
-class UNet(nn.Module):
-    """Input [B,inputs,H,W] in the network domain, H and W multiples of 2^levels; output [B,3,H,W] in 0..1."""
+class Trunk(nn.Module):
+    """Encoder, bottom and decoder. Sides of the input are multiples of 2^levels."""
 
     def __init__(self, widths, inputs=INPUT_CHANNELS):
         super().__init__()
@@ -43,7 +48,6 @@ class UNet(nn.Module):
         for l in reversed(range(self.levels)):
             self.add_module(f"dec_up{l}", nn.ConvTranspose2d(widths[l + 1], widths[l], 2, stride=2))
             self._block(f"dec_conv{l}", 2 * widths[l], widths[l])
-        self.out_conv = nn.Conv2d(widths[0], 3, 1)
 
     def _block(self, name, cin, cout):
         self.add_module(name + "a", ConvBlock(cin, cout))
@@ -52,18 +56,146 @@ class UNet(nn.Module):
     def _run(self, name, x):
         return getattr(self, name + "b")(getattr(self, name + "a")(x))
 
-    def forward(self, x):
+    def features(self, x):
+        """Features of every level, from full resolution to the bottom: [B,widths[l],H/2^l,W/2^l]."""
         skips = []
         for l in range(self.levels):
             skips.append(self._run(f"enc_conv{l}", x))
             x = F.max_pool2d(skips[-1], 2)
-        x = self._run("mid_conv", x)
+        found = [self._run("mid_conv", x)]
         for l in reversed(range(self.levels)):
-            up = getattr(self, f"dec_up{l}")(x)
-            x = self._run(f"dec_conv{l}", torch.cat([skips[l], up], 1))
+            up = getattr(self, f"dec_up{l}")(found[0])
+            found.insert(0, self._run(f"dec_conv{l}", torch.cat([skips[l], up], 1)))
+        return found
+
+    @property
+    def device(self):
+        return self.mid_convb.weight.device
+
+
+class UNet(Trunk):
+    """Predicts color: [B,3,H,W] in the network domain from the input [B,inputs,H,W]."""
+
+    topology = "unet"
+
+    def __init__(self, widths, inputs=INPUT_CHANNELS):
+        super().__init__(widths, inputs)
+        self.out_conv = nn.Conv2d(widths[0], 3, 1)
+
+    def forward(self, x):
+        f = self.features(x)[0]
         # The last layer and the sigmoid run in f32: bf16 would quantize the result to 8 bits.
         with torch.autocast(x.device.type, enabled=False):
-            return torch.sigmoid(self.out_conv(x.to(self.out_conv.weight.dtype)))
+            return torch.sigmoid(self.out_conv(f.to(self.out_conv.weight.dtype)))
+
+    def denoise(self, x, light):
+        """Exposed linear color [B,3,H,W]; `light` is what other networks gather."""
+        return inverse(self(x))
+
+
+class KernelPyramid(Trunk):
+    """Predicts weights: exposed linear color [B,3,H,W] as a weighted mean of `light` [B,4,H,W], the color times its
+    validity and the validity; the weights come from the input [B,inputs,H,W].
+
+    Each level has 3x3 kernels, a log confidence that a pixel is worth gathering, and a log share of the coarser level.
+    """
+
+    topology = "kernel-pyramid"
+
+    def __init__(self, widths, inputs=INPUT_CHANNELS):
+        super().__init__(widths, inputs)
+        for l, width in enumerate(widths):
+            conv = nn.Conv2d(width, TAPS + (2 if l < self.levels else 1), 1)
+            nn.init.normal_(conv.weight, std=0.1 / width**0.5)
+            nn.init.zeros_(conv.bias)
+            self.add_module(f"kernel_conv{l}", conv)
+
+    def forward(self, x, light):
+        features = self.features(x)
+        # Sums of light need f32; so do logits, which bf16 would round to a percent of a weight.
+        with torch.autocast(x.device.type, enabled=False):
+            logits = [self._logits(l, f) for l, f in enumerate(features)]
+            levels = pyramid(light, logits)
+            total = None
+            for p, k in zip(reversed(levels), reversed(logits)):
+                total = gather(p, k, total)
+            weight = total[:, 3:]
+            return torch.where(weight > 0, total[:, :3] / weight.clamp(min=TINY), 0)
+
+    def denoise(self, x, light):
+        return self(x, light)
+
+    def _logits(self, l, features):
+        """The level's conv1x1 in float32, as one matrix product with planar results, whatever the features' layout."""
+        conv = getattr(self, f"kernel_conv{l}")
+        pixels = features.to(conv.weight.dtype).flatten(2)
+        planes = torch.matmul(conv.weight.flatten(1), pixels) + conv.bias[:, None]
+        return planes.unflatten(2, features.shape[2:])
+
+
+TOPOLOGIES = {network.topology: network for network in (UNet, KernelPyramid)}
+
+
+def pyramid(light, logits):
+    """Premultiplied light [B,4,H/2^l,W/2^l] of every level: 2x2 means of the finer level's, times the confidence."""
+    levels = [confident(light, logits[0])]
+    for k in logits[1:]:
+        levels.append(confident(F.avg_pool2d(levels[-1], 2), k))
+    return levels
+
+
+def confident(light, logits):
+    return light * logits[:, TAPS:TAPS + 1].clamp(-LIMIT, LIMIT).exp()
+
+
+def gather(light, logits, coarser=None):
+    """3x3 weighted means of `light` [B,4,H,W] with the softmax of the level's kernel logits, plus the share of the
+    `coarser` sums [B,4,H/2,W/2], if there are any."""
+    sums = Gather.apply(light, F.softmax(logits[:, :TAPS], 1))
+    if coarser is None:
+        return sums
+    share = logits[:, TAPS + 1:].clamp(-LIMIT, LIMIT).exp()
+    return sums + share * F.interpolate(coarser, scale_factor=2, mode="bilinear", align_corners=False)
+
+
+class Gather(torch.autograd.Function):
+    """Sums over 3x3 taps of `light` [B,C,H,W] with `kernels` [B,9,H,W]; edges repeat. Adds up in place: the automatic
+    derivative of nine slices would write and add nine whole images."""
+
+    @staticmethod
+    def forward(ctx, light, kernels):
+        padded = F.pad(light, (1, 1, 1, 1), mode="replicate")
+        ctx.save_for_backward(padded, kernels)
+        sums = torch.zeros_like(light)
+        for tap, part in _taps(padded):
+            sums.addcmul_(kernels[:, tap:tap + 1], part)
+        return sums
+
+    @staticmethod
+    def backward(ctx, grad):
+        padded, kernels = ctx.saved_tensors
+        d_padded, d_kernels = torch.zeros_like(padded), torch.empty_like(kernels)
+        for (tap, part), (_, d_part) in zip(_taps(padded), _taps(d_padded)):
+            d_part.addcmul_(kernels[:, tap:tap + 1], grad)
+            torch.sum(part * grad, 1, out=d_kernels[:, tap])
+        return _unpad(d_padded), d_kernels
+
+
+def _taps(padded):
+    """The nine shifted views of an image with a border of one pixel, row by row."""
+    h, w = padded.shape[2] - 2, padded.shape[3] - 2
+    for tap in range(TAPS):
+        y, x = divmod(tap, 3)
+        yield tap, padded[:, :, y:y + h, x:x + w]
+
+
+def _unpad(d):
+    """The derivative of repeating the border: it adds up in the pixels that were repeated."""
+    d[:, :, 1] += d[:, :, 0]
+    d[:, :, -2] += d[:, :, -1]
+    d[..., 1] += d[..., 0]
+    d[..., -2] += d[..., -1]
+    return d[:, :, 1:-1, 1:-1]
 
 
 def parameter_count(model):

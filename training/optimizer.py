@@ -12,10 +12,10 @@ def adamw(model, lr, weight_decay):
 
 
 def muon(model, lr, weight_decay):
-    """Muon for the kernels of all layers except the last, AdamW for the rest."""
-    last = set(model.out_conv.parameters())
-    kernels = [p for p in model.parameters() if p.ndim > 1 and p not in last]
-    others = [p for p in model.parameters() if p.ndim == 1 or p in last]
+    """Muon for the convolutions that make features, AdamW for the rest."""
+    parameters = dict(model.named_parameters())
+    kernels = [p for name, p in parameters.items() if p.ndim > 1 and not name.startswith(("kernel_conv", "out_conv"))]
+    others = [p for p in parameters.values() if not any(p is k for k in kernels)]
     return Both(Muon(kernels, lr, weight_decay), torch.optim.AdamW(others, lr=lr, weight_decay=0.0, fused=True))
 
 
@@ -41,15 +41,22 @@ class Muon(torch.optim.Optimizer):
 
 
 def orthogonal(matrix):
-    """The nearest matrix with singular values near 1, by five Newton-Schulz steps in bfloat16."""
-    x = matrix.bfloat16()
-    if x.shape[0] > x.shape[1]:
+    """The nearest matrix with singular values near 1, by five Newton-Schulz steps.
+
+    Each step multiplies from the left by a polynomial of the Gram matrix. Kernels are far wider than high, so the
+    polynomials are multiplied first, and the kernel itself only once.
+    """
+    if matrix.shape[0] > matrix.shape[1]:
         return orthogonal(matrix.T).T
-    x = x / (x.norm() + 1e-7)
-    for _ in range(5):
-        gram = x @ x.T
-        x = 3.4445 * x + (-4.7750 * gram + 2.0315 * gram @ gram) @ x
-    return x.to(matrix.dtype)
+    x = matrix / (matrix.norm() + 1e-7)
+    gram, product = x @ x.T, None
+    for step in range(5):
+        factor = torch.addmm(gram, gram, gram, beta=-4.7750, alpha=2.0315)
+        factor.diagonal().add_(3.4445)
+        product = factor if product is None else factor @ product
+        if step < 4:
+            gram = factor @ gram @ factor
+    return product @ x
 
 
 class Both:

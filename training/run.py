@@ -8,9 +8,10 @@ import torch
 
 from augment import Crops
 from losses import LOSSES
-from model import TIERS, UNet
+from model import TIERS, KernelPyramid
 from optimizer import OPTIMIZERS
 from quality.networks import Network
+from transfer import transfer
 
 
 def load_checkpoint(path):
@@ -39,9 +40,9 @@ class Ema:
     @torch.no_grad()
     def update(self, model, step):
         decay = min(self.decay, (1 + step) / (10 + step))
-        for mine, other in zip(self.model.state_dict().values(), model.state_dict().values()):
-            if mine.is_floating_point():
-                mine.lerp_(other, 1 - decay)
+        pairs = zip(self.model.state_dict().values(), model.state_dict().values())
+        mine, others = zip(*(pair for pair in pairs if pair[0].is_floating_point()))
+        torch._foreach_lerp_(mine, others, 1 - decay)
 
 
 def one_cycle(progress, warmup=0.05, floor=0.002):
@@ -57,8 +58,7 @@ class Run:
 
     def __init__(self, o, views):
         self.o, self.last, self.device = o, o.out / "last.pt", torch.device(o.device)
-        self.model = UNet(o.widths or TIERS[o.tier])
-        torch.nn.init.constant_(self.model.out_conv.bias, -1.4)  # middle gray is about 0.2 in the network domain
+        self.model = KernelPyramid(o.widths or TIERS[o.tier])
         self.parents = self._start_from(o.init) if o.init else []
         self.model.to(self.device, memory_format=torch.channels_last)
         self.optimizer = OPTIMIZERS[o.optimizer](self.model, o.lr, o.weight_decay)
@@ -70,6 +70,8 @@ class Run:
     def _start_from(self, path):
         """Loads the weights of a checkpoint; returns its history."""
         checkpoint = load_checkpoint(path)
+        if checkpoint["topology"] != self.model.topology:
+            raise SystemExit(f"{path} has topology {checkpoint['topology']}: only {self.model.topology} can be trained on")
         if tuple(checkpoint["widths"]) != self.model.widths:
             raise SystemExit(f"{path} has widths {checkpoint['widths']}, this run has {self.model.widths}: "
                              "use the same tier, or widen the checkpoint with widen.py")
@@ -81,7 +83,7 @@ class Run:
         self.model.load_state_dict(state["model"])
         self.ema.model.load_state_dict(state["ema"])
         self.optimizer.load_state_dict(state["optimizer"])
-        self.crops.random.set_state(state["random"])
+        self.crops.random.generator.set_state(state["random"])
         self.parents = state["history"][:-1]
         self.step, self.elapsed, self.best, self.stale = state["progress"]
 
@@ -96,11 +98,12 @@ class Run:
         self.stale = 0 if score < self.best else self.stale + 1
         self.best = min(self.best, score)
         ema = self.ema.model.state_dict()
-        about = dict(tier=self.o.tier, widths=self.model.widths, history=self.history(), ema=ema)
+        about = dict(tier=self.o.tier, topology=self.model.topology, widths=self.model.widths, history=self.history(),
+                     ema=ema)
         if self.stale == 0:
             save_checkpoint(self.o.out / "best.pt", about)
         state = dict(model=self.model.state_dict(), optimizer=self.optimizer.state_dict(),
-                     random=self.crops.random.get_state(), progress=(self.step, self.elapsed, self.best, self.stale))
+                     random=self.crops.random.generator.get_state(), progress=(self.step, self.elapsed, self.best, self.stale))
         save_checkpoint(self.last, about | state)
 
     def progress(self):
@@ -119,14 +122,14 @@ class Run:
     def train_step(self):
         """Trains on one batch; returns the loss."""
         self._schedule()
-        x, target = (t.to(self.device) for t in self.crops.batch(self.o.batch))
+        x, light, target = (t.to(self.device) for t in self.crops.batch(self.o.batch))
         with torch.autocast(self.device.type, torch.bfloat16):
-            output = self.model(x.contiguous(memory_format=torch.channels_last))
-        value = LOSSES[self.o.loss](output, target)
+            output = self.model(x.contiguous(memory_format=torch.channels_last), light)
+        value = LOSSES[self.o.loss](transfer(output), target)
         self.optimizer.zero_grad()
         value.backward()
-        torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0)
-        self.optimizer.step()
+        if torch.nn.utils.clip_grad_norm_(self.model.parameters(), 1.0).isfinite():
+            self.optimizer.step()
         self.step += 1
         self.ema.update(self.model, self.step)
         return value.item()

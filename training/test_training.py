@@ -4,15 +4,18 @@ import numpy as np
 import pytest
 import torch
 
-from augment import splat, texture
+from augment import Crops, splat, texture
 from export import save_weights
+from inference import denoise
 from losses import LOSSES
-from model import UNet
+from make_fixtures import bad_pixels, kernel_files
+from model import Gather, KernelPyramid, UNet, gather
 from optimizer import orthogonal
 from render import kinds
 from render.job import sample_counts, seed_sequence
+from quality.networks import Network
 from run import load_checkpoint
-from transfer import fill, inverse, repair, transfer
+from transfer import autoexposure, fill, inverse, network_input, repair, transfer
 from views import part, read_view
 from widen import widen
 from write_view import write_view
@@ -33,24 +36,137 @@ def test_bad_pixels_are_filled_from_the_nearest_good_ones():
 def test_outliers_are_limited_by_their_neighbors_and_lamps_stay():
     image = torch.full((3, 9, 9), 0.2)
     image[:, 1, 1], image[:, 6:8, 6:8] = 1e9, 1e4
-    repaired = repair(image, 1.0)
-    torch.testing.assert_close(repaired[:, 1, 1], torch.full((3,), 16 * 0.2))
-    assert (repaired[:, 6:8, 6:8] == 1e4).all() and ((repaired != image).sum() == 3)
+    repaired, valid = repair(image, 1.0)
+    torch.testing.assert_close(repaired[:, 1, 1], torch.full((3,), 256 * 0.2))
+    assert (repaired[:, 6:8, 6:8] == 1e4).all() and ((repaired != image).sum() == 3) and (valid == 1).all()
 
 
-def test_a_wider_network_is_the_same_function(random):
-    narrow = UNet((4, 6, 10)).eval()
-    wide = UNet((7, 6, 16)).eval()
+def test_infinite_light_is_very_bright_and_a_lone_one_is_an_outlier():
+    image = torch.full((3, 9, 9), 0.2)
+    image[1, 4:6, 4:6], image[2, 0, 0] = torch.inf, torch.inf
+    repaired, _ = repair(image, 1.0)
+    assert (repaired[1, 4:6, 4:6] == 65504).all() and (repaired[0, 4:6, 4:6] == image[0, 4:6, 4:6]).all()
+    assert 51 < repaired[2, 0, 0] < 800  # 256 neighbors' worth of luminance, all in blue
+
+
+def test_missing_pixels_are_filled_and_holes_are_not_valid():
+    image = torch.full((3, 9, 20), 0.5)
+    image[0, :, :7], image[:, 4, 15] = torch.nan, -torch.inf
+    repaired, valid = repair(image, 1.0)
+    assert (repaired[:, :, 5:] == 0.5).all() and (repaired[:, :, :5] == 0).all()
+    assert (valid[0, :, 5:] == 1).all() and (valid[0, :, :5] == 0).all()
+
+
+def test_only_light_of_negative_luminance_is_broken():
+    image = torch.full((3, 3, 3), 0.2)
+    image[:, 0, 0], image[:, 2, 2] = torch.tensor([-0.1, 0.5, 0.0]), torch.tensor([0.1, -0.5, 0.0])
+    repaired, _ = repair(image, 1.0)
+    torch.testing.assert_close(repaired[:, 0, 0], torch.tensor([-0.1, 0.5, 0.0]))
+    torch.testing.assert_close(repaired[:, 2, 2], torch.tensor([0.1, 0.0, 0.0]))
+    encoded, light = network_input(image, None, None, 2.0)
+    assert encoded[0, 0, 0] == 0 and light[:, 0, 0].tolist() == pytest.approx([-0.2, 1.0, 0.0, 1.0])
+
+
+@pytest.mark.parametrize("dark", [0.0, 1e-6, 1e-4])
+def test_a_dark_surrounding_does_not_change_the_exposure(dark, random):
+    scene = torch.rand(3, 48, 48, generator=random)
+    image = torch.full((3, 96, 160), dark)
+    image[:, 16:64, 32:80] = scene
+    assert autoexposure(image) == pytest.approx(autoexposure(scene), rel=1e-6)
+    assert autoexposure(image * 2.0**-20) == pytest.approx(autoexposure(image) * 2.0**20, rel=1e-6)
+
+
+NETWORKS = [UNet, KernelPyramid]
+
+
+def scene(random, *shape):
+    """Network input and light of random pixels."""
+    x, color = torch.rand(*shape[:-3], 9, *shape[-2:], generator=random), torch.rand(shape, generator=random)
+    return x, torch.cat([color, torch.ones_like(color[..., :1, :, :])], -3)
+
+
+def network(widths, random):
+    """A KernelPyramid whose weights differ from pixel to pixel."""
+    model = KernelPyramid(widths).eval()
+    for name, p in model.named_parameters():
+        if name.startswith("kernel_conv"):
+            torch.nn.init.normal_(p, generator=random)
+    return model
+
+
+def test_constant_light_stays_of_any_level_and_hue(random):
+    model = network((4, 6, 8), random)
+    x, light = scene(random, 1, 3, 24, 32)
+    for color in ([1e-6, 0.0, 2e-6], [0.3, 0.2, 0.1], [0.0, 6e4, -1.0]):
+        light[:, :3] = torch.tensor(color).view(3, 1, 1)
+        out = model(x, light)
+        torch.testing.assert_close(out, light[:, :3], rtol=1e-6, atol=0)
+
+
+def test_the_output_is_linear_in_the_light_and_within_its_range(random):
+    model = network((4, 6, 8), random)
+    x, first = scene(random, 1, 3, 24, 32)
+    second = scene(random, 1, 3, 24, 32)[1]
+    mixed = torch.cat([3 * first[:, :3] + second[:, :3], first[:, 3:]], 1)
+    torch.testing.assert_close(model(x, mixed), 3 * model(x, first) + model(x, second))
+    assert first[:, :3].min() <= model(x, first).min() and model(x, first).max() <= first[:, :3].max()
+
+
+def test_missing_light_is_not_gathered(random):
+    model = network((4, 6, 8), random)
+    x, light = scene(random, 1, 3, 24, 32)
+    light[:, :3] = 0.5
+    light[..., 4:9, 5:20] = 0
+    torch.testing.assert_close(model(x, light), torch.full((1, 3, 24, 32), 0.5))
+    assert (model(x, torch.zeros_like(light)) == 0).all()
+
+
+def test_gathering_repeats_the_border_and_has_the_right_derivative(random):
+    light, kernels = (torch.randn(1, c, 4, 5, generator=random).double().requires_grad_() for c in (4, 9))
+    wide = torch.nn.functional.pad(light, (1, 1, 1, 1), mode="replicate")
+    patches = torch.nn.functional.unfold(wide, 3).view(1, 4, 9, 4, 5)
+    torch.testing.assert_close(Gather.apply(light, kernels), (patches * kernels[:, None]).sum(2))
+    assert torch.autograd.gradcheck(Gather.apply, (light, kernels))
+
+
+def test_any_weights_and_fireflies_give_finite_colors_and_derivatives(random):
+    model = network((4, 4, 4, 4, 4), random)
+    for p in model.parameters():
+        p.data *= 4
+    x, light = scene(random, 1, 3, 32, 32)
+    light[:, :3, 5, 6] = 65504
+    out = model(x, light)
+    out.sum().backward()
+    assert out.isfinite().all() and all(p.grad.isfinite().all() for p in model.parameters())
+
+
+@pytest.mark.parametrize("kind", NETWORKS)
+def test_a_render_of_any_size_with_bad_pixels_is_denoised(kind, random):
+    model = kind((4, 6, 8)).eval()
+    image = torch.rand(9, 13, 22, generator=random)
+    image[0, 3, 4], image[1, 5, 6], image[4, 7, 8] = torch.nan, torch.inf, torch.nan
+    for inputs in ("color", "color,albedo,normal"):
+        result = denoise(model, image, inputs)
+        assert result.shape == (3, 13, 22) and result.isfinite().all()
+
+
+@pytest.mark.parametrize("kind", NETWORKS)
+def test_a_wider_network_is_the_same_function(kind, random):
+    narrow = kind((4, 6, 10)).eval()
+    wide = kind((7, 6, 16)).eval()
     wide.load_state_dict(widen(narrow.state_dict(), narrow.widths, wide.widths, random))
-    x = torch.rand(2, 9, 16, 24, generator=random)
-    torch.testing.assert_close(wide(x), narrow(x), rtol=0, atol=1e-5)
+    x, light = scene(random, 2, 3, 16, 24)
+    torch.testing.assert_close(wide.denoise(x, light), narrow.denoise(x, light), rtol=1e-4, atol=1e-5)
 
 
-def test_a_weights_file_is_a_checkpoint_of_the_network_that_was_exported(tmp_path):
-    network, path = UNet((4, 6, 10)).eval(), tmp_path / "tiny.safetensors"
-    save_weights(path, network.state_dict(), network.widths, "tiny", "one run; another")
+@pytest.mark.parametrize("kind", NETWORKS)
+def test_a_weights_file_is_a_checkpoint_of_the_network_that_was_exported(kind, tmp_path):
+    network, path = kind((4, 6, 10)).eval(), tmp_path / "tiny.safetensors"
+    save_weights(path, network.state_dict(), network.topology, network.widths, "tiny", "one run; another")
     checkpoint = load_checkpoint(path)
-    assert (checkpoint["tier"], tuple(checkpoint["widths"])) == ("tiny", network.widths)
+    assert isinstance(Network(path).model, kind)
+    about = checkpoint["tier"], checkpoint["topology"], tuple(checkpoint["widths"])
+    assert about == ("tiny", network.topology, network.widths)
     assert "; ".join(checkpoint["history"]) == "one run; another"
     assert checkpoint["ema"].keys() == network.state_dict().keys()
     for name, value in network.state_dict().items():
@@ -59,9 +175,9 @@ def test_a_weights_file_is_a_checkpoint_of_the_network_that_was_exported(tmp_pat
 
 
 def test_copies_of_a_channel_are_read_with_different_weights(random):
-    narrow = UNet((4, 6, 10))
+    narrow = KernelPyramid((4, 6, 10))
     wide = widen(narrow.state_dict(), (4, 6, 10), (8, 6, 10), random)
-    readers = wide["out_conv.weight"].flatten(1)
+    readers = wide["kernel_conv0.weight"].flatten(1)
     assert len({tuple(column.tolist()) for column in readers.T}) == 8
 
 
@@ -80,7 +196,35 @@ def test_muon_steps_have_singular_values_near_one(shape, random):
     assert 0.4 < values.min() <= values.max() < 1.4
 
 
+def test_crops_are_finite_and_their_light_is_what_the_input_encodes(random):
+    def view(name):
+        image = torch.rand(9, 40, 48, generator=random)
+        noisy = torch.cat([image[:3] * (1 + torch.randn(3, 40, 48, generator=random)).clamp(min=0), image[3:]])
+        return dict(name=name, ref=image, target=image[:3], noisy=[(2, noisy), (4, image)], relerr=0.1)
+
+    crops = Crops([view("a"), view("b")], 32, 1)
+    for _ in range(40):
+        x, light, target = crops.batch(4)
+        assert x.isfinite().all() and light.isfinite().all() and target.isfinite().all() and target.max() <= 1
+        torch.testing.assert_close(x[:, :3], transfer(light[:, :3].clamp(min=0)))
+
+
+def test_the_fixtures_are_finite_and_gather_what_they_say(tmp_path, random):
+    repaired = bad_pixels(random)
+    assert repaired["expected"].isfinite().all() and repaired["valid"].unique().tolist() == [0, 1]
+    with torch.no_grad():
+        files = kernel_files(tmp_path, random)
+    f = files["gather"]
+    torch.testing.assert_close(gather(f["light"][None], f["logits"][None], f["coarser"][None])[0], f["expected"])
+    stored = Network(tmp_path / "kernel_tiny.safetensors").model
+    io = {name: tensor[None].float() for name, tensor in files["kernel_tiny_io"].items()}
+    torch.testing.assert_close(stored(io["input"], io["light"]), io["expected"], rtol=1e-4, atol=1e-5)
+
+
 def test_textures_alternate_and_keep_the_mean():
+    for start in ((0, 0), (1, 0), (1, 1)):  # every phase
+        dots = texture(4, 1, 3, 0.0, start)[0]
+        assert dots.mean().item() == 1 and dots.max().item() == 4 and dots[-start[1] % 2, -start[0] % 2] == 4
     for kind, [along_x, along_y] in enumerate([(True, True), (True, False), (False, True)]):
         pattern = texture(12, 2, kind, 0.25)[0]
         assert pattern.mean().item() == pytest.approx(1) and pattern.unique().numel() == 2

@@ -36,7 +36,7 @@ class Validation:
 
     @staticmethod
     def _denoise(model, image):
-        with torch.autocast(model.out_conv.weight.device.type, torch.bfloat16):
+        with torch.autocast(model.device.type, torch.bfloat16):
             return denoise(model, image)
 
 

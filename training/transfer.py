@@ -5,7 +5,7 @@ The transfer function is the PU2 fit of Aydin et al. 2008, as used by Intel Open
 """
 
 import torch
-from torch.nn.functional import avg_pool2d, pad
+from torch.nn.functional import avg_pool2d, max_pool2d, pad
 
 MAX_COLOR = 65504.0
 A, B, C, D = 1.41283765e3, 1.64593172, 0.431384981, -2.94139609e-3
@@ -14,8 +14,9 @@ Y0, Y1 = 1.57945760e-6, 3.22087631e-2
 X0, X1 = 2.23151711e-3, 3.70974749e-1
 
 LUMINANCE = (0.212671, 0.715160, 0.072169)
-BIN, KEY, RANGE, HELD, BRIGHTEST, DARKEST = 16, 0.18, 2.0**33, 16, 1e30, torch.finfo(torch.float32).tiny
-OUTLIER = 16  # maximum brightness of a pixel relative to its brightest neighbor
+BIN, KEY, HELD, BRIGHTEST, DARKEST = 16, 0.18, 16, 1e30, torch.finfo(torch.float32).tiny
+RANGE, FADE = 11, 2  # bins darker by 2^11 than the bright ones do not count; those within 2^9 count fully
+OUTLIER = 256  # maximum brightness of a pixel relative to its brightest neighbor
 
 
 def _pu(y):
@@ -41,52 +42,87 @@ def inverse(x):
 
 
 def luminance(color):
-    return sum(w * c for w, c in zip(LUMINANCE, color.unbind(0)))
-
-
-def _finite(image):
-    return torch.isfinite(image).all(0, keepdim=True)
-
-
-def fill(image):
-    """Replaces non-finite pixels of [3,H,W] by the mean of the finite ones in 3x3, else in 5x5, else by 0."""
-    finite = _finite(image)
-    known, filled = torch.where(finite, image.clamp(-BRIGHTEST, BRIGHTEST), 0), torch.where(finite, image, 0)
-    for distance in (2, 1):
-        total, count = (_around(x, distance) for x in (known, finite.to(image.dtype)))
-        filled = torch.where(~finite & (count > 0), total / count.clamp(min=1), filled)
-    return filled
+    """[...,H,W] of a color [...,3,H,W]."""
+    return sum(w * c for w, c in zip(LUMINANCE, color.unbind(-3)))
 
 
 def _around(x, distance):
     return avg_pool2d(x, 2 * distance + 1, 1, distance, divisor_override=1)
 
 
+def _fill(image, good):
+    """`image` [...,3,H,W] with the pixels that are not `good` [...,1,H,W] replaced by the mean of the good ones in 3x3,
+    else in 5x5, else by 0; and whether each pixel [...,1,H,W] has a value now."""
+    known = torch.where(good, image, 0).clamp(-BRIGHTEST, BRIGHTEST)
+    filled, valid = torch.where(good, image, 0), good
+    for distance in (2, 1):
+        total, count = (_around(x, distance) for x in (known, good.to(image.dtype)))
+        filled = torch.where(~good & (count > 0), total / count.clamp(min=1), filled)
+        valid = valid | (count > 0)
+    return filled, valid
+
+
+def fill(image):
+    """Replaces non-finite pixels of a feature [...,3,H,W] by the mean of the finite ones in 3x3, else in 5x5, else 0."""
+    finite = torch.isfinite(image).all(-3, keepdim=True)
+    return image if finite.all() else _fill(image, finite)[0]
+
+
+def _bright(color):
+    """Infinite light becomes the largest finite channel in the 5x5 around, at least 65504: "very bright"."""
+    infinite = color == torch.inf
+    if not infinite.any():
+        return color
+    brightest = torch.where(torch.isfinite(color), color.clamp(max=BRIGHTEST), MAX_COLOR).amax(-3, keepdim=True)
+    return torch.where(infinite, max_pool2d(brightest.clamp(min=MAX_COLOR), 5, 1, 2), color)
+
+
 def repair(color, scale):
-    """Fills bad pixels, clamps negative values, and darkens outliers to 16 times their neighbors or middle gray."""
-    rgb = fill(color).clamp(0, BRIGHTEST)
-    around = pad(luminance(torch.where(_finite(color), color.clamp(0, BRIGHTEST), 0)), (1, 1, 1, 1))
-    h, w = rgb.shape[1:]
-    neighbors = [around[y : y + h, x : x + w] for y in range(3) for x in range(3) if (y, x) != (1, 1)]
-    most = OUTLIER * torch.stack(neighbors).amax(0).clamp(min=KEY / scale)
-    bright = luminance(rgb)
-    return torch.where(bright > most, rgb / bright * most, rgb)
+    """Linear color [...,3,H,W] without what no renderer means, and validity [...,1,H,W]: 0 where nothing is known.
+
+    Pixels with NaN or -Inf are filled from around, +Inf becomes very bright, pixels of negative luminance lose their
+    negative channels, and outliers are darkened to 256 times their brightest neighbor or middle gray. `scale` is the
+    exposure: a number, or a tensor that broadcasts to [...,1,H,W].
+    """
+    good = (color > -torch.inf).all(-3, keepdim=True)  # NaN compares as false
+    rgb, valid = _bright(color), good
+    known = torch.where(good, rgb, 0)
+    if not good.all():
+        rgb, valid = _fill(rgb, good)
+    rgb = rgb.clamp(-BRIGHTEST, BRIGHTEST)
+    rgb = torch.where(luminance(rgb).unsqueeze(-3) < 0, rgb.clamp(min=0), rgb)
+    most = OUTLIER * _brightest_neighbor(luminance(known.clamp(0, BRIGHTEST)).unsqueeze(-3)).clamp(min=KEY / scale)
+    bright = luminance(rgb.clamp(min=0)).unsqueeze(-3)
+    return torch.where(bright > most, rgb / bright * most, rgb), valid.to(color.dtype)
+
+
+def _brightest_neighbor(light):
+    """The largest of each pixel's eight neighbors in [...,1,H,W]; none is beyond the border."""
+    h, w = light.shape[-2:]
+    around = pad(light, (1, 1, 1, 1))
+    rows = torch.maximum(around[..., :h, :], around[..., 2:, :])  # the rows above and below
+    sides = torch.maximum(around[..., 1:-1, :w], around[..., 1:-1, 2:])
+    corners = torch.maximum(torch.maximum(rows[..., :w], rows[..., 2:]), rows[..., 1:-1])
+    return torch.maximum(corners, sides)
 
 
 def autoexposure(color):
     """Scale that brings the image [3,H,W] to middle gray: 0.18 / geometric mean of the lit bins' mean luminances.
 
-    Bins are at most 16x16 pixels; weights-format.md defines which are lit. An image without a lit bin keeps scale 1.
+    Bins are at most 16x16 pixels; weights-format.md defines which are lit and what each counts. Bins much darker than
+    the bright ones do not count: a dark surrounding does not brighten the picture. Without a lit bin the scale is 1.
     """
-    finite = _finite(color)[0]
+    finite = torch.isfinite(color).all(0)
     light = luminance(torch.where(finite, color, 0).clamp(0, BRIGHTEST))
     rows, cols = _edges(light.shape[0]), _edges(light.shape[1])
     bins = [_bin(light[y0:y1, x0:x1], finite[y0:y1, x0:x1]) for y0, y1 in rows for x0, x1 in cols]
     bins = [(mean, lone) for mean, lone in bins if mean >= DARKEST]
-    means = [mean for mean, lone in bins if not lone] or [mean for mean, lone in bins]
-    brightest = max(means, default=0)
-    lit = torch.tensor([mean for mean in means if mean > brightest / RANGE], dtype=torch.float64)
-    return float(KEY / torch.exp2(torch.log2(lit).mean())) if len(lit) else 1.0
+    means = sorted([mean for mean, lone in bins if not lone] or [mean for mean, lone in bins])
+    if not means:
+        return 1.0
+    lit = torch.tensor(means, dtype=torch.float64).log2()
+    weight = ((lit - lit[(len(lit) - 1) * 19 // 20] + RANGE) / FADE).clamp(0, 1)
+    return float(KEY / torch.exp2((weight * lit).sum() / weight.sum()))
 
 
 def _bin(light, finite):
@@ -104,9 +140,11 @@ def _edges(size):
 
 
 def network_input(color, albedo, normal, scale):
-    """[9,H,W] in the network domain. A missing feature is None and becomes zeros, as in training."""
+    """What a network reads, [...,9,H,W] in the network domain, and the light that it gathers, [...,4,H,W]: exposed
+    linear color and validity, 0 in missing pixels. A missing feature is None and becomes zeros, as in training."""
     absent = torch.zeros_like(color)
-    parts = [transfer(repair(color, scale) * scale)]
+    rgb, valid = repair(color, scale)
+    parts = [transfer(rgb.clamp(min=0) * scale)]
     parts.append(absent if albedo is None else fill(albedo).clamp(0, 1))
     parts.append(absent if normal is None else fill(normal).clamp(-1, 1) * 0.5 + 0.5)
-    return torch.cat(parts)
+    return torch.cat(parts, -3), torch.cat([rgb * scale * valid, valid], -3)

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import torch
 
-from model import TIERS, UNet
+from model import TIERS, TOPOLOGIES
 from run import load_checkpoint, save_checkpoint
 
 
@@ -43,7 +43,7 @@ def _read(weight, level, dim):
 
 
 def widen(state, old, new, generator):
-    """Converts the state dict of a UNet from widths `old` to widths `new`, none of which may be smaller."""
+    """Converts the state dict of a network from widths `old` to widths `new`, none of which may be smaller."""
     levels = [Level(a, b, generator) for a, b in zip(old, new)]
     wide = {}
     for name, (inputs, output) in _layers(levels).items():
@@ -61,6 +61,7 @@ def widen(state, old, new, generator):
 def _layers(levels):
     """By layer name: the levels its input channels come from (none: the image) and the level of its output."""
     layers = {"out_conv": (levels[:1], None)}
+    layers |= {f"kernel_conv{l}": ([level], None) for l, level in enumerate(levels)}
     for l, level in enumerate(levels[:-1]):
         layers[f"enc_conv{l}a"] = (levels[l - 1:l] if l else [], level)
         layers[f"enc_conv{l}b"] = ([level], level)
@@ -84,9 +85,9 @@ def main():
     if len(old) != len(new) or any(a > b for a, b in zip(old, new)):
         raise SystemExit(f"{o.checkpoint} has widths {old}, {o.tier} has {new}: no width may shrink")
     state = widen(checkpoint["ema"], old, new, torch.Generator().manual_seed(o.seed))
-    UNet(new).load_state_dict(state)
+    TOPOLOGIES[checkpoint["topology"]](new).load_state_dict(state)
     history = [*checkpoint["history"], f"widened from {','.join(map(str, old))} to {','.join(map(str, new))}"]
-    save_checkpoint(o.out, dict(tier=o.tier, widths=new, history=history, ema=state))
+    save_checkpoint(o.out, dict(checkpoint, tier=o.tier, widths=new, history=history, ema=state))
 
 
 if __name__ == "__main__":

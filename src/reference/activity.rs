@@ -170,7 +170,8 @@ mod tests {
         for radius in 0..4 {
             let found = whole(&spot, radius).clean;
             let near = |i: usize| steps([i % 10, i / 10], [2, 4]) <= radius;
-            assert_eq!(found, Vec::from_iter((0..50).map(|i| !near(i))), "{radius}");
+            let expected: Vec<_> = (0..50).map(|i| !near(i)).collect();
+            assert_eq!(found, expected, "{radius}");
         }
     }
 

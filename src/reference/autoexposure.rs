@@ -47,7 +47,7 @@ pub fn autoexposure(color: &Image) -> f32 {
 fn mean_of_bright(mut logs: Vec<f64>) -> f64 {
     logs.sort_by(f64::total_cmp);
     let q = logs[(logs.len() - 1) * 19 / 20];
-    let weight = |log: f64| ((log - q + 11.0) / 2.0).clamp(0.0, 1.0);
+    let weight = |log: f64| ((log - (q - 11.0)) / 2.0).clamp(0.0, 1.0);
     let sum: f64 = logs.iter().map(|&log| weight(log) * log).sum();
     sum / logs.iter().map(|&log| weight(log)).sum::<f64>()
 }

@@ -95,9 +95,10 @@ fn an_image_of_one_color_comes_back_as_it_was() {
 fn what_is_only_nearly_constant_is_denoised_everywhere() {
     let gray = |v: f32| [0.5, v, v];
     let mut random = Random::new(5);
-    let mut noise =
-        |contrast: f32| Vec::from_iter((0..96 * 64).map(|_| gray(1.0 + contrast * random.value())));
-    let ramp = Vec::from_iter((0..96 * 64).map(|i| gray(1.0 + (i % 96) as f32 * 1e-5)));
+    let mut noise = |contrast: f32| {
+        (0..96 * 64).map(|_| gray(1.0 + contrast * random.value())).collect::<Vec<_>>()
+    };
+    let ramp = (0..96 * 64).map(|i| gray(1.0 + (i % 96) as f32 * 1e-5)).collect();
     for pixels in [noise(0.05), noise(1e-4), ramp] {
         let mut images = images(96, 64);
         images[0] = Image::new(96, 64, pixels).unwrap();

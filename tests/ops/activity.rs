@@ -80,8 +80,8 @@ fn letterboxes_are_skipped_up_to_the_radius_around_the_picture() {
     let bars = image([400, 290], PAINTS[12].1);
     let found = run(&bars, &Setup::whole([400, 290]));
     let rows: Vec<_> = found.clean.chunks(25).map(|row| row.iter().all(|&clean| clean)).collect();
-    let expected = (0..19).map(|row| !(3..16).contains(&row));
-    assert_eq!(rows, Vec::from_iter(expected));
+    let expected: Vec<_> = (0..19).map(|row| !(3..16).contains(&row)).collect();
+    assert_eq!(rows, expected);
 }
 
 #[test]

@@ -8,7 +8,7 @@ import torch
 from safetensors import SafetensorError, safe_open
 
 from inference import denoise
-from model import UNet, parameter_count
+from model import TOPOLOGIES, parameter_count
 
 
 class Network:
@@ -18,7 +18,8 @@ class Network:
         self.path = Path(path)
         metadata, state = _read(self.path)
         self.name, self.provenance = metadata["name"], metadata.get("provenance", "unknown provenance")
-        self.model = UNet([int(w) for w in metadata["widths"].split(",")]).eval()
+        topology = _topology(metadata, self.path)
+        self.model = topology([int(w) for w in metadata["widths"].split(",")]).eval()
         _fill(self.model, state, self.path)
         self.parameters, self.macs = parameter_count(self.model), macs_per_pixel(self.model)
         self.digest = hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
@@ -28,7 +29,8 @@ class Network:
 
     def checkpoint(self):
         """The entries of `best.pt`, see run.py. Batch norm keeps the file's statistics."""
-        return dict(tier=self.name, widths=self.model.widths, history=[self.provenance], ema=self.model.state_dict())
+        return dict(tier=self.name, topology=self.model.topology, widths=self.model.widths, history=[self.provenance],
+                    ema=self.model.state_dict())
 
     def row(self):
         """Identifies this network in the tables."""
@@ -51,6 +53,13 @@ def _read(path):
     if metadata.get("format") != "wgdenoise":
         raise SystemExit(f"{path}: not a wgdenoise weights file; export.py writes them")
     return metadata, state
+
+
+def _topology(metadata, path):
+    topology = metadata.get("topology")
+    if topology not in TOPOLOGIES:
+        raise SystemExit(f"{path}: topology {topology}; expected one of {', '.join(TOPOLOGIES)}")
+    return TOPOLOGIES[topology]
 
 
 def _fill(model, state, path):
