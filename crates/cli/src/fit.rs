@@ -72,15 +72,41 @@ fn unread_inputs(metadata: &Metadata, given: Inputs) -> Option<String> {
     })
 }
 
-/// How many pixels hold no light that can be denoised.
+/// How many pixels hold no light that can be denoised as it is.
 pub(crate) fn unusable_pixels(metadata: &Metadata, color: &Image) -> Vec<String> {
     let signed = metadata.transfer_function == TransferFunction::Signed;
-    let count = |is_bad: fn(&[f32; 3]) -> bool| color.pixels().iter().filter(|p| is_bad(p)).count();
-    let bad = count(|pixel| pixel.iter().any(|v| !v.is_finite()));
-    let negative = count(|pixel| pixel.iter().any(|&v| v.is_finite() && v < 0.0));
-    let negative = if signed { 0 } else { negative };
+    let has = |pixel: &[f32; 3], is_bad: fn(f32) -> bool| pixel.iter().any(|&v| is_bad(v));
+    let is_missing = |p: &[f32; 3]| has(p, |v| v.is_nan() || v == f32::NEG_INFINITY);
+    let is_infinite = |p: &[f32; 3]| has(p, |v| v == f32::INFINITY);
+    let count =
+        |is_bad: &dyn Fn(&[f32; 3]) -> bool| color.pixels().iter().filter(|p| is_bad(p)).count();
+    let missing = count(&|p| is_missing(p) || signed && is_infinite(p));
+    let infinite = count(&|p| !signed && is_infinite(p) && !is_missing(p));
+    let negative = count(&|p| !signed && has(p, |v| v.is_finite() && v < 0.0));
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
-    let filled = format!("{} NaN or infinite; each is filled from its neighbors", pixels(bad));
-    let black = format!("{} negative; negative values count as 0", pixels(negative));
-    [(bad, filled), (negative, black)].into_iter().filter(|(n, _)| *n > 0).map(|(_, s)| s).collect()
+    let missing = (missing, "not a number; each is filled from its neighbors");
+    let infinite = (infinite, "infinite; infinite light counts as very bright");
+    let negative = (negative, "negative; negative values count as 0");
+    let found = [missing, infinite, negative].into_iter().filter(|(n, _)| *n > 0);
+    found.map(|(n, what)| format!("{} {what}", pixels(n))).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use wgdenoise::{Quality, Weights};
+
+    #[test]
+    fn pixels_that_are_no_light_are_counted_by_what_becomes_of_them() {
+        let (nan, inf) = (f32::NAN, f32::INFINITY);
+        let pixels = [[nan, inf, 1.0], [-inf, 0.0, 0.0], [inf, -1.0, 2.0], [1.0; 3]];
+        let image = Image::new(4, 1, pixels.to_vec()).expect("the count is right");
+        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
+        let expected = [
+            "2 pixels are not a number; each is filled from its neighbors",
+            "1 pixel is infinite; infinite light counts as very bright",
+            "1 pixel is negative; negative values count as 0",
+        ];
+        assert_eq!(unusable_pixels(weights.metadata(), &image), expected);
+    }
 }
