@@ -224,7 +224,6 @@ fn constants_have_the_values_of_the_host() {
     same("head", "BLOCK", block);
     same("input_process", "REPAIR", halo::REPAIR as f64);
     same("input_process", "GREY", reference::GREY);
-    same("input_process", "OUTLIER", reference::OUTLIER);
     same("input_process", "MOST", f64::from(reference::MOST));
     same("input_process", "MOST", f64::from(most));
     for curve in TransferFunction::ALL {

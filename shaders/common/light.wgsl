@@ -1,7 +1,6 @@
 // Constants of light: middle gray and the limits of brightness.
 
 const GREY: f32 = 0.18;      // the average luminance, times input_scale
-const OUTLIER: f32 = 256.0;  // how many times brighter than its surroundings a pixel may be
 const MOST: f32 = 1e30;      // sums and quotients of values clamped to this stay within f32
 const INFINITE = 0x7f800000u;   // the bits of +∞
 

@@ -1,6 +1,6 @@
 // The color as the network sees it. Pixels with NaN or −∞ are missing and filled. +∞ is very bright
 // light: the largest 16-bit float, or the largest value around it. Negative channels stay, as wide
-// gamuts need them, unless the pixel's luminance is negative too. A pixel may be OUTLIER times as
+// gamuts need them, unless the pixel's luminance is negative too. A pixel may be `outlier` times as
 // bright as the brightest of the eight around it, or as middle gray, whichever is more. Brighter
 // pixels are darkened to that limit and keep their hue. So a firefly cannot spread, while anything
 // as bright as its neighbors, such as a lamp or a highlight, stays.
@@ -9,11 +9,13 @@ import package::common::encoding::{SIGNED, transfer_function};
 import package::common::fill::{AROUND, around, filled, mean, place_around};
 import package::common::images::{COLOR, load};
 import package::common::light::{
-    GREY, INFINITE, MOST, OUTLIER, is_finite, lit, luminance, with_infinity
+    GREY, INFINITE, MOST, is_finite, lit, luminance, with_infinity
 };
 import package::common::limits::LARGEST_F16;
 import package::common::scale::input_scale;
 import package::common::tile::tile;
+
+override outlier: f32;       // how many times brighter than its surroundings a pixel may be
 
 // The bits that +∞ stands for at a pixel.
 fn infinite_at(at: vec2<u32>, steps: u32) -> u32 {
@@ -38,13 +40,13 @@ fn repaired(at: vec2<u32>) -> vec4<f32> {
     }
     let found = load(COLOR, at);
     let gray = GREY / input_scale;
-    let is_bright = luminance(lit(bitcast<vec3<f32>>(found))) > OUTLIER * gray;
+    let is_bright = luminance(lit(bitcast<vec3<f32>>(found))) > outlier * gray;
     let steps = select(0u, AROUND, is_bright || !is_finite(found));
     let infinite = infinite_at(at, steps);
     let near = around(COLOR, at, infinite, steps);
     let bits = with_infinity(found, infinite);
     let whole = select(mean(near), vec4(bitcast<vec3<f32>>(bits), 1.0), is_finite(bits));
-    return vec4(darkened(whole.rgb, OUTLIER * max(gray, near.brightest)), whole.w);
+    return vec4(darkened(whole.rgb, outlier * max(gray, near.brightest)), whole.w);
 }
 
 // Without negative luminance, and with at most this much.

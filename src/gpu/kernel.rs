@@ -191,15 +191,18 @@ impl Context {
         Self { timeout: timeout.unwrap_or(self.timeout), ..self }
     }
 
-    /// The kernel for a shader and its override values, compiled on first use.
+    /// The kernel for a shader and its override values, compiled on first use. Values of other
+    /// overrides than the shader's are left out.
     ///
     /// # Panics
     /// Panics if another thread panicked while compiling a kernel.
     #[must_use]
     pub fn kernel(&self, spec: &KernelSpec, constants: &[(&str, f64)]) -> Kernel {
+        let is_set = |(name, _): &&(&str, f64)| spec.overrides.contains(name);
+        let constants: Vec<_> = constants.iter().filter(is_set).copied().collect();
         let key = format!("{} {constants:?}", spec.name);
         let mut kernels = self.kernels.lock().expect("no thread panicked while compiling");
-        kernels.entry(key).or_insert_with(|| self.compile(spec, constants)).clone()
+        kernels.entry(key).or_insert_with(|| self.compile(spec, &constants)).clone()
     }
 
     /// Runs `work` and turns any error the device reports meanwhile into an error of this crate. In

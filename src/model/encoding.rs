@@ -11,6 +11,9 @@ pub struct Encoding {
     /// Whether light is encoded however bright it is. Otherwise it is clamped to 65504 after
     /// exposure.
     pub unbounded: bool,
+    /// Whether the network predicts the weights by which its color is averaged, so that it can leave
+    /// outliers out by itself.
+    pub gathered: bool,
 }
 
 impl Encoding {
@@ -20,11 +23,18 @@ impl Encoding {
         if self.unbounded { MOST } else { LARGEST }
     }
 
-    /// The overrides of the shaders that encode or decode.
+    /// How many times brighter than its surroundings a pixel may be; brighter ones are darkened.
     #[must_use]
-    pub fn constants(self) -> [(&'static str, f64); 2] {
+    pub fn outlier(self) -> f64 {
+        if self.gathered { 256.0 } else { 16.0 }
+    }
+
+    /// The overrides of the shaders that repair, encode or decode.
+    #[must_use]
+    pub fn constants(self) -> [(&'static str, f64); 3] {
         let curve = f64::from(self.transfer_function as u8);
-        [("transfer_function", curve), ("brightest", f64::from(self.brightest()))]
+        let brightest = f64::from(self.brightest());
+        [("transfer_function", curve), ("brightest", brightest), ("outlier", self.outlier())]
     }
 }
 

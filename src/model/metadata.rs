@@ -134,7 +134,8 @@ impl Metadata {
     pub fn encoding(&self) -> Encoding {
         let oidn = matches!(self.topology, Topology::Oidn(_));
         let transfer_function = self.transfer_function;
-        Encoding { transfer_function, zero_padding: oidn, unbounded: oidn }
+        let gathered = self.topology == Topology::KernelPyramid;
+        Encoding { transfer_function, zero_padding: oidn, unbounded: oidn, gathered }
     }
 
     /// The network described by the metadata.

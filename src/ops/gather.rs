@@ -41,6 +41,9 @@ pub const BOTTOM: KernelSpec = KernelSpec {
     ..LEVEL
 };
 
+/// The overrides of the kernel that repairs the color itself.
+const OVERRIDES: &[&str] = &["brightest", "outlier", "transfer_function"];
+
 /// The kernel that stores the image, for noisy color and result in these formats. It reads level 0
 /// of the pyramid if that is `stored`.
 #[must_use]
@@ -56,7 +59,7 @@ pub fn finest_spec(color: ImageFormat, output: ImageFormat, stored: bool) -> Ker
         name: head::name(name, color, output).into(),
         features: features.into(),
         bindings: bindings.into(),
-        overrides: &["brightest", "transfer_function"],
+        overrides: if stored { &["brightest", "transfer_function"] } else { OVERRIDES },
         ..LEVEL
     }
 }

@@ -39,6 +39,7 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
             "has_albedo",
             "has_normal",
             "largest",
+            "outlier",
             "relu",
             "transfer_function",
             "unorm_normal",

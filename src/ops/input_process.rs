@@ -23,8 +23,15 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
 }
 
 /// The overrides for which images exist and how they are encoded.
-pub(super) const OVERRIDES: [&str; 6] =
-    ["brightest", "has_albedo", "has_normal", "transfer_function", "unorm_normal", "zero_padding"];
+pub(super) const OVERRIDES: [&str; 7] = [
+    "brightest",
+    "has_albedo",
+    "has_normal",
+    "outlier",
+    "transfer_function",
+    "unorm_normal",
+    "zero_padding",
+];
 
 /// The bindings of this kernel, and the first ones of [`input_conv`](mod@super::input_conv).
 pub(super) fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
@@ -83,10 +90,10 @@ impl<'a> Sources<'a> {
 
     /// The overrides of the shader that makes the network's input.
     #[must_use]
-    pub fn input_constants(&self) -> [(&'static str, f64); 6] {
+    pub fn input_constants(&self) -> [(&'static str, f64); 7] {
         let Inputs { albedo, normal } = self.inputs();
         let flag = |name, value| (name, f64::from(u8::from(value)));
-        let [curve, brightest] = self.encoding.constants();
+        let [curve, brightest, outlier] = self.encoding.constants();
         [
             flag("has_albedo", albedo),
             flag("has_normal", normal),
@@ -94,6 +101,7 @@ impl<'a> Sources<'a> {
             flag("zero_padding", self.encoding.zero_padding),
             curve,
             brightest,
+            outlier,
         ]
     }
 }

@@ -35,7 +35,7 @@ pub fn level0_spec(color: ImageFormat) -> KernelSpec {
         name: format!("pyramid_level0 {}", color.source_name()).into(),
         features: features.into(),
         bindings: vec![TILE, image, logits, Binding::LightOut, Binding::Buffer].into(),
-        overrides: &["brightest", "transfer_function"],
+        overrides: &["brightest", "outlier", "transfer_function"],
         ..LEVEL
     }
 }
@@ -50,7 +50,7 @@ pub fn finest_spec(color: ImageFormat) -> KernelSpec {
         name: format!("pyramid_finest {}", color.source_name()).into(),
         features: features.into(),
         bindings: vec![TILE, image, logits, Binding::LightOut, Binding::Buffer, logits].into(),
-        overrides: &["brightest", "transfer_function"],
+        overrides: &["brightest", "outlier", "transfer_function"],
         ..LEVEL
     }
 }

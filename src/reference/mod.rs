@@ -43,7 +43,7 @@ pub use max_pool::max_pool;
 pub use network::{apply, run, run_by};
 pub use output_process::{output_process, output_process_in};
 pub use pyramid::{Light, finest, pyramid};
-pub use repair::{GREY, MOST, OUTLIER, Repaired, fill, repair, repair_in};
+pub use repair::{GREY, MOST, Repaired, fill, repair, repair_in};
 pub use sigmoid::sigmoid;
 pub use tensor::Tensor;
 pub use transfer_function::{LARGEST, decode, encode, pu, pu_inverse};

@@ -5,8 +5,6 @@ use crate::model::{Encoding, TransferFunction};
 
 /// The luminance of middle gray: the image's average, times the input scale.
 pub const GREY: f64 = 0.18;
-/// How many times brighter than its surroundings a pixel may be.
-pub const OUTLIER: f64 = 256.0;
 /// Values are clamped to ± this, so that no sum or quotient exceeds 32 bits.
 pub const MOST: f32 = 1e30;
 /// +∞ is at least this bright: the largest 16-bit float, which most renderers' files cannot exceed.
@@ -35,17 +33,17 @@ pub fn fill(image: &Image) -> Repaired {
 /// 2. +∞ in a channel becomes the largest finite value of any channel among the 5×5 pixels around
 ///    the one in question, but at least 65504. It counts as that for the other steps, too.
 /// 3. All values are clamped to ±1e30, and negative ones to 0 where the luminance is negative.
-/// 4. No pixel is brighter than 256 times the brightest good one of the eight around it or 256
-///    times middle gray, `0.18 / input_scale`, whichever is more; brighter pixels are darkened to
-///    that limit, keeping their hue. For this, negative channels count as 0.
+/// 4. No pixel is brighter than `outlier` times the brightest good one of the eight around it or
+///    `outlier` times middle gray, `0.18 / input_scale`, whichever is more; brighter pixels are
+///    darkened to that limit, keeping their hue. For this, negative channels count as 0.
 #[must_use]
-pub fn repair(color: &Image, input_scale: f32) -> Repaired {
+pub fn repair(color: &Image, input_scale: f32, outlier: f64) -> Repaired {
     map(color, |place| {
         let infinite = infinity(color, place);
         let pixel = filled(color, place, infinite)?.map(|v| v.clamp(-MOST, MOST));
         let pixel = if luminance(pixel) < 0.0 { pixel.map(|v| v.max(0.0)) } else { pixel };
         let lights = around(color, place, 1, infinite).into_iter().map(light);
-        let most = OUTLIER * lights.fold(GREY / f64::from(input_scale), f64::max);
+        let most = outlier * lights.fold(GREY / f64::from(input_scale), f64::max);
         let share = (most / light(pixel)).min(1.0);
         Some(if light(pixel) > most { pixel.map(|v| (f64::from(v) * share) as f32) } else { pixel })
     })
@@ -56,7 +54,7 @@ pub fn repair(color: &Image, input_scale: f32) -> Repaired {
 pub fn repair_in(encoding: Encoding, color: &Image, input_scale: f32) -> Repaired {
     match encoding.transfer_function {
         TransferFunction::Signed => fill(color),
-        _ => repair(color, input_scale),
+        _ => repair(color, input_scale, encoding.outlier()),
     }
 }
 
@@ -146,8 +144,8 @@ mod tests {
     #[test]
     fn a_pixel_among_bad_ones_looks_two_pixels_far_and_then_is_black_and_not_valid() {
         let (bad, filled) = (f32::NAN, 6.0);
-        for found in
-            [fill, |image: &Image| repair(image, 1.0)].map(|f| f(&row(&[6.0, bad, bad, bad])))
+        for found in [fill, |image: &Image| repair(image, 1.0, 256.0)]
+            .map(|f| f(&row(&[6.0, bad, bad, bad])))
         {
             assert_eq!(found.color, row(&[6.0, filled, filled, 0.0]));
             assert_eq!(found.valid, [true, true, true, false]);
@@ -168,7 +166,7 @@ mod tests {
     #[test]
     fn negative_channels_stay_unless_the_luminance_is_negative() {
         let image = Image::new(3, 1, vec![[-1.0; 3], [-0.5, 2.0, 0.0], [3.0, -1.0, 0.0]]);
-        let found = repair(&image.expect("a valid image"), 1.0).color;
+        let found = repair(&image.expect("a valid image"), 1.0, 256.0).color;
         assert_eq!(found.pixels(), [[0.0; 3], [-0.5, 2.0, 0.0], [3.0, 0.0, 0.0]]);
     }
 
@@ -178,7 +176,7 @@ mod tests {
         for (around, expected) in [(0.5, 65504.0), (1e5, 1e5), (f32::MAX, 1e30)] {
             let mut image = Image::filled(5, 5, [around; 3]).expect("a valid image");
             image.pixels_mut()[7..9].fill([inf, 30000.0, -8000.0]);
-            let found = repair(&image, 1e-4).color;
+            let found = repair(&image, 1e-4, 256.0).color;
             assert_eq!(found.pixels()[7..9], [[expected, 30000.0, -8000.0]; 2]);
         }
     }
@@ -194,18 +192,18 @@ mod tests {
             let mut image = row(&values);
             // A channel of the pixel itself counts as well.
             image.pixels_mut()[4][2] = if place == 4 { 7e4 } else { inf };
-            assert_eq!(repair(&image, 1e-4).color.pixels()[4][0], expected, "{place}");
+            assert_eq!(repair(&image, 1e-4, 256.0).color.pixels()[4][0], expected, "{place}");
         }
     }
 
     #[test]
     fn a_lone_infinite_pixel_is_a_firefly_and_a_missing_one_beside_infinite_ones_is_bright() {
         let (nan, inf) = (f32::NAN, f32::INFINITY);
-        let lone = repair(&row(&[1.0, 1.0, inf, 1.0, 1.0]), 1.0).color;
+        let lone = repair(&row(&[1.0, 1.0, inf, 1.0, 1.0]), 1.0, 256.0).color;
         assert!((lone.pixels()[2][0] / 256.0 - 1.0).abs() < 1e-6, "{lone:?}");
-        let sun = repair(&row(&[inf, inf, nan, inf, inf]), 1.0).color;
+        let sun = repair(&row(&[inf, inf, nan, inf, inf]), 1.0, 256.0).color;
         assert_eq!(sun, row(&[65504.0; 5]));
-        assert_eq!(repair(&row(&[f32::NEG_INFINITY, 2.0]), 1.0).color, row(&[2.0; 2]));
+        assert_eq!(repair(&row(&[f32::NEG_INFINITY, 2.0]), 1.0, 256.0).color, row(&[2.0; 2]));
     }
 
     #[test]
@@ -213,20 +211,20 @@ mod tests {
         let mut image = Image::filled(5, 5, [1.0; 3]).expect("a valid image");
         image.pixels_mut()[6] = [2.0; 3];
         image.pixels_mut()[12] = [1e30, 0.0, 0.0];
-        let [r, g, b] = repair(&image, 1.0).color.pixels()[12];
+        let [r, g, b] = repair(&image, 1.0, 256.0).color.pixels()[12];
         assert!((f64::from(r) * 0.212_671 / 512.0 - 1.0).abs() < 1e-6 && g == 0.0 && b == 0.0);
         let others = |image: &Image| [image.pixels()[..12].to_vec(), image.pixels()[13..].to_vec()];
-        assert_eq!(others(&repair(&image, 1.0).color), others(&image));
+        assert_eq!(others(&repair(&image, 1.0, 256.0).color), others(&image));
     }
 
     #[test]
     fn what_is_bright_beside_bright_pixels_stays_and_so_does_what_is_only_256_times_gray() {
         let lamp = row(&[0.1, 1e4, 1e4, 0.1]);
-        assert_eq!(repair(&lamp, 1.0).color, lamp);
+        assert_eq!(repair(&lamp, 1.0, 256.0).color, lamp);
         let (below, above) = (row(&[0.0, 46.07, 0.0]), row(&[0.0, 46.09, 0.0]));
-        assert_eq!(repair(&below, 1.0).color, below);
-        assert!((repair(&above, 1.0).color.pixels()[1][0] - 46.08).abs() < 1e-5);
-        assert_eq!(repair(&above, 0.5).color, above);
+        assert_eq!(repair(&below, 1.0, 256.0).color, below);
+        assert!((repair(&above, 1.0, 256.0).color.pixels()[1][0] - 46.08).abs() < 1e-5);
+        assert_eq!(repair(&above, 0.5, 256.0).color, above);
     }
 
     #[test]
@@ -236,6 +234,6 @@ mod tests {
         let image = row(&[-1.0, f32::INFINITY, -0.5, 0.0, 1e4]);
         let found = repair_in(signed, &image, 1.0).color;
         assert_eq!(found, row(&[-1.0, -0.75, -0.5, 0.0, 1e4]));
-        assert_eq!(repair_in(Encoding::default(), &image, 1.0), repair(&image, 1.0));
+        assert_eq!(repair_in(Encoding::default(), &image, 1.0), repair(&image, 1.0, 256.0));
     }
 }

@@ -35,7 +35,8 @@ fn input_process_equals_the_reference_for_every_input_set() {
         let aux = [albedo.then_some(&images[1]), normal.then_some(&images[2])];
         for (i, transfer_function) in TransferFunction::ALL.into_iter().enumerate() {
             let (zero_padding, unbounded) = (i % 2 == 1, i < 2);
-            let encoding = Encoding { transfer_function, zero_padding, unbounded };
+            let gathered = i % 2 == 0;
+            let encoding = Encoding { transfer_function, zero_padding, unbounded, gathered };
             let found = run(context(precision), &images[0], aux, 0.37, encoding);
             let expected =
                 reference::input_process_in(encoding, &images[0], aux[0], aux[1], 0.37, 16);

@@ -82,7 +82,8 @@ pub(crate) fn unusable_pixels(metadata: &Metadata, color: &Image) -> Vec<String>
         |is_bad: &dyn Fn(&[f32; 3]) -> bool| color.pixels().iter().filter(|p| is_bad(p)).count();
     let missing = count(&|p| is_missing(p) || signed && is_infinite(p));
     let infinite = count(&|p| !signed && is_infinite(p) && !is_missing(p));
-    let negative = count(&|p| !signed && has(p, |v| v.is_finite() && v < 0.0));
+    let clips = !signed && metadata.topology != Topology::KernelPyramid;
+    let negative = count(&|p| clips && has(p, |v| v.is_finite() && v < 0.0));
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
     let missing = (missing, "not a number; each is filled from its neighbors");
     let infinite = (infinite, "infinite; infinite light counts as very bright");
@@ -102,11 +103,15 @@ mod tests {
         let pixels = [[nan, inf, 1.0], [-inf, 0.0, 0.0], [inf, -1.0, 2.0], [1.0; 3]];
         let image = Image::new(4, 1, pixels.to_vec()).expect("the count is right");
         let weights = Weights::builtin(Quality::Fast).expect("they are built in");
-        let expected = [
+        let mut expected = vec![
             "2 pixels are not a number; each is filled from its neighbors",
             "1 pixel is infinite; infinite light counts as very bright",
-            "1 pixel is negative; negative values count as 0",
         ];
-        assert_eq!(unusable_pixels(weights.metadata(), &image), expected);
+        let mut metadata = weights.metadata().clone();
+        metadata.topology = Topology::KernelPyramid;
+        assert_eq!(unusable_pixels(&metadata, &image), expected, "wide gamuts stay");
+        metadata.topology = Topology::Unet;
+        expected.push("1 pixel is negative; negative values count as 0");
+        assert_eq!(unusable_pixels(&metadata, &image), expected);
     }
 }
