@@ -11,7 +11,8 @@ def denoise(model, image, inputs="color,albedo,normal"):
     """Linear color [3,H,W] of a render [9,H,W]."""
     color, albedo, normal = image.float().split(3)
     scale = autoexposure(color)
-    given = network_input(color, albedo if "albedo" in inputs else None, normal if "normal" in inputs else None, scale)
+    albedo, normal = albedo if "albedo" in inputs else None, normal if "normal" in inputs else None
+    given = network_input(color, albedo, normal, scale, model.outlier)
     m = 2**model.levels
     h, w = color.shape[1:]
     x, light = (F.pad(part[None], (0, -w % m, 0, -h % m), mode="replicate").to(model.device) for part in given)

@@ -8,7 +8,7 @@ import torch
 from torch import nn
 from torch.nn import functional as F
 
-from transfer import inverse
+from transfer import OUTLIER, inverse
 
 INPUT_CHANNELS = 9  # color rgb, albedo rgb, normal xyz
 TIERS = {
@@ -77,6 +77,7 @@ class UNet(Trunk):
     """Predicts color: [B,3,H,W] in the network domain from the input [B,inputs,H,W]."""
 
     topology = "unet"
+    outlier = 16  # it would spread brighter ones
 
     def __init__(self, widths, inputs=INPUT_CHANNELS):
         super().__init__(widths, inputs)
@@ -101,6 +102,7 @@ class KernelPyramid(Trunk):
     """
 
     topology = "kernel-pyramid"
+    outlier = OUTLIER
 
     def __init__(self, widths, inputs=INPUT_CHANNELS):
         super().__init__(widths, inputs)

@@ -16,7 +16,7 @@ X0, X1 = 2.23151711e-3, 3.70974749e-1
 LUMINANCE = (0.212671, 0.715160, 0.072169)
 BIN, KEY, HELD, BRIGHTEST, DARKEST = 16, 0.18, 16, 1e30, torch.finfo(torch.float32).tiny
 RANGE, FADE = 11, 2  # bins darker by 2^11 than the bright ones do not count; those within 2^9 count fully
-OUTLIER = 256  # maximum brightness of a pixel relative to its brightest neighbor
+OUTLIER = 256  # maximum brightness of a pixel relative to its brightest neighbor, for networks that gather light
 
 
 def _pu(y):
@@ -77,11 +77,11 @@ def _bright(color):
     return torch.where(infinite, max_pool2d(brightest.clamp(min=MAX_COLOR), 5, 1, 2), color)
 
 
-def repair(color, scale):
+def repair(color, scale, outlier=OUTLIER):
     """Linear color [...,3,H,W] without what no renderer means, and validity [...,1,H,W]: 0 where nothing is known.
 
     Pixels with NaN or -Inf are filled from around, +Inf becomes very bright, pixels of negative luminance lose their
-    negative channels, and outliers are darkened to 256 times their brightest neighbor or middle gray. `scale` is the
+    negative channels, and outliers are darkened to `outlier` times their brightest neighbor or middle gray. `scale` is the
     exposure: a number, or a tensor that broadcasts to [...,1,H,W].
     """
     good = (color > -torch.inf).all(-3, keepdim=True)  # NaN compares as false
@@ -91,7 +91,7 @@ def repair(color, scale):
         rgb, valid = _fill(rgb, good)
     rgb = rgb.clamp(-BRIGHTEST, BRIGHTEST)
     rgb = torch.where(luminance(rgb).unsqueeze(-3) < 0, rgb.clamp(min=0), rgb)
-    most = OUTLIER * _brightest_neighbor(luminance(known.clamp(0, BRIGHTEST)).unsqueeze(-3)).clamp(min=KEY / scale)
+    most = outlier * _brightest_neighbor(luminance(known.clamp(0, BRIGHTEST)).unsqueeze(-3)).clamp(min=KEY / scale)
     bright = luminance(rgb.clamp(min=0)).unsqueeze(-3)
     return torch.where(bright > most, rgb / bright * most, rgb), valid.to(color.dtype)
 
@@ -139,11 +139,11 @@ def _edges(size):
     return [(i * size // n, (i + 1) * size // n) for i in range(n)]
 
 
-def network_input(color, albedo, normal, scale):
+def network_input(color, albedo, normal, scale, outlier=OUTLIER):
     """What a network reads, [...,9,H,W] in the network domain, and the light that it gathers, [...,4,H,W]: exposed
     linear color and validity, 0 in missing pixels. A missing feature is None and becomes zeros, as in training."""
     absent = torch.zeros_like(color)
-    rgb, valid = repair(color, scale)
+    rgb, valid = repair(color, scale, outlier)
     parts = [transfer(rgb.clamp(min=0) * scale)]
     parts.append(absent if albedo is None else fill(albedo).clamp(0, 1))
     parts.append(absent if normal is None else fill(normal).clamp(-1, 1) * 0.5 + 0.5)

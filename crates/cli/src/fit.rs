@@ -2,7 +2,7 @@
 
 use crate::failure::Failure;
 use crate::plan::Job;
-use wgdenoise::{Image, Inputs, MainImage, Metadata, TransferFunction};
+use wgdenoise::{Image, Inputs, MainImage, Metadata, Topology, TransferFunction};
 use wgdenoise_files::{Format, Picture};
 
 /// Refuses files that cannot hold what the weights are for.
