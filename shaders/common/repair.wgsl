@@ -1,5 +1,6 @@
-// The color as the network sees it. Pixels with NaN or −∞ are missing and filled. +∞ is very bright
-// light: the largest 16-bit float, or the largest value around it. Negative channels stay, as wide
+// The color as the network sees it. Pixels with NaN or −∞ are missing and filled, and so are those
+// with +∞, unless at least SUN of the 3×3 pixels have it. Then it is very bright light: the largest
+// 16-bit float, or the largest value around. Negative channels stay, as wide
 // gamuts need them, unless the pixel's luminance is negative too. A pixel may be `outlier` times as
 // bright as the brightest of the eight around it, or as middle gray, whichever is more. Brighter
 // pixels are darkened to that limit and keep their hue. So a firefly cannot spread, while anything
@@ -17,19 +18,24 @@ import package::common::tile::tile;
 
 override outlier: f32;       // how many times brighter than its surroundings a pixel may be
 
-// The bits that +∞ stands for at a pixel.
+const SUN = 4u;              // fewer infinite pixels together are fireflies
+
+// The bits that +∞ stands for at a pixel. INFINITE leaves it as bad as NaN.
 fn infinite_at(at: vec2<u32>, steps: u32) -> u32 {
     var most = LARGEST_F16;
+    var count = 0u;
     for (var i = 0u; i < steps; i++) {
         let there = place_around(at, i);
         if all(there < tile.image_size) {
             let bits = load(COLOR, there);
+            let is_near = all(there + 1u >= at) && all(there <= at + 1u);
+            count += u32(is_near && any(bits == vec3(INFINITE)));
             let is_number = (bits & vec3(INFINITE)) != vec3(INFINITE);
             let values = bitcast<vec3<f32>>(select(vec3(0u), bits, is_number));
             most = max(most, max(values.r, max(values.g, values.b)));
         }
     }
-    return bitcast<u32>(most);
+    return select(INFINITE, bitcast<u32>(most), count >= SUN);
 }
 
 // Linear color, 1 in w. Where a pixel is missing and has nothing to be filled from, all is 0.

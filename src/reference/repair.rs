@@ -7,6 +7,8 @@ use crate::model::{Encoding, TransferFunction};
 pub const GREY: f64 = 0.18;
 /// Values are clamped to ± this, so that no sum or quotient exceeds 32 bits.
 pub const MOST: f32 = 1e30;
+/// Fewer infinite pixels together are fireflies.
+const SUN: usize = 4;
 /// +∞ is at least this bright: the largest 16-bit float, which most renderers' files cannot exceed.
 const LARGEST_F16: f32 = 65504.0;
 
@@ -29,9 +31,10 @@ pub fn fill(image: &Image) -> Repaired {
 
 /// Noisy color as the network sees it, before exposure. In this order:
 ///
-/// 1. NaN or −∞ in any channel makes a pixel missing, and it is filled as by [`fill`].
-/// 2. +∞ in a channel becomes the largest finite value of any channel among the 5×5 pixels around
-///    the one in question, but at least 65504. It counts as that for the other steps, too.
+/// 1. If at least four of the 3×3 pixels around the one in question have +∞ in a channel, it
+///    becomes, for this and the other steps, the largest finite value of any channel among the 5×5
+///    pixels, but at least 65504. Fewer infinite pixels are fireflies.
+/// 2. NaN, −∞ or else +∞ in any channel makes a pixel missing, and it is filled as by [`fill`].
 /// 3. All values are clamped to ±1e30, and negative ones to 0 where the luminance is negative.
 /// 4. No pixel is brighter than `outlier` times the brightest good one of the eight around it or
 ///    `outlier` times middle gray, `0.18 / input_scale`, whichever is more; brighter pixels are
@@ -77,6 +80,10 @@ fn good(pixel: [f32; 3], infinite: f32) -> Option<[f32; 3]> {
 
 /// What +∞ stands for at a pixel.
 fn infinity(image: &Image, place: [i64; 2]) -> f32 {
+    let near = window(image, place, 1).map(|[x, y]| image.row(y as u32)[x as usize]);
+    if near.filter(|pixel| pixel.contains(&f32::INFINITY)).count() < SUN {
+        return f32::INFINITY;
+    }
     let values = window(image, place, 2).flat_map(|[x, y]| image.row(y as u32)[x as usize]);
     values.filter(|v| v.is_finite()).fold(LARGEST_F16, f32::max)
 }
@@ -174,35 +181,35 @@ mod tests {
     fn infinite_light_is_the_brightest_thing_around_and_the_other_channels_stay() {
         let inf = f32::INFINITY;
         for (around, expected) in [(0.5, 65504.0), (1e5, 1e5), (f32::MAX, 1e30)] {
-            let mut image = Image::filled(5, 5, [around; 3]).expect("a valid image");
-            image.pixels_mut()[7..9].fill([inf, 30000.0, -8000.0]);
+            let mut image = Image::filled(6, 6, [around; 3]).expect("a valid image");
+            let sun = [14, 15, 20, 21];
+            sun.map(|i| image.pixels_mut()[i] = [inf, 30000.0, -8000.0]);
             let found = repair(&image, 1e-4, 256.0).color;
-            assert_eq!(found.pixels()[7..9], [[expected, 30000.0, -8000.0]; 2]);
+            assert_eq!(sun.map(|i| found.pixels()[i]), [[expected, 30000.0, -8000.0]; 4]);
         }
     }
 
     #[test]
     fn the_brightest_value_counts_up_to_two_pixels_away() {
         let inf = f32::INFINITY;
-        for (place, expected) in
-            [(0, 65504.0), (1, 65504.0), (2, 7e4), (4, 7e4), (6, 7e4), (7, 65504.0)]
-        {
-            let mut values = [1.0; 9];
-            (values[4], values[place]) = (inf, if place == 4 { inf } else { 7e4 });
-            let mut image = row(&values);
-            // A channel of the pixel itself counts as well.
-            image.pixels_mut()[4][2] = if place == 4 { 7e4 } else { inf };
-            assert_eq!(repair(&image, 1e-4, 256.0).color.pixels()[4][0], expected, "{place}");
+        for (place, expected) in [([0, 0], 7e4), ([2, 0], 7e4), ([4, 4], 7e4), ([5, 2], 65504.0)] {
+            let mut image = Image::filled(7, 7, [1.0; 3]).expect("a valid image");
+            [[2, 1], [1, 2], [2, 2], [3, 2], [2, 3]]
+                .map(|[x, y]| image.pixels_mut()[y * 7 + x] = [inf; 3]);
+            image.pixels_mut()[place[1] * 7 + place[0]] = [7e4; 3];
+            let found = repair(&image, 1e-4, 256.0).color;
+            assert_eq!(found.pixels()[2 * 7 + 2], [expected; 3], "{place:?}");
         }
     }
 
     #[test]
-    fn a_lone_infinite_pixel_is_a_firefly_and_a_missing_one_beside_infinite_ones_is_bright() {
-        let (nan, inf) = (f32::NAN, f32::INFINITY);
-        let lone = repair(&row(&[1.0, 1.0, inf, 1.0, 1.0]), 1.0, 256.0).color;
-        assert!((lone.pixels()[2][0] / 256.0 - 1.0).abs() < 1e-6, "{lone:?}");
-        let sun = repair(&row(&[inf, inf, nan, inf, inf]), 1.0, 256.0).color;
-        assert_eq!(sun, row(&[65504.0; 5]));
+    fn up_to_three_infinite_pixels_together_are_fireflies_and_a_missing_one_in_a_sun_is_bright() {
+        let inf = f32::INFINITY;
+        let firefly = row(&[1.0, inf, inf, inf, 1.0, 1.0, inf]);
+        assert_eq!(repair(&firefly, 1.0, 256.0).color, row(&[1.0; 7]));
+        let mut sun = Image::filled(3, 3, [inf; 3]).expect("a valid image");
+        sun.pixels_mut()[4] = NAN;
+        assert_eq!(repair(&sun, 1.0, 256.0).color.pixels()[4], [65504.0; 3]);
         assert_eq!(repair(&row(&[f32::NEG_INFINITY, 2.0]), 1.0, 256.0).color, row(&[2.0; 2]));
     }
 
@@ -234,6 +241,6 @@ mod tests {
         let image = row(&[-1.0, f32::INFINITY, -0.5, 0.0, 1e4]);
         let found = repair_in(signed, &image, 1.0).color;
         assert_eq!(found, row(&[-1.0, -0.75, -0.5, 0.0, 1e4]));
-        assert_eq!(repair_in(Encoding::default(), &image, 1.0), repair(&image, 1.0, 256.0));
+        assert_eq!(repair_in(Encoding::default(), &image, 1.0), repair(&image, 1.0, 16.0));
     }
 }

@@ -3,6 +3,7 @@
 
 mod growth;
 mod highlights;
+mod light;
 
 use wgdenoise::{Image, Precision, Quality, Weights};
 
@@ -45,23 +46,22 @@ fn every_case_holds_in_the_reference() {
 #[test]
 fn tiles_make_the_same_bits_as_the_whole_image() {
     let [whole, tiled] =
-        [None, Some(224)].map(|tile| engine(gpu(), &weights(Quality::Fast), Precision::F16, tile));
+        [None, Some(288)].map(|tile| engine(gpu(), &weights(Quality::Fast), Precision::F16, tile));
     let bits =
         |image: &Image| -> Vec<_> { image.pixels().iter().map(|p| p.map(f32::to_bits)).collect() };
     let mut cut = 0;
     run_cases(cases(), |case| {
-        let color = four_fold(&case.color);
-        cut += usize::from(color.width().max(color.height()) > 224);
+        let color = repeated(&case.color);
+        cut += usize::from(color.width().max(color.height()) > 288);
         let same = bits(&whole(&color)) == bits(&tiled(&color));
         if same { Ok(()) } else { Err("tiles change the result".into()) }
     });
     assert!(cut > 40, "only {cut} pictures are cut");
 }
 
-/// The picture repeated two by two, so that it needs several tiles.
-fn four_fold(image: &Image) -> Image {
+/// The picture repeated three by three, so that it needs several tiles.
+fn repeated(image: &Image) -> Image {
     let (width, height) = image.size();
-    let twice = |y: u32| [image.row(y), image.row(y)].concat();
-    let pixels = (0..2 * height).flat_map(|y| twice(y % height)).collect();
-    Image::new(2 * width, 2 * height, pixels).expect("the count is right")
+    let pixels = (0..3 * height).flat_map(|y| image.row(y % height).repeat(3)).collect();
+    Image::new(3 * width, 3 * height, pixels).expect("the count is right")
 }

@@ -75,7 +75,7 @@ fn no_result_is_darker_or_brighter_than_the_noisy_color() {
 /// less than that again.
 #[test]
 fn the_pyramid_moves_60_bytes_per_pixel_and_as_many_at_coarser_levels() {
-    let weights = Weights::from_bytes(&std::fs::read("/tmp/n16/b.st").unwrap()).unwrap();
+    let weights = Weights::builtin(Quality::Balanced).expect("it is built in");
     let options = Options::default().kernels(KernelSet::Tiled).precision(Precision::F16);
     let images = images(64, 64);
     let frame = frame(&images, Inputs::ALL);

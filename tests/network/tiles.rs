@@ -31,17 +31,17 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
 
 #[test]
 fn the_built_in_weights_make_the_same_bits_in_tiles() {
-    let images = images(400, 230);
+    let images = images(600, 310);
     for precision in [Precision::F32, Precision::F16] {
         let weights = Weights::builtin(Quality::Fast).unwrap();
         let run = |tile| {
             let options = Options::default().precision(precision).tile(tile);
             let (device, queue) = (&gpu().device, &gpu().queue);
             let denoiser = Denoiser::new(device, queue, &weights, &options).unwrap();
-            let tiles = denoiser.tile_plan(400, 230, Inputs::ALL).unwrap().tiles.len();
+            let tiles = denoiser.tile_plan(600, 310, Inputs::ALL).unwrap().tiles.len();
             (denoiser.denoise(&frame(&images, Inputs::ALL)).unwrap(), tiles)
         };
-        let ((whole, one), (tiled, many)) = (run(None), run(Some(224)));
+        let ((whole, one), (tiled, many)) = (run(None), run(Some(288)));
         assert!(one == 1 && many > 4, "{one} and {many} tiles");
         same_bits(&tiled, &whole).unwrap();
     }

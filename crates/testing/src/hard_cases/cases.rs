@@ -69,11 +69,16 @@ pub fn clean() -> Image {
     })
 }
 
-/// The same with noise whose standard deviation is 0.7 of the value.
+/// The same with noise.
 pub fn noisy() -> Image {
-    let mut random = Random::new(1);
+    with_noise(&clean(), 1)
+}
+
+/// The image with noise whose standard deviation is 0.7 of the value, in each channel.
+pub fn with_noise(image: &Image, seed: u64) -> Image {
+    let mut random = Random::new(seed);
     let mut uniform = || 0.5 * random.value() + 0.500_001;
-    let mut image = clean();
+    let mut image = image.clone();
     image.pixels_mut().iter_mut().flatten().for_each(|v| *v *= -0.5 * (uniform() * uniform()).ln());
     image
 }
@@ -143,16 +148,16 @@ fn patterns() -> Vec<Case> {
     let board = |side: u32| {
         image(SIZE, move |[x, y]| [f32::from((x / side + y / side).is_multiple_of(2)); 3])
     };
-    let fine = Case {
-        // The fast weights take the squares for noise and miss their mean by 0.16.
-        missed: [None, None, Some(0.17)],
-        ..Case::new("checkerboard of 1 pixel", board(1), Measure::Mean, 0.02)
-    };
+    let fine = Case::new("checkerboard of 1 pixel", board(1), Measure::Mean, 0.02);
     let coarse = Case::new("checkerboard of 16 pixels", board(16), Measure::Mean, 0.02);
     let one = image(SIZE, |at| [f32::from(at == [64, 48]); 3]);
     let one = Case::new("one pixel of 1 on black", one, Measure::Halo([64, 48]), 1e-3);
     let step = |at: u32| image(SIZE, move |[x, _]| [if x < at { 0.1 } else { 10.0 }; 3]);
-    let border = Case::new("a step on a block's border", step(64), Measure::Unchanged, 0.01);
+    let border = Case {
+        // Kernels mix a thousandth of the bright side into the dark one.
+        missed: [Some(0.03); 3],
+        ..Case::new("a step on a block's border", step(64), Measure::Unchanged, 0.01)
+    };
     let inside = Case::new("a step inside a block", step(70), Measure::Mean, 0.02);
     vec![fine, coarse, one, border, inside]
 }

@@ -2,7 +2,7 @@
 
 use wgdenoise::Rect;
 use wgdenoise::internals::plan::halo::constant_radius;
-use wgdenoise::internals::reference::{self, TileOfImage};
+use wgdenoise::internals::reference::{self, Images, TileOfImage};
 use wgdenoise::{Denoiser, Frame, Gpu, Image, Inputs, Options, Precision, Weights};
 
 /// The engine on the first adapter, with tiles of at most `tile` pixels a side.
@@ -23,12 +23,12 @@ pub fn on_cpu(weights: &Weights, color: &Image) -> Image {
     let (width, height) = color.size();
     let weights = weights.for_inputs(Inputs::default()).expect("the inputs are known");
     let scale = reference::autoexposure(color);
-    let input = reference::input_process(color, None, None, scale, 16);
-    let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
-    let result = reference::output_process(&output, scale, width, height);
+    let images = Images { color, albedo: None, normal: None };
+    let result = reference::denoise(&weights, images, scale);
     let radius = constant_radius(weights.network());
-    let clean = clean_blocks(color, radius, [input.width as u32, input.height as u32]);
-    reference::keep_clean(result, color, &clean, input.width / 16)
+    let sides = [width, height].map(|side| side.next_multiple_of(16));
+    let clean = clean_blocks(color, radius, sides);
+    reference::keep_clean(result, color, &clean, sides[0] as usize / 16)
 }
 
 fn clean_blocks(color: &Image, radius: u32, size: [u32; 2]) -> Vec<bool> {
