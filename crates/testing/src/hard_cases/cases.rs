@@ -12,7 +12,7 @@ pub struct Case {
     /// Upper bound that the measure should meet.
     pub goal: f64,
     /// The bound it does meet where it misses the goal, by [`By`].
-    missed: [Option<f64>; 3],
+    pub(super) missed: [Option<f64>; 3],
 }
 
 /// The denoisers under test.
@@ -43,6 +43,23 @@ pub enum Measure {
     Mean,
     /// The largest value more than one pixel away from this one, as a share of its input.
     Halo([u32; 2]),
+    /// The largest relative difference of a channel's mean from the input's. A black channel must
+    /// stay black.
+    Channels,
+    /// The largest difference between two channels of a pixel.
+    Hue,
+    /// The largest relative difference of a channel's mean in a disc in the middle.
+    Disc {
+        /// In pixels.
+        radius: f64,
+        /// The true mean.
+        expected: [f32; 3],
+    },
+    /// The error relative to that of the input; this function makes the truth.
+    Noise(fn() -> Image),
+    /// The relative difference of the error in the upper left from that of the result without the
+    /// fault.
+    Scene,
     /// Only that all values are finite and non-negative, as in every case.
     Finite,
 }
@@ -50,7 +67,7 @@ pub enum Measure {
 const SIZE: [u32; 2] = [128, 96];
 
 impl Case {
-    fn new(name: impl Into<String>, color: Image, measure: Measure, goal: f64) -> Self {
+    pub(super) fn new(name: impl Into<String>, color: Image, measure: Measure, goal: f64) -> Self {
         Self { name: name.into(), color, measure, goal, missed: [None; 3] }
     }
 
@@ -123,7 +140,7 @@ fn fireflies() -> Vec<Case> {
             100.0,
         )
     };
-    [1e4, 1e6, 1e12, 1e30, f32::MAX, f32::INFINITY].map(firefly).into()
+    [5.0, 20.0, 70.0, 1e4, 1e6, 1e12, 1e30, f32::MAX, f32::INFINITY].map(firefly).into()
 }
 
 fn even_images() -> Vec<Case> {

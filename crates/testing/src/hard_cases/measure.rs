@@ -4,11 +4,12 @@ use wgdenoise::Image;
 
 use super::cases::{Case, Measure, clean};
 
-/// The measure of a case's result, or infinity if a value is negative or not finite. `sound` is the
-/// result for the undamaged noisy picture.
+/// The measure of a case's result, or infinity if a value is not finite, or negative without a
+/// negative one in the input. `sound` is the result for the undamaged noisy picture.
 pub fn measure(case: &Case, found: &Image, sound: &Image) -> f64 {
     assert_eq!(found.size(), case.color.size(), "{}", case.name);
-    if values(found).any(|v| !v.is_finite() || v < 0.0) {
+    let signed = values(&case.color).any(|v| v < 0.0);
+    if values(found).any(|v| !v.is_finite() || v < 0.0 && !signed) {
         return f64::INFINITY;
     }
     match case.measure {
@@ -21,8 +22,66 @@ pub fn measure(case: &Case, found: &Image, sound: &Image) -> f64 {
         Measure::Halo(at) => {
             furthest(found, at) / f64::from(case.color.row(at[1])[at[0] as usize][1])
         }
+        Measure::Channels => {
+            let kept = |c| relative(channel(found, c), channel(&case.color, c));
+            [0, 1, 2].map(kept).into_iter().fold(0.0, f64::max)
+        }
+        Measure::Hue => most_colored(found),
+        Measure::Disc { radius, expected } => {
+            let mean = disc(found, radius);
+            (0..3).map(|c| relative(mean[c], f64::from(expected[c]))).fold(0.0, f64::max)
+        }
+        Measure::Noise(truth) => error(found, &truth()) / error(&case.color, &truth()),
+        Measure::Scene => {
+            let [found, sound] = [found, sound].map(scene);
+            relative(visible(&found, &scene(&clean())), visible(&sound, &scene(&clean())))
+        }
         Measure::Finite => 0.0,
     }
+}
+
+/// How far a value is from another one; from 0, any distance is infinite.
+fn relative(found: f64, expected: f64) -> f64 {
+    if found == expected { 0.0 } else { (found / expected - 1.0).abs() }
+}
+
+/// The mean of a channel.
+fn channel(image: &Image, c: usize) -> f64 {
+    let sum: f64 = image.pixels().iter().map(|pixel| f64::from(pixel[c])).sum();
+    sum / image.pixels().len() as f64
+}
+
+fn most_colored(image: &Image) -> f64 {
+    let range = |pixel: &[f32; 3]| {
+        let [least, most] = [f32::min, f32::max].map(|f| pixel.iter().copied().reduce(f));
+        f64::from(most.expect("three channels") - least.expect("three channels"))
+    };
+    image.pixels().iter().map(range).fold(0.0, f64::max)
+}
+
+/// The mean of each channel in a disc around the middle.
+fn disc(image: &Image, radius: f64) -> [f64; 3] {
+    let (width, height) = image.size();
+    let inside = |&(i, _): &(u32, &[f32; 3])| {
+        let [x, y] = [i % width, i / width].map(f64::from);
+        (x - f64::from(width / 2)).hypot(y - f64::from(height / 2)) < radius
+    };
+    let pixels: Vec<_> = (0..).zip(image.pixels()).filter(inside).map(|(_, pixel)| pixel).collect();
+    [0, 1, 2]
+        .map(|c| pixels.iter().map(|pixel| f64::from(pixel[c])).sum::<f64>() / pixels.len() as f64)
+}
+
+/// The upper left, as large as the usual picture less the borders where a surrounding is near.
+fn scene(image: &Image) -> Image {
+    const SIZE: [u32; 2] = [112, 80];
+    let rows = (0..SIZE[1]).flat_map(|y| &image.row(y)[..SIZE[0] as usize]);
+    Image::new(SIZE[0], SIZE[1], rows.copied().collect()).expect("the count is right")
+}
+
+/// The mean difference of square roots, about as visible in the dark as in the light.
+fn visible(found: &Image, truth: &Image) -> f64 {
+    let pairs = values(found).zip(values(truth));
+    pairs.map(|(a, b)| (a.max(0.0).sqrt() - b.max(0.0).sqrt()).abs()).sum()
 }
 
 fn values(image: &Image) -> impl Iterator<Item = f64> {

@@ -3,4 +3,5 @@
 pub mod cases;
 pub mod engines;
 pub mod growth;
+pub mod light;
 pub mod measure;

@@ -11,6 +11,7 @@ use crate::tensors::{self, Images};
 use wgdenoise_testing::gpu::gpu;
 use wgdenoise_testing::hard_cases::cases::{Case, Measure, cases, noisy};
 use wgdenoise_testing::hard_cases::engines::{engine, on_cpu};
+use wgdenoise_testing::hard_cases::light::light;
 use wgdenoise_testing::hard_cases::measure::measure;
 
 /// Name of the undamaged image among the inputs.
@@ -73,7 +74,7 @@ the `fast` weights four times that.*
 
 /// The input of every case, and the undamaged image that most of them start from.
 pub(crate) fn inputs() -> Images {
-    let cases = cases().into_iter().map(|case| (case.name, case.color));
+    let cases = cases().into_iter().chain(light()).map(|case| (case.name, case.color));
     cases.chain([(SOUND.into(), noisy())]).collect()
 }
 
@@ -92,6 +93,11 @@ pub(crate) fn write(others: &Path, docs: &Path) -> Result<()> {
         let oidn = measure(&case, other(&case.name)?, other(SOUND)?);
         page += &row(&case, [of(0), of(1), of(2), oidn]);
     }
+    page += LIGHT;
+    for (case, found) in light().iter().zip(of_tiers()?) {
+        let oidn = measure(case, other(&case.name)?, other(SOUND)?);
+        page += &row(case, [found[0], found[1], found[2], oidn]);
+    }
     let folder = docs.join("hard-cases");
     let to = |path: &Path, text: &str| {
         fs::write(path, text).map_err(|e| format!("{} cannot be written: {e}", path.display()))
@@ -100,6 +106,30 @@ pub(crate) fn write(others: &Path, docs: &Path) -> Result<()> {
     to(&folder.join("growth.svg"), &plot::growth(&weights)?)?;
     to(&docs.join("hard-cases.md"), &(page + ENDING))
 }
+
+/// The measures of the cases of light with each tier.
+fn of_tiers() -> Result<Vec<[f64; 3]>> {
+    let mut found = vec![[0.0; 3]; light().len()];
+    for (tier, quality) in Quality::ALL.into_iter().enumerate() {
+        let weights = Weights::builtin(quality).map_err(|e| e.to_string())?;
+        let denoise = engine(gpu(), &weights, Precision::F16, None);
+        let sound = denoise(&noisy());
+        for (found, case) in found.iter_mut().zip(light()) {
+            found[tier] = measure(&case, &denoise(&case.color), &sound);
+        }
+    }
+    Ok(found)
+}
+
+const LIGHT: &str = "
+## Light
+
+What a network need not have learned: every hue, lamps, skies, patterns and dark surroundings. The cases are in
+`crates/testing/src/hard_cases/light.rs`. The tests enforce them for all three tiers, here with 16-bit tensors.
+
+| case | measure | goal | fast | balanced | high | OIDN |
+|---|---|---|---|---|---|---|
+";
 
 const HEAD: &str = "\
 | case | measure | goal | f16 | f32 | reference | OIDN |
@@ -131,6 +161,11 @@ fn describe(measure: Measure) -> &'static str {
         Measure::Light => "largest value",
         Measure::Mean => "relative change of the mean",
         Measure::Halo(_) => "largest value elsewhere",
+        Measure::Channels => "relative change of a channel's mean",
+        Measure::Hue => "largest difference between channels",
+        Measure::Disc { .. } => "relative error of the lamp's mean",
+        Measure::Noise(_) => "error relative to the input's",
+        Measure::Scene => "relative change of the scene's error",
         Measure::Finite => "finite",
     }
 }
