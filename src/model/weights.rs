@@ -24,12 +24,12 @@ pub struct Weights {
 /// widths and errors.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Quality {
-    /// Shortest time: the thesis network with 8 base channels, 12 kMAC per pixel.
+    /// Shortest time: 8 base channels, 12 kMAC per pixel.
     Fast,
-    /// The thesis network with 16 base channels, 47 kMAC per pixel.
+    /// 16 base channels, 48 kMAC per pixel.
     #[default]
     Balanced,
-    /// Least error: twice the channels at full and half resolution, 124 kMAC per pixel.
+    /// Least error: twice the channels at full and half resolution, 125 kMAC per pixel.
     High,
 }
 

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use wgdenoise::{Frame, Image, Inputs, KernelSet, Options, Precision, Quality, Weights};
 
-use crate::support::{denoiser_of, frame, images, tiny_kernels};
-use wgdenoise_testing::gpu::{kernel_sets, variants};
+use crate::support::{denoiser_of, frame, images, same_bits, tiny_kernels};
+use wgdenoise_testing::gpu::{fused_sets, kernel_sets, variants};
 use wgdenoise_testing::run_cases;
 
 fn run(options: &Options, frame: &Frame<'_>) -> Image {
@@ -49,6 +49,25 @@ proptest! {
             prop_assert_eq!(*found, expected.map(|v| v * gain));
         }
     }
+}
+
+/// The result of a constant is that constant, so leaving it out changes nothing at all.
+#[test]
+fn skipping_constant_blocks_changes_no_bit() {
+    let [noise, albedo, normal] = images(320, 208);
+    let mut color = noise;
+    for (i, pixel) in color.pixels_mut().iter_mut().enumerate() {
+        let [x, y] = [i % 320, i / 320].map(|at| at as f64);
+        if (x - 60.0).hypot(y - 50.0) > 40.0 {
+            *pixel = if x < 200.0 { [0.3, 7.7, 1e-3] } else { [0.0; 3] };
+        }
+    }
+    let images = [color, albedo, normal];
+    run_cases(fused_sets(Precision::F16), |&kernels| {
+        let frame = frame(&images, Inputs::ALL);
+        let skipping = run(&Options::default().kernels(kernels), &frame);
+        same_bits(&skipping, &run(&every_pixel(kernels, Precision::F16), &frame))
+    });
 }
 
 #[test]

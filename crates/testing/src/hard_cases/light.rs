@@ -41,16 +41,20 @@ fn hues() -> Vec<Case> {
         ("red with 1 % of the others", [1.0, 0.01, 0.01]),
         ("green with 5 % of the others", [0.05, 1.0, 0.05]),
         ("sodium", [1.0, 0.5, 1e-4]),
-        ("green beyond sRGB", [-0.2, 1.0, -0.05]),
-        ("red beyond sRGB", [1.0, -0.1, 0.2]),
     ];
+    // Negative channels, as wide gamuts need them, have the noise of the others.
+    let wide = [("green beyond sRGB", [-0.2, 1.0, -0.05]), ("red beyond sRGB", [1.0, -0.1, 0.2])];
+    let wide = wide.map(|(name, hue): (&str, [f32; 3])| {
+        let noisy = map(with_noise(&clean(), 2), |_, [r, ..]| hue.map(|share| share * r));
+        Case::new(format!("light of {name}"), noisy, Measure::Channels, 0.02)
+    });
     let case = |(name, hue): (&str, [f32; 3])| {
         let lit = map(clean(), |_, [r, ..]| hue.map(|share| share * r));
         Case::new(format!("light of {name}"), with_noise(&lit, 7), Measure::Channels, 0.02)
     };
     let gray = map(with_noise(&clean(), 3), |_, [r, ..]| [r; 3]);
     let gray = Case::new("gray noise", gray, Measure::Hue, 0.0);
-    hues.map(case).into_iter().chain([gray]).collect()
+    hues.map(case).into_iter().chain(wide).chain([gray]).collect()
 }
 
 /// Noise of samples: one of three wavelengths each, or mostly none.
@@ -66,11 +70,11 @@ fn samples() -> Vec<Case> {
         })
     };
     let spectral = [3, 4].map(|seed| {
-        let name = format!("one wavelength a sample, 4 samples, seed {seed}");
+        let name = format!("one wavelength a sample, 4 spp, seed {seed}");
         Case::new(name, spectral(seed), Measure::Channels, 0.03)
     });
     let sparse = [(1, 0.1, 0.2), (4, 0.05, 0.1)].map(|(count, goal, missed)| {
-        let name = format!("light in 5 % of the samples, {count} samples");
+        let name = format!("light in 5 % of the samples, {count} spp");
         Case {
             missed: [Some(missed); 3],
             ..Case::new(name, sparse(count), Measure::Channels, goal)
@@ -135,15 +139,15 @@ fn skies() -> Vec<Case> {
 
 /// Black and white patterns of single pixels in both phases.
 fn patterns() -> Vec<Case> {
-    type Pattern = (&'static str, fn(u32, u32) -> bool);
+    type Pattern = (&'static str, fn(u32, u32, u32) -> bool);
     let patterns: [Pattern; 4] = [
-        ("checks", |x, y| (x + y) % 2 == 0),
-        ("columns", |x, _| x % 2 == 0),
-        ("rows", |_, y| y % 2 == 0),
-        ("dots", |x, y| x % 2 == 0 && y % 2 == 0),
+        ("checks", |x, y, phase| (x + y + phase) % 2 == 0),
+        ("columns", |x, _, phase| (x + phase) % 2 == 0),
+        ("rows", |_, y, phase| (y + phase) % 2 == 0),
+        ("dots", |x, y, phase| (x + phase) % 2 == 0 && (y + phase) % 2 == 0),
     ];
     let case = |(name, is_lit): Pattern, phase: u32| {
-        let lit = |[x, y]: [f32; 2]| is_lit(x as u32 + phase, y as u32);
+        let lit = |[x, y]: [f32; 2]| is_lit(x as u32, y as u32, phase);
         let picture = image(|at| [f32::from(u8::from(lit(at))); 3]);
         let first = if lit([0.0; 2]) { "white" } else { "black" };
         Case::new(format!("{name} of 1 pixel, {first} first"), picture, Measure::Channels, 0.02)
