@@ -4,7 +4,7 @@
 
 use wgdenoise::internals::model::Weights;
 use wgdenoise::internals::model::fold::{BatchNorm, fold};
-use wgdenoise::internals::reference::{self, LARGEST, Light, Tensor};
+use wgdenoise::internals::reference::{self, LARGEST, Light, Repaired, Tensor};
 use wgdenoise::{Image, Result};
 use wgdenoise_testing::fixture::Fixture;
 use wgdenoise_testing::{Tolerance, image_tensor};
@@ -80,6 +80,19 @@ fn concat() {
 fn sigmoid() {
     let f = Fixture::open("sigmoid");
     f.expect("expected", &reference::sigmoid(&f.tensor("input")), ONE_ROUNDING);
+}
+
+/// Holes, suns, fireflies and negative light. The mean of up to 24 values of 1e35 and less, and a
+/// scale, round a few times in either.
+#[test]
+fn repair() -> Result<()> {
+    let f = Fixture::open("repair");
+    let scale = f.values("scale")[0];
+    let Repaired { color, valid } = reference::repair(&f.image("color")?, scale, 256.0);
+    f.expect("expected", &image_tensor(&color), Tolerance { absolute: 1e-6, relative: 1e-6 });
+    let valid = Tensor::from_fn(1, 12, 16, |_, y, x| f32::from(u8::from(valid[y * 16 + x])));
+    f.expect("valid", &valid, EXACT);
+    Ok(())
 }
 
 #[test]
