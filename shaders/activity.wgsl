@@ -2,8 +2,9 @@
 //
 // A block is clean if it and all blocks within `constant_radius` blocks, counting diagonal steps,
 // have exactly the same finite color everywhere; blocks outside the image or the tile do not count.
-// The network sees no further, and makes of a constant that same constant, so nothing shows.
-// `classify` finds the constant blocks. One block per invocation, which stops at the first pixel
+// A kernel pyramid gathers color from no further and makes of a constant that same constant, so
+// skipping shows nowhere. Networks that output color see further and may be off a little; there the
+// radius is at most three. `classify` finds the constant blocks. One block per invocation, which stops at the first pixel
 // that differs. `settle` compares the blocks with each other.
 //
 // A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
@@ -16,7 +17,7 @@ import package::common::color::load_color;
 import package::common::light::is_finite;
 import package::common::tile::tile;
 
-// Whether each block is clean, row by row: 1 or 0. Whether it is constant follows.
+// Whether each block is clean, row by row: 1 or 0. A second list says whether it is constant.
 @group(0) @binding(2) var<storage, read_write> clean: array<u32>;
 @group(0) @binding(3) var map: texture_storage_2d_array<r32uint, write>;
 

@@ -8,10 +8,10 @@
 //!
 //! Color is linear and scene-referred, at any exposure. Albedo (linear, `[0, 1]`) and normal
 //! (`[−1, 1]`) are optional and improve the result. Before the network runs, pixels of NaN are filled
-//! from their neighbors, infinite light becomes very bright, and isolated fireflies are darkened.
-//! The output is finite and, except with weights for directions, non-negative unless a constant
-//! area has negative channels, as wide gamuts need them, or [`Pass::set_blend`] mixes in negative
-//! noisy color.
+//! from their neighbors, and so are lone infinite ones; several infinite pixels together count as very
+//! bright, and isolated fireflies are darkened. The output is finite. It is non-negative unless the
+//! noisy color has negative channels that are kept, as wide gamuts need them, the weights are for
+//! directions, or [`Pass::set_blend`] mixes in negative noisy color.
 //!
 //! # An image on the CPU
 //!

@@ -27,8 +27,12 @@ fn brightest_of(p: Nine) -> vec3<f32> {
 // `first` are the logits of taps 0 to 3, `middle` of 4 to 7, `last` of tap 8.
 fn gathered(p: Nine, first: vec4<f32>, middle: vec4<f32>, last: f32) -> vec4<f32> {
     let most = max(max(largest_of(first), largest_of(middle)), last);
-    let odds = array(exp(first - most), exp(middle - most));
-    let last_odds = exp(last - most);
+    // Below −100 the odds are 0, and the difference of huge logits would be infinite.
+    let odds = array(
+        exp(max(first - most, vec4(-100.0))),
+        exp(max(middle - most, vec4(-100.0))),
+    );
+    let last_odds = exp(max(last - most, -100.0));
     let weights = array(
         odds[0] * vec4(p.a.w, p.b.w, p.c.w, p.d.w),
         odds[1] * vec4(p.e.w, p.f.w, p.g.w, p.h.w),

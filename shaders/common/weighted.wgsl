@@ -22,9 +22,10 @@ fn share(logits: vec4<f32>) -> f32 {
     return weight_of(logits.z);
 }
 
-// The reciprocal of a sum of weights; 0 if nothing has any weight.
+// The reciprocal of a sum of weights; 0 if nothing has any weight. That of a smaller sum would be
+// infinite.
 fn inverse(sum: f32) -> f32 {
-    return select(0.0, 1.0 / sum, sum > 0.0);
+    return select(0.0, 1.0 / sum, sum >= 1.1754944e-38);
 }
 
 // The sum of four pixels, each times a factor.

@@ -57,14 +57,27 @@ impl Denoiser {
         let frame = self.readable(frame)?;
         if frame.panorama {
             let wrapped = Wrapped::new(self, &frame)?;
-            return wrapped.unwrap(&self.denoise_by(&wrapped.frame(), progress, run)?);
+            let result = self.denoise_flat(&wrapped.frame(), frame.color, progress, run)?;
+            return wrapped.unwrap(&result);
         }
+        self.denoise_flat(&frame, frame.color, progress, run)
+    }
+
+    /// Denoises a frame with ends; the exposure is that of `measured`.
+    fn denoise_flat(
+        &self,
+        frame: &Frame<'_>,
+        measured: &Image,
+        progress: &mut dyn FnMut(usize, usize),
+        run: RunTile<'_>,
+    ) -> Result<Image> {
         let (width, height) = frame.color.size();
         let inputs = frame.inputs();
         let mut plan = self.tile_plan(width, height, inputs)?;
         let network = self.network(inputs)?;
         let mut result = Image::filled(width, height, [0.0; 3])?;
-        while let Err(error) = self.run_plan(&frame, &plan, &network, &mut result, progress, run) {
+        let images = (frame, measured);
+        while let Err(error) = self.run_plan(images, &plan, &network, &mut result, progress, run) {
             let Error::OutOfMemory(_) = error else { return Err(error) };
             // Free what failed first.
             self.context.catch(|| wait(&self.context))?;
@@ -85,7 +98,7 @@ impl Denoiser {
     /// Fills the result tile by tile.
     fn run_plan(
         &self,
-        frame: &Frame<'_>,
+        (frame, measured): (&Frame<'_>, &Image),
         plan: &TilePlan,
         network: &CompiledNetwork,
         result: &mut Image,
@@ -95,7 +108,7 @@ impl Denoiser {
         let (context, width, skip) = (&self.context, result.width(), self.options.skip_clean);
         let buffers = context
             .catch(|| Ok(TileBuffers::new(context, network, plan, width, frame.inputs(), skip)))?;
-        context.catch(|| self.expose(frame, &buffers))?;
+        context.catch(|| self.expose(frame, measured, &buffers))?;
         let calls = buffers.calls().len();
         let total = calls * plan.tiles.len();
         for (i, placed) in plan.tiles.iter().enumerate() {
@@ -115,20 +128,20 @@ impl Denoiser {
         frame.input_scale.or((!measured).then_some(1.0))
     }
 
-    /// Stores the input scale in the tile's buffers.
-    fn expose(&self, frame: &Frame<'_>, buffers: &TileBuffers<'_>) -> Result<()> {
+    /// Stores the frame's input scale, or that of `measured`, in the tile's buffers.
+    fn expose(&self, frame: &Frame<'_>, measured: &Image, buffers: &TileBuffers<'_>) -> Result<()> {
         if let Some(scale) = self.known_scale(frame) {
             self.context.queue.write_buffer(&buffers.input_scale, 0, bytemuck::bytes_of(&scale));
             return Ok(());
         }
-        let (width, height) = frame.color.size();
+        let (width, height) = measured.size();
         let bands = Band::split(width, height, buffers.rows_of(width));
         let [color, scale] = [&buffers.color, &buffers.input_scale];
         let calls = autoexposure(&self.context, &bands[0], &buffers.band, color.into(), scale);
         for band in &bands {
             let rows = band.rows();
             let rect = Rect { begin: [0, rows.start], end: [width, rows.end] };
-            buffers.upload(&buffers.color, frame.color, &rect)?;
+            buffers.upload(&buffers.color, measured, &rect)?;
             self.context.queue.write_buffer(&buffers.band, 0, bytemuck::bytes_of(band));
             buffers.submit(|pass| calls.bins.record(pass));
             wait(&self.context)?;

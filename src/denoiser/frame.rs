@@ -56,7 +56,8 @@ impl<'a> Frame<'a> {
         Self { input_scale: scale.into(), ..self }
     }
 
-    /// Sets whether the left and the right edge touch.
+    /// Sets whether the left and the right edge touch, so that they are denoised like any other
+    /// place. A `Pass` has no such setting; give it a wider image.
     #[must_use]
     pub fn panorama(self, panorama: bool) -> Self {
         Self { panorama, ..self }

@@ -2,8 +2,9 @@
 
 use super::Denoiser;
 use super::frame::Frame;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::image::Image;
+use crate::plan::tiles::MAX_SIDE;
 
 /// A panorama with as many columns repeated beyond both edges as a pixel sees, so that the edges
 /// are denoised like any other place.
@@ -20,6 +21,12 @@ pub(crate) struct Wrapped {
 impl Wrapped {
     pub(crate) fn new(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Self> {
         let columns = denoiser.network(frame.inputs())?.halo;
+        let most = MAX_SIDE - 2 * columns;
+        if frame.color.width() > most {
+            return Err(Error::Image(format!(
+                "with these weights, a panorama may be at most {most} pixels wide"
+            )));
+        }
         let wrap = |image: &Image| wrap(image, columns);
         Ok(Self {
             color: wrap(frame.color)?,

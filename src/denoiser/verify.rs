@@ -71,7 +71,8 @@ impl Denoiser {
         if frame.panorama {
             let wrapped = Wrapped::new(self, &frame)?;
             let (result, columns) = (wrapped.wrap(result)?, wrapped.columns);
-            let verified = self.verify_between(&wrapped.frame(), &result, columns)?;
+            let flat = wrapped.frame().input_scale(self.scale_of(&frame));
+            let verified = self.verify_between(&flat, &result, columns)?;
             return Ok(verified.map(|verified| verified.moved_left(columns)));
         }
         self.verify_between(&frame, result, 0)
@@ -84,16 +85,18 @@ impl Denoiser {
         result: &Image,
         margin: u32,
     ) -> Result<Option<Verified>> {
-        let measure = || reference::autoexposure(frame.color);
-        let exposure = Exposure {
-            encoding: self.weights().metadata().encoding(),
-            scale: self.known_scale(frame).unwrap_or_else(measure),
-        };
+        let encoding = self.weights().metadata().encoding();
+        let exposure = Exposure { encoding, scale: self.scale_of(frame) };
         let Some(rect) = noisiest(frame.color, exposure, margin) else { return Ok(None) };
         let (expected, crop) = self.expected(frame, exposure.scale, &rect)?;
         let verified = compare(result, exposure, &rect, &expected, crop.begin);
         self.tolerance().judge(&verified)?;
         Ok(Some(verified))
+    }
+
+    /// The frame's input scale, given or measured.
+    fn scale_of(&self, frame: &Frame<'_>) -> f32 {
+        self.known_scale(frame).unwrap_or_else(|| reference::autoexposure(frame.color))
     }
 
     /// The reference result for the part of the frame that `rect` depends on.

@@ -15,7 +15,7 @@ use crate::network::call::Call;
 #[non_exhaustive]
 pub struct CallProfile {
     /// The layer's name, such as `enc_conv0a`, the operator's name, or both if one kernel does
-    /// both, as in `dec_conv0b+head`.
+    /// both, as in `dec_conv0b+kernel_conv0`.
     pub name: String,
     /// Multiply-accumulates of the layer, tile overlap included, whether skipped or not.
     pub macs: f64,

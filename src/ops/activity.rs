@@ -55,8 +55,8 @@ pub struct Activity {
 
 /// Binds the tiles and the color. `tile` is the size of the tiles, width first; it and every tile's
 /// origin are multiples of [`BLOCK`]. Layer 0 of the map counts up to `radius` blocks. A block is
-/// clean if it and all blocks up to `constant_radius` away are the same constant: as far as the
-/// network sees color. Without that, no block is clean and the map only marks what is stored.
+/// clean if it and all blocks up to `constant_radius` away are the same constant color. Without that
+/// radius, no block is clean and the map only marks what is stored.
 ///
 /// Needs [`bytes`] of GPU memory.
 ///

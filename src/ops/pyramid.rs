@@ -65,7 +65,7 @@ pub struct NoisyColor<'a> {
     /// The 32-bit float that brings color to the network's exposure, which decides what an outlier
     /// is.
     pub input_scale: &'a wgpu::Buffer,
-    /// Whether negative values are light.
+    /// Decides how the color is repaired.
     pub encoding: Encoding,
 }
 

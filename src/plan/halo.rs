@@ -29,7 +29,9 @@ pub fn halo(network: &Network) -> u32 {
 /// constant; for other networks, as far as they see, but at most three.
 #[must_use]
 pub fn constant_radius(network: &Network) -> u32 {
-    if network.has_pyramid() { gathers_from(network) } else { reach(network)[INPUT].min(3) }
+    // The logits of full resolution are needed as far as the color is gathered from.
+    let reach = reach(network);
+    if network.has_pyramid() { reach[network.outputs[0]] } else { reach[INPUT].min(3) }
 }
 
 /// How many blocks of 16×16 pixels around a block of output each tensor must be correct in, by
@@ -60,10 +62,8 @@ fn reach_of(network: &Network, first: i64) -> Vec<u32> {
 /// level. Both axes behave the same.
 fn needed(network: &Network, image: Interval) -> Vec<Interval> {
     let mut needed = vec![NOTHING; network.shapes.len()];
-    let of_outputs = match network.has_pyramid() {
-        true => pyramid(network.outputs.len(), image),
-        false => vec![image],
-    };
+    let levels = network.outputs.len();
+    let of_outputs = if network.has_pyramid() { pyramid(levels, image) } else { vec![image] };
     for (&output, interval) in network.outputs.iter().zip(of_outputs) {
         needed[output] = interval;
     }
@@ -91,17 +91,6 @@ fn pyramid(levels: usize, image: Interval) -> Vec<Interval> {
     needed
 }
 
-/// How many blocks around a block of the image its color is gathered from.
-fn gathers_from(network: &Network) -> u32 {
-    let align = i64::from(network.alignment().max(BLOCK));
-    let blocks = (0..align).step_by(BLOCK as usize);
-    let of = |first: i64| {
-        let (begin, end) = pyramid(network.outputs.len(), (first, first + i64::from(BLOCK)))[0];
-        (first - begin).max(end - first - i64::from(BLOCK)) as u32
-    };
-    blocks.map(of).max().unwrap_or(0).div_ceil(BLOCK)
-}
-
 /// The interval of no pixels.
 const NOTHING: Interval = (i64::MAX, i64::MIN);
 
@@ -124,8 +113,8 @@ mod tests {
 
     #[test]
     fn a_kernel_pyramid_sees_128_pixels_far_and_gathers_color_from_32() {
-        // The block gathers from −2 at level 4, after the upsampling from −1 at level 3 and 3×3 there:
-        // −32 at full size, where the confidence sees another 94, plus 2 for the repair.
+        // Upsampling needs pixel −1 of level 4, whose 3×3 taps reach −2: −32 at full size. From there
+        // the confidence sees 94 further, plus 2 for the repair.
         let network = Network::kernel_pyramid(9, &[4, 4, 4, 4, 4]);
         assert_eq!((halo(&network), constant_radius(&network)), (128, 2));
         // Two levels: −1 at level 1 is gathered from −2, so from −4 at full size.

@@ -183,7 +183,7 @@ mod tests {
         for (around, expected) in [(0.5, 65504.0), (1e5, 1e5), (f32::MAX, 1e30)] {
             let mut image = Image::filled(6, 6, [around; 3]).expect("a valid image");
             let sun = [14, 15, 20, 21];
-            sun.map(|i| image.pixels_mut()[i] = [inf, 30000.0, -8000.0]);
+            sun.into_iter().for_each(|i| image.pixels_mut()[i] = [inf, 30000.0, -8000.0]);
             let found = repair(&image, 1e-4, 256.0).color;
             assert_eq!(sun.map(|i| found.pixels()[i]), [[expected, 30000.0, -8000.0]; 4]);
         }
@@ -194,8 +194,9 @@ mod tests {
         let inf = f32::INFINITY;
         for (place, expected) in [([0, 0], 7e4), ([2, 0], 7e4), ([4, 4], 7e4), ([5, 2], 65504.0)] {
             let mut image = Image::filled(7, 7, [1.0; 3]).expect("a valid image");
-            [[2, 1], [1, 2], [2, 2], [3, 2], [2, 3]]
-                .map(|[x, y]| image.pixels_mut()[y * 7 + x] = [inf; 3]);
+            for [x, y] in [[2, 1], [1, 2], [2, 2], [3, 2], [2, 3]] {
+                image.pixels_mut()[y * 7 + x] = [inf; 3];
+            }
             image.pixels_mut()[place[1] * 7 + place[0]] = [7e4; 3];
             let found = repair(&image, 1e-4, 256.0).color;
             assert_eq!(found.pixels()[2 * 7 + 2], [expected; 3], "{place:?}");

@@ -85,9 +85,9 @@ pub(crate) fn unusable_pixels(metadata: &Metadata, color: &Image) -> Vec<String>
     let clips = !signed && metadata.topology != Topology::KernelPyramid;
     let negative = count(&|p| clips && has(p, |v| v.is_finite() && v < 0.0));
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
-    let missing = (missing, "not a number; each is filled from its neighbors");
+    let missing = (missing, "NaN or −∞; each is filled from its neighbors");
     let infinite =
-        (infinite, "infinite; groups of them count as very bright, lone ones are filled");
+        (infinite, "infinite; four or more together count as very bright, fewer are filled");
     let negative = (negative, "negative; negative values count as 0");
     let found = [missing, infinite, negative].into_iter().filter(|(n, _)| *n > 0);
     found.map(|(n, what)| format!("{} {what}", pixels(n))).collect()
@@ -105,8 +105,8 @@ mod tests {
         let image = Image::new(4, 1, pixels.to_vec()).expect("the count is right");
         let weights = Weights::builtin(Quality::Fast).expect("they are built in");
         let mut expected = vec![
-            "2 pixels are not a number; each is filled from its neighbors",
-            "1 pixel is infinite; groups of them count as very bright, lone ones are filled",
+            "2 pixels are NaN or −∞; each is filled from its neighbors",
+            "1 pixel is infinite; four or more together count as very bright, fewer are filled",
         ];
         let mut metadata = weights.metadata().clone();
         metadata.topology = Topology::KernelPyramid;

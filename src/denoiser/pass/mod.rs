@@ -93,10 +93,10 @@ impl Pass {
     }
 
     /// Sets the share of noisy color in the output for later submissions. It is clamped to `[0,
-    /// 1]`; NaN counts as 0, the share in a new pass. The built-in weights keep nearer to the noisy
-    /// color the less noise it has, but not all of their bias vanishes. [`Schedule::blend`] returns
-    /// a share that grows as samples accumulate, so none remains. Uses four bytes of wgpu's staging
-    /// memory.
+    /// 1]`; NaN counts as 0, the share in a new pass. The less noise
+    /// there is, the closer the built-in weights stay to the noisy color, but some bias remains.
+    /// [`Schedule::blend`] returns a share that grows as samples accumulate, so the picture
+    /// converges. Uses four bytes of wgpu's staging memory.
     pub fn set_blend(&self, share: f32) {
         let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
         self.queue.write_buffer(&self.blend, 0, bytemuck::bytes_of(&share));

@@ -82,11 +82,15 @@ impl ExrFile {
         self.meta.headers[part].data_window()
     }
 
-    /// Whether a part covers all directions around the viewer by latitude and longitude.
+    /// Whether a part covers all directions around the viewer by latitude and longitude, so that its
+    /// left and right edge touch.
     #[must_use]
     pub fn is_panorama(&self, part: usize) -> bool {
-        let map = self.meta.headers[part].own_attributes.environment_map;
-        map == Some(EnvironmentMap::LatitudeLongitude)
+        let header = &self.meta.headers[part];
+        let [data, display] = [header.data_window(), header.shared_attributes.display_window]
+            .map(|window| (window.position.x(), window.size.width()));
+        let map = header.own_attributes.environment_map;
+        map == Some(EnvironmentMap::LatitudeLongitude) && data == display
     }
 
     /// Reads layers at full size, each in its own part's window.

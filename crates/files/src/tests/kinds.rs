@@ -252,10 +252,15 @@ fn only_a_latlong_environment_is_a_panorama() {
         (Some(EnvironmentMap::Cube), false),
     ];
     for (environment_map, expected) in cases {
-        let mut layer = layer("sky", (6, 4), Encoding::default(), rgb(24));
-        layer.attributes.environment_map = environment_map;
-        let folder = Folder::new();
-        let picture = Picture::open(&folder.with(&image(vec![layer])), &LayerChoice::default());
-        assert_eq!(picture.unwrap().is_panorama(), expected, "{environment_map:?}");
+        for (width, is_whole) in [(6, true), (8, false)] {
+            let mut layer = layer("sky", (6, 4), Encoding::default(), rgb(24));
+            layer.attributes.environment_map = environment_map;
+            let window = IntegerBounds::new(layer.attributes.layer_position, (width, 4));
+            let attributes = ImageAttributes::new(window);
+            let sky = AnyImage { attributes, layer_data: SmallVec::from_vec(vec![layer]) };
+            let folder = Folder::new();
+            let picture = Picture::open(&folder.with(&sky), &LayerChoice::default()).unwrap();
+            assert_eq!(picture.is_panorama(), expected && is_whole, "{environment_map:?} {width}");
+        }
     }
 }
