@@ -4,7 +4,7 @@ import functools
 from pathlib import Path
 
 from peers import reference
-from peers.base import CACHE, HERE, NETWORK, Entry, Options, Sample, call, existing, judged, last_json
+from peers.base import CACHE, HERE, NETWORK, Entry, Options, Sample, Unavailable, call, existing, judged, last_json
 
 VERSION = "0.22.1"  # as in burn/Cargo.toml
 PROGRAM = "wgdenoise-peer-burn"
@@ -26,6 +26,8 @@ def _build(options: Options) -> Path:
 
 
 def _measure(program: Path, tier: str, precision: str, options: Options) -> Sample:
+    if reference.topology(tier) != "unet":
+        raise Unavailable("the program has only the network that outputs color")
     check = reference.check_file(tier, options.weights_cache)
     size = ["--width", str(options.width), "--height", str(options.height)]
     report = last_json(call([program, "--weights", reference.weights_file(tier), "--check", check, *size,

@@ -25,12 +25,21 @@ def digest(tier: str) -> str:
 
 
 @functools.cache
-def macs(tier: str) -> float:
-    """Multiply-accumulates per pixel with nine input channels, from the header alone, without any package."""
+def header(tier: str) -> dict:
+    """The header of the weights file, read without any package."""
     data = weights_file(tier).read_bytes()
-    header = json.loads(data[8:8 + int.from_bytes(data[:8], "little")])
-    levels = header["__metadata__"]["widths"].count(",")
-    shapes = {name: about["shape"] for name, about in header.items() if name.endswith(".weight")}
+    return json.loads(data[8:8 + int.from_bytes(data[:8], "little")])
+
+
+def topology(tier: str) -> str:
+    return header(tier)["__metadata__"]["topology"]
+
+
+@functools.cache
+def macs(tier: str) -> float:
+    """Multiply-accumulates per pixel with nine input channels."""
+    levels = header(tier)["__metadata__"]["widths"].count(",")
+    shapes = {name: about["shape"] for name, about in header(tier).items() if name.endswith(".weight")}
     return sum(_layer_macs(name, shape, levels) for name, shape in shapes.items() if len(shape) == 4)
 
 
@@ -52,11 +61,26 @@ def network(tier: str):
     return Network(weights_file(tier)).model
 
 
+def of_input(model):
+    """The network as a function of its input alone: the light that it gathers is the input's first three channels."""
+    import torch
+
+    class OfInput(torch.nn.Module):
+        def __init__(self):
+            super().__init__()
+            self.model, self.inputs, self.levels = model, model.inputs, model.levels
+
+        def forward(self, x):
+            return self.model(x, torch.cat([x[:, :3], torch.ones_like(x[:, :1])], 1).float())
+
+    return model if model.topology == "unet" else OfInput()
+
+
 def check_file(tier: str, cache: Path) -> Path:
     """A safetensors file with a fixed random `input` and PyTorch's `output`, both NCHW."""
     path = cache / f"check-{tier}-{digest(tier)}.safetensors"
     if not path.exists():
-        _write_check(path, network(tier))
+        _write_check(path, of_input(network(tier)))
     return path
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import torch
 
-from peers.reference import SIZE, network
+from peers.reference import SIZE, network, of_input
 from workers import common
 
 
@@ -23,7 +23,7 @@ def main() -> None:
 
 
 def _export(tier: str, path: Path) -> None:
-    model = network(tier)
+    model = of_input(network(tier))
     sides = {axis: 2**model.levels * torch.export.Dim(name) for axis, name in ((2, "rows"), (3, "columns"))}
     unfinished = path.with_suffix(".part")
     torch.onnx.export(model, (torch.rand(1, model.inputs, *SIZE),), unfinished, dynamo=True, external_data=False,

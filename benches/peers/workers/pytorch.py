@@ -5,7 +5,7 @@ from torch import nn
 from torch.nn.utils.fusion import fuse_conv_bn_weights
 
 from peers.machine import cores
-from peers.reference import network
+from peers.reference import network, of_input
 from workers import common
 
 DTYPES = {"f32": torch.float32, "f16": torch.float16}
@@ -31,7 +31,7 @@ def main() -> None:
 
 def _measure(o) -> None:
     placed = {"device": o.device, "dtype": DTYPES[o.precision], "memory_format": torch.channels_last}
-    model = _folded(network(o.tier)).to(**placed)
+    model = _folded(of_input(network(o.tier))).to(**placed)
     error = common.largest_error(o.check, lambda x: model(torch.from_numpy(x).to(**placed)).float().cpu().numpy())
     frame = torch.rand(1, model.inputs, o.height, o.width).to(**placed)
     common.report(_adapter(o.device), error, common.timed(lambda: _run(model, frame), o.runs))
