@@ -173,7 +173,7 @@ class Crops:
     def _lit(self, color, features, target, scale):
         """Lamps, fireflies and dark surroundings, each in a few of the crops."""
         r = self.random
-        if r.flip(0.06):
+        if r.flip(0.10):
             for _ in range(1 + r.index(3)):
                 lamp, light = self._area(0.3) < 1, self._light(r.power(10, 1e5), scale)
                 color, target = (torch.where(lamp, light, image) for image in (color, target))

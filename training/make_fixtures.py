@@ -2,7 +2,8 @@
 
     python make_fixtures.py ../tests/fixtures ../weights/*.safetensors
 
-Without weights files, leaves out shipped.safetensors, which depends on them. Results are computed from the stored inputs in float64 and rounded to float32. Images are [C,H,W]. Tensors by file:
+Without weights files, leaves out shipped.safetensors, which depends on them. Results are computed from the stored
+inputs in float64 and rounded to float32. Images are [C,H,W]. Tensors by file:
 
 * conv3x3.safetensors: input, weight, bias, norm.weight, norm.bias, norm.running_mean, norm.running_var (eps 1e-5);
   expected (convolution and bias), expected_relu (then ReLU), expected_norm_relu (no bias, batch norm, ReLU)
@@ -16,7 +17,7 @@ Without weights files, leaves out shipped.safetensors, which depends on them. Re
   values, an outlier, a lone lit pixel, bins without light, and bins too dark to count fully or at all
 * repair.safetensors: color, scale [1,1,1]; expected (linear color), valid (0 or 1). `color` has NaN, infinities,
   negative light and outliers
-* pyramid.safetensors: light (color times validity, validity), logits0, expected0 (level 0); logits1, expected1 (level 1)
+* pyramid.safetensors: light (color times validity, validity), logits0, expected0 (level 0); logits1, expected1 (next)
 * gather.safetensors: light, logits, coarser; expected_bottom (without the coarser level), expected
 * shipped.safetensors: color (linear), albedo, normal; expected.fast, ...: linear color from each of the shipped
   weights, computed in float32

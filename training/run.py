@@ -71,7 +71,7 @@ class Run:
         """Loads the weights of a checkpoint; returns its history."""
         checkpoint = load_checkpoint(path)
         if checkpoint["topology"] != self.model.topology:
-            raise SystemExit(f"{path} has topology {checkpoint['topology']}: only {self.model.topology} can be trained on")
+            raise SystemExit(f"{path} has topology {checkpoint['topology']}: this trains {self.model.topology} only")
         if tuple(checkpoint["widths"]) != self.model.widths:
             raise SystemExit(f"{path} has widths {checkpoint['widths']}, this run has {self.model.widths}: "
                              "use the same tier, or widen the checkpoint with widen.py")
@@ -103,7 +103,8 @@ class Run:
         if self.stale == 0:
             save_checkpoint(self.o.out / "best.pt", about)
         state = dict(model=self.model.state_dict(), optimizer=self.optimizer.state_dict(),
-                     random=self.crops.random.generator.get_state(), progress=(self.step, self.elapsed, self.best, self.stale))
+                     random=self.crops.random.generator.get_state(),
+                     progress=(self.step, self.elapsed, self.best, self.stale))
         save_checkpoint(self.last, about | state)
 
     def progress(self):

@@ -41,12 +41,12 @@ def test_outliers_are_limited_by_their_neighbors_and_lamps_stay():
     assert (repaired[:, 6:8, 6:8] == 1e4).all() and ((repaired != image).sum() == 3) and (valid == 1).all()
 
 
-def test_infinite_light_is_very_bright_and_a_lone_one_is_an_outlier():
+def test_suns_of_infinite_light_are_very_bright_and_fewer_pixels_are_fireflies():
     image = torch.full((3, 9, 9), 0.2)
-    image[1, 4:6, 4:6], image[2, 0, 0] = torch.inf, torch.inf
+    image[1, 4:6, 4:6], image[2, 0, :3] = torch.inf, torch.inf
     repaired, _ = repair(image, 1.0)
     assert (repaired[1, 4:6, 4:6] == 65504).all() and (repaired[0, 4:6, 4:6] == image[0, 4:6, 4:6]).all()
-    assert 51 < repaired[2, 0, 0] < 800  # 256 neighbors' worth of luminance, all in blue
+    torch.testing.assert_close(repaired[:, :3], torch.full((3, 3, 9), 0.2))
 
 
 def test_missing_pixels_are_filled_and_holes_are_not_valid():
@@ -90,7 +90,7 @@ def network(widths, random):
     model = KernelPyramid(widths).eval()
     for name, p in model.named_parameters():
         if name.startswith("kernel_conv"):
-            torch.nn.init.normal_(p, generator=random)
+            p.data.copy_(torch.randn(p.shape, generator=random))
     return model
 
 

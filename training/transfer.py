@@ -4,6 +4,8 @@ The transfer function is the PU2 fit of Aydin et al. 2008, as used by Intel Open
 65504 so that every half-float color maps into 0..1. All functions take and return torch tensors.
 """
 
+import itertools
+
 import torch
 from torch.nn.functional import avg_pool2d, max_pool2d, pad
 
@@ -16,6 +18,7 @@ X0, X1 = 2.23151711e-3, 3.70974749e-1
 LUMINANCE = (0.212671, 0.715160, 0.072169)
 BIN, KEY, HELD, BRIGHTEST, DARKEST = 16, 0.18, 16, 1e30, torch.finfo(torch.float32).tiny
 RANGE, FADE = 11, 2  # bins darker by 2^11 than the bright ones do not count; those within 2^9 count fully
+SUN = 4  # infinite pixels among 3x3; fewer are fireflies
 OUTLIER = 256  # maximum brightness of a pixel relative to its brightest neighbor, for networks that gather light
 
 
@@ -50,50 +53,75 @@ def _around(x, distance):
     return avg_pool2d(x, 2 * distance + 1, 1, distance, divisor_override=1)
 
 
-def _fill(image, good):
-    """`image` [...,3,H,W] with the pixels that are not `good` [...,1,H,W] replaced by the mean of the good ones in 3x3,
-    else in 5x5, else by 0; and whether each pixel [...,1,H,W] has a value now."""
-    known = torch.where(good, image, 0).clamp(-BRIGHTEST, BRIGHTEST)
-    filled, valid = torch.where(good, image, 0), good
-    for distance in (2, 1):
-        total, count = (_around(x, distance) for x in (known, good.to(image.dtype)))
-        filled = torch.where(~good & (count > 0), total / count.clamp(min=1), filled)
-        valid = valid | (count > 0)
-    return filled, valid
-
-
 def fill(image):
-    """Replaces non-finite pixels of a feature [...,3,H,W] by the mean of the finite ones in 3x3, else in 5x5, else 0."""
+    """Replaces non-finite pixels of a feature [...,3,H,W] by the mean of the finite ones in 3x3, else 5x5, else by 0."""
     finite = torch.isfinite(image).all(-3, keepdim=True)
-    return image if finite.all() else _fill(image, finite)[0]
-
-
-def _bright(color):
-    """Infinite light becomes the largest finite channel in the 5x5 around, at least 65504: "very bright"."""
-    infinite = color == torch.inf
-    if not infinite.any():
-        return color
-    brightest = torch.where(torch.isfinite(color), color.clamp(max=BRIGHTEST), MAX_COLOR).amax(-3, keepdim=True)
-    return torch.where(infinite, max_pool2d(brightest.clamp(min=MAX_COLOR), 5, 1, 2), color)
+    if finite.all():
+        return image
+    known, filled = torch.where(finite, image, 0).clamp(-BRIGHTEST, BRIGHTEST), torch.where(finite, image, 0)
+    for distance in (2, 1):
+        total, count = (_around(x, distance) for x in (known, finite.to(image.dtype)))
+        filled = torch.where(~finite & (count > 0), total / count.clamp(min=1), filled)
+    return filled
 
 
 def repair(color, scale, outlier=OUTLIER):
     """Linear color [...,3,H,W] without what no renderer means, and validity [...,1,H,W]: 0 where nothing is known.
 
-    Pixels with NaN or -Inf are filled from around, +Inf becomes very bright, pixels of negative luminance lose their
-    negative channels, and outliers are darkened to `outlier` times their brightest neighbor or middle gray. `scale` is the
-    exposure: a number, or a tensor that broadcasts to [...,1,H,W].
+    Pixels that are not finite are filled from around, suns of +Inf become very bright, pixels of negative luminance
+    lose their negative channels, and outliers are darkened to `outlier` times their brightest neighbor or middle gray.
+    `scale` is the exposure: a number, or a tensor that broadcasts to [...,1,H,W].
     """
-    good = (color > -torch.inf).all(-3, keepdim=True)  # NaN compares as false
-    rgb, valid = _bright(color), good
-    known = torch.where(good, rgb, 0)
-    if not good.all():
-        rgb, valid = _fill(rgb, good)
+    if torch.isfinite(color).all():
+        rgb, valid, around = color, torch.ones_like(color[..., :1, :, :]), _brightest_neighbor(_light(color))
+    else:
+        rgb, valid, around = _mend(color)
     rgb = rgb.clamp(-BRIGHTEST, BRIGHTEST)
     rgb = torch.where(luminance(rgb).unsqueeze(-3) < 0, rgb.clamp(min=0), rgb)
-    most = outlier * _brightest_neighbor(luminance(known.clamp(0, BRIGHTEST)).unsqueeze(-3)).clamp(min=KEY / scale)
-    bright = luminance(rgb.clamp(min=0)).unsqueeze(-3)
-    return torch.where(bright > most, rgb / bright * most, rgb), valid.to(color.dtype)
+    bright, most = _light(rgb), outlier * around.clamp(min=KEY / scale)
+    return torch.where(bright > most, rgb / bright * most, rgb), valid
+
+
+def _light(color):
+    """The luminance [...,1,H,W] of a color without its negative channels."""
+    return luminance(color.clamp(0, BRIGHTEST)).unsqueeze(-3)
+
+
+def _mend(color):
+    """The color with every pixel filled that can be, its validity, and the largest luminance of the eight neighbors."""
+    sun = _sun(color)
+    totals, counts, around = [0, 0], [0, 0], torch.zeros_like(sun)
+    for distance, neighbor in _neighbors(color):
+        neighbor = torch.where(neighbor == torch.inf, sun, neighbor)
+        good = torch.isfinite(neighbor).all(-3, keepdim=True)
+        neighbor = torch.where(good, neighbor.clamp(-BRIGHTEST, BRIGHTEST), 0)
+        around = torch.maximum(around, _light(neighbor)) if distance == 1 else around
+        for reach in range(distance, 3):
+            totals[reach - 1], counts[reach - 1] = totals[reach - 1] + neighbor, counts[reach - 1] + good
+    rgb = torch.where(color == torch.inf, sun, color)
+    valid = torch.isfinite(rgb).all(-3, keepdim=True)
+    rgb = torch.where(valid, rgb, 0)
+    for total, count in zip(totals, counts):
+        rgb = torch.where(~valid & (count > 0), total / count.clamp(min=1), rgb)
+        valid = valid | (count > 0)
+    return rgb, valid.to(color.dtype), around
+
+
+def _neighbors(color):
+    """The 24 images of the pixels up to two away, each with its distance; beyond the border they are not finite."""
+    h, w = color.shape[-2:]
+    wide = pad(color, (2, 2, 2, 2), value=torch.nan)
+    for y, x in itertools.product(range(-2, 3), repeat=2):
+        if (y, x) != (0, 0):
+            yield max(abs(y), abs(x)), wide[..., y + 2:y + 2 + h, x + 2:x + 2 + w]
+
+
+def _sun(color):
+    """What +Inf stands for at each pixel [...,1,H,W]: where four of 3x3 pixels have it, the largest finite channel in
+    the 5x5 around, at least 65504. Fewer are fireflies, and it stays infinite."""
+    infinite = (color == torch.inf).any(-3, keepdim=True).to(color.dtype)
+    brightest = torch.where(torch.isfinite(color), color, MAX_COLOR).amax(-3, keepdim=True).clamp(min=MAX_COLOR)
+    return torch.where(_around(infinite, 1) < SUN - 0.5, torch.inf, max_pool2d(brightest, 5, 1, 2))
 
 
 def _brightest_neighbor(light):

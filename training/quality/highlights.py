@@ -11,7 +11,6 @@ import math
 import sys
 from pathlib import Path
 
-import transfer
 from metrics import figures
 from quality.networks import Network
 from quality.store import ALL, INPUTS
@@ -27,7 +26,8 @@ def main():
         view = read_view(path)
         reference = view["ref"][:3].float()
         bright = brightest(reference)
-        kept.append(light(repair(reference, autoexposure(reference)), bright) / light(reference, bright))
+        repaired, _ = repair(reference, autoexposure(reference), net.model.outlier)
+        kept.append(light(repaired, bright) / light(reference, bright))
         for samples, image in view["noisy"]:
             rows.setdefault(samples, []).append(measure(net, image, reference, bright))
     print("| samples | darkened | L1 | with repair | relMSE | with repair | light | with repair |\n" + "|---" * 8 + "|")
@@ -48,9 +48,9 @@ def light(image, pixels):
 
 def measure(net, image, reference, bright):
     color = image[:3].float()
-    darkened = luminance(repair(color, autoexposure(color))) < 0.999 * luminance(color)
-    outlier, results = transfer.OUTLIER, []
-    for transfer.OUTLIER in (math.inf, outlier):
+    limit, results = net.model.outlier, []
+    darkened = luminance(repair(color, autoexposure(color), limit)[0]) < 0.999 * luminance(color)
+    for net.model.outlier in (math.inf, limit):
         result = net(image, INPUTS[ALL])
         found = figures(result, reference)
         results.append((found["l1"], found["relmse"], light(result, bright) / light(reference, bright)))
