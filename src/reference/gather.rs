@@ -53,7 +53,7 @@ fn upsampled(coarser: &Light, x: usize, y: usize) -> [f64; 4] {
 
 /// The two nearest pixels of half the resolution along an axis, and their shares.
 fn around(at: usize) -> [(i64, f64); 2] {
-    let center = (at as f64 + 0.5) / 2.0 - 0.5;
+    let center = (at as f64 - 0.5) / 2.0;
     let (first, share) = (center.floor(), center - center.floor());
     [(first as i64, 1.0 - share), (first as i64 + 1, share)]
 }

@@ -10,7 +10,7 @@ use crate::model::{Encoding, TransferFunction};
 /// last column to the right and the last row downwards.
 ///
 /// The result has three channels per given image, in the order color, albedo, normal, all in `[0,
-/// 1]`. Color is [repaired](super::repair), clamped to at least 0, multiplied by `input_scale` and
+/// 1]`. Color is [repaired](super::repair()), clamped to at least 0, multiplied by `input_scale` and
 /// [encoded](encode) by [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped to `[0, 1]`. A normal
 /// is clamped to `[−1, 1]` and mapped to `[0, 1]`.
 ///

@@ -183,7 +183,9 @@ mod tests {
         for (around, expected) in [(0.5, 65504.0), (1e5, 1e5), (f32::MAX, 1e30)] {
             let mut image = Image::filled(6, 6, [around; 3]).expect("a valid image");
             let sun = [14, 15, 20, 21];
-            sun.into_iter().for_each(|i| image.pixels_mut()[i] = [inf, 30000.0, -8000.0]);
+            for i in sun {
+                image.pixels_mut()[i] = [inf, 30000.0, -8000.0];
+            }
             let found = repair(&image, 1e-4, 256.0).color;
             assert_eq!(sun.map(|i| found.pixels()[i]), [[expected, 30000.0, -8000.0]; 4]);
         }

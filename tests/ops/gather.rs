@@ -132,8 +132,12 @@ impl Level {
     pub(crate) fn random(random: &mut Random, size: [usize; 2], precision: Precision) -> Self {
         let mut light = random.tensor(4, size[0], size[1]);
         let (colors, weights) = light.data.split_at_mut(3 * size[0] * size[1]);
-        colors.iter_mut().for_each(|v| *v += 1.0);
-        weights.iter_mut().for_each(|v| *v = (*v * 20.0).exp());
+        for v in colors {
+            *v += 1.0;
+        }
+        for v in weights {
+            *v = (*v * 20.0).exp();
+        }
         Self { light, ..Self::logits(random, 11, size, precision) }
     }
 

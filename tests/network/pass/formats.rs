@@ -143,9 +143,13 @@ fn bad_pixels_are_repaired_in_every_format() {
         pixels[49 * i + 50][i] = value;
     }
     let sun = [20, 21, 65, 66].map(|i| i + 45 * 8);
-    sun.into_iter().for_each(|i| pixels[i][1] = f32::INFINITY);
+    for i in sun {
+        pixels[i][1] = f32::INFINITY;
+    }
     let mut filled = pixels.clone();
-    sun.into_iter().for_each(|i| filled[i][1] = 65504.0);
+    for i in sun {
+        filled[i][1] = 65504.0;
+    }
     let colors = filled.iter().map(|&[r, g, b, _]| [r, g, b]).collect();
     let color = Image::new(SIZE[0], SIZE[1], colors).expect("the count is right");
     for (pixel, [r, g, b]) in filled.iter_mut().zip(reference::fill(&color).color.pixels()) {
