@@ -40,7 +40,7 @@ fn denoised(samples: u32, schedule: Option<Schedule>) -> [Vec<[f32; 4]>; 2] {
     let scene = SceneName::StillLife.build();
     let renderer = Renderer::new(device, queue, kernels, &scene, Method::default());
     let mut film = renderer.film(SIZE, 1).expect("a small film");
-    let denoiser = denoiser(device, queue, Quality::Fast).expect("the device works");
+    let denoiser = denoiser(device, queue, Quality::default()).expect("the device works");
     let denoised = Denoised::new(&denoiser, device, &film).expect("the film fits");
     while film.samples < samples {
         let mut encoder = device.create_command_encoder(&Default::default());
