@@ -55,7 +55,7 @@ repair darkens brighter ones to 256 times.
 *RMS error of every layer's tensor on the GPU against the reference, which sums in 64 bits, relative to the
 RMS of the values. Plain kernels; each layer reads what the previous one stored. Dotted: a random walk, the
 rounding of a store (2^-24 and 2^-11) times the root of the number of layers. The tests allow every layer of
-the `fast` weights four times that.*
+the `fast` weights eight times that.*
 ";
 
 /// The input of every case, and the undamaged image that most of them start from.
