@@ -1,6 +1,6 @@
 //! Whether what is timed is right.
 
-use wgdenoise::internals::reference;
+use wgdenoise::internals::reference::{self, Images};
 use wgdenoise::{Denoiser, Frame, Image, KernelSet, Precision, Result, Weights};
 
 const SIZE: [u32; 2] = [33, 17];
@@ -13,9 +13,8 @@ pub(crate) fn error(denoiser: &Denoiser, weights: &Weights, precision: Precision
     let frame = Frame::new(&color).albedo(&color).normal(&color);
     let found = denoiser.denoise(&frame)?;
     let scale = reference::autoexposure(&color);
-    let input = reference::input_process(&color, Some(&color), Some(&color), scale, 16);
-    let output = reference::run(weights.network(), |layer| weights.params(layer), &input);
-    let expected = reference::output_process(&output, scale, width, height);
+    let images = Images { color: &color, albedo: Some(&color), normal: Some(&color) };
+    let expected = reference::denoise(weights, images, scale);
     let encode = |v: &f32| reference::pu(f64::from(*v) * f64::from(scale));
     let values = found.pixels().iter().flatten().zip(expected.pixels().iter().flatten());
     let error = values.map(|(a, b)| (encode(a) - encode(b)).abs()).fold(0.0, f64::max);
