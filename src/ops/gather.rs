@@ -81,8 +81,8 @@ pub fn gather(
 }
 
 /// The call that stores the image from the noisy color, the logits of full resolution and the
-/// result of level 1; and from level 0 of the pyramid, if it is stored. Clean blocks keep their input.
-/// [`Dispatch::record_at`] selects the tile.
+/// result of level 1; and from level 0 of the pyramid, if it is stored. Clean blocks keep their
+/// input. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn gather_finest(
     context: &Context,

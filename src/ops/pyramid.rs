@@ -28,28 +28,26 @@ pub const LEVEL: KernelSpec = KernelSpec {
 /// The kernel that stores level 0 from noisy color in this format.
 #[must_use]
 pub fn level0_spec(color: ImageFormat) -> KernelSpec {
-    let mut features = color_features(color);
-    features.push("level0");
-    let (logits, image) = (Binding::TensorIn, color.source_binding());
-    KernelSpec {
-        name: format!("pyramid_level0 {}", color.source_name()).into(),
-        features: features.into(),
-        bindings: vec![TILE, image, logits, Binding::LightOut, Binding::Buffer].into(),
-        overrides: &["brightest", "outlier", "transfer_function"],
-        ..LEVEL
-    }
+    spec("level0", color, &[])
 }
 
 /// The kernel for level 1 from noisy color in this format, whose level 0 is not stored.
 #[must_use]
 pub fn finest_spec(color: ImageFormat) -> KernelSpec {
+    spec("finest", color, &[Binding::TensorIn])
+}
+
+/// A kernel that reads noisy color, and `further` tensors behind the scale.
+fn spec(feature: &'static str, color: ImageFormat, further: &[Binding]) -> KernelSpec {
     let mut features = color_features(color);
-    features.push("finest");
-    let (logits, image) = (Binding::TensorIn, color.source_binding());
+    features.push(feature);
+    let (logits, output) = (Binding::TensorIn, Binding::LightOut);
+    let mut bindings = vec![TILE, color.source_binding(), logits, output, Binding::Buffer];
+    bindings.extend(further);
     KernelSpec {
-        name: format!("pyramid_finest {}", color.source_name()).into(),
+        name: format!("pyramid_{feature} {}", color.source_name()).into(),
         features: features.into(),
-        bindings: vec![TILE, image, logits, Binding::LightOut, Binding::Buffer, logits].into(),
+        bindings: bindings.into(),
         overrides: &["brightest", "outlier", "transfer_function"],
         ..LEVEL
     }
@@ -77,21 +75,11 @@ pub fn pyramid_level0(
     logits: &GpuTensor,
     output: &GpuTensor,
 ) -> Dispatch {
-    let spec = level0_spec(noisy.color.format());
-    let kernel = context.kernel(&spec, &noisy.encoding.constants());
-    let resources = [
-        tile_binding(noisy.tiles),
-        noisy.color.resource(),
-        logits.resource(),
-        output.resource(),
-        scale_binding(noisy.input_scale),
-    ];
-    let group = kernel.bind(&context.device, &resources);
-    kernel.dispatch(group, [output.width, output.height, 1])
+    from_color(context, &level0_spec(noisy.color.format()), noisy, [logits, output], None)
 }
 
-/// The call that computes level 1 where level 0 is not stored. `finest` and `logits` are the logits of level 0 and of this one.
-/// [`Dispatch::record_at`] selects the tile.
+/// The call that computes level 1 where level 0 is not stored. `finest` and `logits` are the logits
+/// of level 0 and of this one. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn pyramid_finest(
     context: &Context,
@@ -100,15 +88,25 @@ pub fn pyramid_finest(
     output: &GpuTensor,
 ) -> Dispatch {
     let spec = finest_spec(noisy.color.format());
-    let kernel = context.kernel(&spec, &noisy.encoding.constants());
-    let resources = [
+    from_color(context, &spec, noisy, [logits, output], Some(finest))
+}
+
+fn from_color(
+    context: &Context,
+    spec: &KernelSpec,
+    noisy: &NoisyColor<'_>,
+    [logits, output]: [&GpuTensor; 2],
+    finest: Option<&GpuTensor>,
+) -> Dispatch {
+    let kernel = context.kernel(spec, &noisy.encoding.constants());
+    let mut resources = vec![
         tile_binding(noisy.tiles),
         noisy.color.resource(),
         logits.resource(),
         output.resource(),
         scale_binding(noisy.input_scale),
-        finest.resource(),
     ];
+    resources.extend(finest.map(GpuTensor::resource));
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width, output.height, 1])
 }
