@@ -44,12 +44,12 @@ def orthogonal(matrix):
     """The nearest matrix with singular values near 1, by five Newton-Schulz steps.
 
     Each step multiplies from the left by a polynomial of the Gram matrix. Kernels are far wider than high, so the
-    polynomials are multiplied first, and the kernel itself only once. Products in bfloat16 are precise enough: the
-    singular values need only be near 1.
+    polynomials are multiplied first, and the kernel itself only once. In float32: rounding to bfloat16 would give the
+    Gram matrix of a gradient negative eigenvalues, and the steps would amplify them.
     """
     if matrix.shape[0] > matrix.shape[1]:
         return orthogonal(matrix.T).T
-    x = (matrix / (matrix.norm() + 1e-7)).bfloat16()
+    x = matrix / (matrix.norm() + 1e-7)
     gram, product = x @ x.T, None
     for step in range(5):
         factor = torch.addmm(gram, gram, gram, beta=-4.7750, alpha=2.0315)
@@ -57,7 +57,7 @@ def orthogonal(matrix):
         product = factor if product is None else factor @ product
         if step < 4:
             gram = factor @ gram @ factor
-    return (product @ x).to(matrix.dtype)
+    return product @ x
 
 
 class Both:
