@@ -100,7 +100,7 @@ mod shader;
 pub mod tza;
 
 pub use denoiser::Denoiser;
-pub use denoiser::frame::Frame;
+pub use denoiser::frame::{Contents, Denoised, Frame};
 pub use denoiser::options::Options;
 pub use denoiser::pass::{
     InputScale, NormalEncoding, Pass, PassDescriptor, PassFormats, PassImage, Schedule,

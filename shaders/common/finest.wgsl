@@ -5,7 +5,8 @@
 import package::common::tensor::TensorIn;
 @if(stored_finest) import package::common::weighted::LightIn;
 @else import package::common::place::place;
-@if(!stored_finest) import package::common::repair::repaired;
+@if(!stored_finest && layer) import package::common::layer::repaired_layer;
+@if(!stored_finest && !layer) import package::common::repair::repaired;
 @if(!stored_finest) import package::common::weighted::{LAST_QUAD, confidence};
 
 @if(gather) @group(0) @binding(6) var finest_logits: TensorIn;
@@ -20,6 +21,9 @@ fn finest(pixel: vec2<u32>) -> vec4<f32> {
 }
 @else
 fn finest(pixel: vec2<u32>) -> vec4<f32> {
+    @if(layer)
+    let color = repaired_layer(place(pixel));
+    @else
     let color = repaired(place(pixel));
     return vec4(color.rgb, color.w * confidence(textureLoad(finest_logits, pixel, LAST_QUAD)));
 }

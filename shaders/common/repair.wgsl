@@ -38,6 +38,16 @@ fn infinite_at(at: vec2<u32>, steps: u32) -> u32 {
     return select(INFINITE, bitcast<u32>(most), count >= SUN);
 }
 
+// `infinite_at` where it matters: if the pixel is not finite, or bright enough to be an outlier.
+fn infinite_of(at: vec2<u32>, found: vec3<u32>) -> u32 {
+    return infinite_at(at, steps_around(found));
+}
+
+fn steps_around(found: vec3<u32>) -> u32 {
+    let is_bright = luminance(lit(bitcast<vec3<f32>>(found))) > outlier * (GREY / input_scale);
+    return select(0u, AROUND, is_bright || !is_finite(found));
+}
+
 // Linear color, 1 in w. Where a pixel is missing and has nothing to be filled from, all is 0.
 fn repaired(at: vec2<u32>) -> vec4<f32> {
     // Such data is no light.
@@ -45,14 +55,11 @@ fn repaired(at: vec2<u32>) -> vec4<f32> {
         return filled(COLOR, at);
     }
     let found = load(COLOR, at);
-    let gray = GREY / input_scale;
-    let is_bright = luminance(lit(bitcast<vec3<f32>>(found))) > outlier * gray;
-    let steps = select(0u, AROUND, is_bright || !is_finite(found));
-    let infinite = infinite_at(at, steps);
-    let near = around(COLOR, at, infinite, steps);
+    let infinite = infinite_of(at, found);
+    let near = around(COLOR, at, infinite, steps_around(found));
     let bits = with_infinity(found, infinite);
     let whole = select(mean(near), vec4(bitcast<vec3<f32>>(bits), 1.0), is_finite(bits));
-    return vec4(darkened(whole.rgb, outlier * max(gray, near.brightest)), whole.w);
+    return vec4(darkened(whole.rgb, outlier * max(GREY / input_scale, near.brightest)), whole.w);
 }
 
 // Without negative luminance, and with at most this much.

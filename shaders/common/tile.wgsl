@@ -11,6 +11,7 @@ struct Tile {
     albedo: Layout,
     normal: Layout,
     output: Layout,
+    beauty: Layout,
 }
 
 @group(0) @binding(0) var<uniform> tile: Tile;

@@ -29,13 +29,41 @@ pub struct Frame<'a> {
     pub input_scale: Option<f32>,
     /// Whether the left and the right edge touch, as in a latlong panorama.
     pub panorama: bool,
+    /// Further linear images of the view, to be denoised by the color's weights, for
+    /// [`Denoiser::denoise_layers`](crate::Denoiser::denoise_layers).
+    pub layers: &'a [&'a Image],
+}
+
+/// A denoised frame.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub struct Denoised {
+    /// The color.
+    pub color: Image,
+    /// The frame's layers, in its order.
+    pub layers: Vec<Image>,
+}
+
+/// What a frame holds beside its color, on which its memory depends.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Contents {
+    /// The auxiliary images.
+    pub inputs: Inputs,
+    /// Whether there are further layers. Their number does not matter.
+    pub layers: bool,
+}
+
+impl From<Inputs> for Contents {
+    fn from(inputs: Inputs) -> Self {
+        Self { inputs, layers: false }
+    }
 }
 
 impl<'a> Frame<'a> {
     /// Color alone, with measured exposure.
     #[must_use]
     pub fn new(color: &'a Image) -> Self {
-        Self { color, albedo: None, normal: None, input_scale: None, panorama: false }
+        Self { color, albedo: None, normal: None, input_scale: None, panorama: false, layers: &[] }
     }
 
     /// Sets or clears the albedo.
@@ -62,6 +90,13 @@ impl<'a> Frame<'a> {
     pub fn panorama(self, panorama: bool) -> Self {
         Self { panorama, ..self }
     }
+
+    /// Sets the further layers: images that depend on the color's samples linearly, such as light
+    /// groups, passes of direct and indirect light, or alpha in all three channels.
+    #[must_use]
+    pub fn layers(self, layers: &'a [&'a Image]) -> Self {
+        Self { layers, ..self }
+    }
 }
 
 impl Frame<'_> {
@@ -71,9 +106,15 @@ impl Frame<'_> {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
+    pub(crate) fn contents(&self) -> Contents {
+        Contents { inputs: self.inputs(), layers: !self.layers.is_empty() }
+    }
+
     /// Rejects images of different sizes and invalid input scales.
     pub(crate) fn check(&self) -> Result<()> {
-        for (name, image) in [("albedo", self.albedo), ("normal", self.normal)] {
+        let auxiliary = [("albedo", self.albedo), ("normal", self.normal)];
+        let layers = self.layers.iter().map(|layer| ("a layer", Some(*layer)));
+        for (name, image) in auxiliary.into_iter().chain(layers) {
             let Some(image) = image else { continue };
             if image.size() != self.color.size() {
                 let ((aw, ah), (w, h)) = (image.size(), self.color.size());

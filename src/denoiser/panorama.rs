@@ -1,7 +1,7 @@
 //! Panoramas: frames whose left and right edges touch.
 
 use super::Denoiser;
-use super::frame::Frame;
+use super::frame::{Denoised, Frame};
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::plan::tiles::MAX_SIDE;
@@ -13,6 +13,7 @@ pub(crate) struct Wrapped {
     color: Image,
     albedo: Option<Image>,
     normal: Option<Image>,
+    layers: Vec<Image>,
     input_scale: Option<f32>,
     /// The columns added on each side.
     pub(crate) columns: u32,
@@ -32,6 +33,7 @@ impl Wrapped {
             color: wrap(frame.color)?,
             albedo: frame.albedo.map(wrap).transpose()?,
             normal: frame.normal.map(wrap).transpose()?,
+            layers: frame.layers.iter().map(|layer| wrap(layer)).collect::<Result<_>>()?,
             input_scale: frame.input_scale,
             columns,
         })
@@ -43,13 +45,24 @@ impl Wrapped {
         images.normal(self.normal.as_ref()).input_scale(self.input_scale)
     }
 
+    /// The layers of the larger images.
+    pub(crate) fn layers(&self) -> Vec<&Image> {
+        self.layers.iter().collect()
+    }
+
     /// An image of the panorama's size with the columns added that the frame's images have.
     pub(crate) fn wrap(&self, image: &Image) -> Result<Image> {
         wrap(image, self.columns)
     }
 
-    /// The middle of an image of the frame's size.
-    pub(crate) fn unwrap(&self, image: &Image) -> Result<Image> {
+    /// The middle of images of the frame's size.
+    pub(crate) fn unwrap(&self, wrapped: &Denoised) -> Result<Denoised> {
+        let layers =
+            wrapped.layers.iter().map(|layer| self.middle(layer)).collect::<Result<_>>()?;
+        Ok(Denoised { color: self.middle(&wrapped.color)?, layers })
+    }
+
+    fn middle(&self, image: &Image) -> Result<Image> {
         let columns = self.columns as usize..(image.width() - self.columns) as usize;
         let rows = (0..image.height()).flat_map(|y| &image.row(y)[columns.clone()]);
         let pixels = rows.copied().collect();

@@ -1,13 +1,12 @@
 //! GPU buffers for the part of an image that one tile reads and writes.
 
-use crate::denoiser::frame::Frame;
+use crate::denoiser::frame::{Contents, Frame};
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
 use crate::gpu::wait::{read, wait_for};
 use crate::image::Image;
 use crate::image::Rect;
-use crate::model::Inputs;
-use crate::network::bind::{Bound, TileCalls};
+use crate::network::bind::{Bound, BoundLayer, TileCalls};
 use crate::network::call::Call;
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{BIN, Band};
@@ -25,6 +24,8 @@ pub(crate) struct TileBuffers<'a> {
     pub(crate) color: wgpu::Buffer,
     albedo: Option<wgpu::Buffer>,
     normal: Option<wgpu::Buffer>,
+    /// One layer at a time.
+    layer: Option<wgpu::Buffer>,
     output: wgpu::Buffer,
     readback: wgpu::Buffer,
     pub(crate) input_scale: wgpu::Buffer,
@@ -41,7 +42,7 @@ impl<'a> TileBuffers<'a> {
         network: &CompiledNetwork,
         plan: &TilePlan,
         width: u32,
-        inputs: Inputs,
+        contents: Contents,
         skip_clean: bool,
     ) -> Self {
         use wgpu::BufferUsages as Usage;
@@ -59,8 +60,9 @@ impl<'a> TileBuffers<'a> {
         let image = |label, bytes| create(label, bytes, Usage::STORAGE | Usage::COPY_DST);
         let uniform = |label, bytes| create(label, bytes as u64, Usage::UNIFORM | Usage::COPY_DST);
         let color = image("color", tile_bytes.max(band_bytes));
-        let albedo = inputs.albedo.then(|| image("albedo", tile_bytes));
-        let normal = inputs.normal.then(|| image("normal", tile_bytes));
+        let albedo = contents.inputs.albedo.then(|| image("albedo", tile_bytes));
+        let normal = contents.inputs.normal.then(|| image("normal", tile_bytes));
+        let layer = contents.layers.then(|| image("layer", tile_bytes));
         let output = create("output", tile_bytes, Usage::STORAGE | Usage::COPY_SRC);
         let readback = create("readback", tile_bytes, Usage::MAP_READ | Usage::COPY_DST);
         let input_scale = image("input_scale", 4);
@@ -78,9 +80,32 @@ impl<'a> TileBuffers<'a> {
         // New buffers are zero: no noisy color is blended in.
         let blend = uniform("blend", size_of::<f32>());
         let (output_image, blend) = ((&output).into(), &blend);
-        let bound = Bound { tile: plan.tile, sources, output: output_image, blend, skip_clean };
+        let layers: Vec<_> = layer
+            .iter()
+            .map(|layer| BoundLayer { tiles: &tile, color: layer.into(), output: output_image })
+            .collect();
+        let bound = Bound {
+            tile: plan.tile,
+            sources,
+            output: output_image,
+            blend,
+            skip_clean,
+            layers: &layers,
+        };
         let calls = TileCalls::new(context, network, &bound);
-        Self { context, calls, color, albedo, normal, output, readback, input_scale, tile, band }
+        Self {
+            context,
+            calls,
+            color,
+            albedo,
+            normal,
+            layer,
+            output,
+            readback,
+            input_scale,
+            tile,
+            band,
+        }
     }
 
     /// Submits the whole network for the uploaded tile in parts and waits for all but the last,
@@ -98,6 +123,16 @@ impl<'a> TileBuffers<'a> {
             done += calls;
             progress(done);
         }
+        Ok(())
+    }
+
+    /// Uploads part of a layer and submits its calls. They read what the network has left for the
+    /// tile, and replace its result.
+    pub(crate) fn run_layer(&self, image: &Image, rect: &Rect) -> Result<()> {
+        let Some(buffer) = &self.layer else { return Ok(()) };
+        self.upload(buffer, image, rect)?;
+        let calls = self.calls.layers().iter().flatten();
+        self.submit(|pass| calls.clone().for_each(|call| call.record_at(pass, 0)));
         Ok(())
     }
 

@@ -3,9 +3,9 @@
 use std::sync::atomic::Ordering;
 
 use super::Denoiser;
+use super::frame::Contents;
 use super::tile_buffers::PIXEL_BYTES;
 use crate::error::{Error, Result};
-use crate::model::Inputs;
 use crate::model::macs::largest_layer_macs_per_pixel;
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::BIN;
@@ -18,8 +18,9 @@ const IMAGE_BYTES: u64 = 2 * PIXEL_BYTES;
 
 /// The blocking call's memory for images. The color buffer must also hold the narrowest band of
 /// rows for the exposure measurement.
-fn images(width: u32, inputs: Inputs) -> Footprint {
-    let count = 2 + u64::from(inputs.albedo) + u64::from(inputs.normal);
+fn images(width: u32, contents: Contents) -> Footprint {
+    let Contents { inputs, layers } = contents;
+    let count = 2 + [inputs.albedo, inputs.normal, layers].into_iter().map(u64::from).sum::<u64>();
     Footprint {
         per_pixel: count * IMAGE_BYTES,
         buffer_per_pixel: IMAGE_BYTES,
@@ -33,9 +34,15 @@ impl Denoiser {
     /// # Errors
     /// Fails if even the smallest tile exceeds the budget or the device's limits, if a side is
     /// longer than 65536 pixels, or if the weights were not trained with an input.
-    pub fn tile_plan(&self, width: u32, height: u32, inputs: Inputs) -> Result<TilePlan> {
-        let network = self.network(inputs)?;
-        self.plan([width, height], &network, images(width, inputs))
+    pub fn tile_plan(
+        &self,
+        width: u32,
+        height: u32,
+        contents: impl Into<Contents>,
+    ) -> Result<TilePlan> {
+        let contents = contents.into();
+        let network = self.network(contents.inputs)?;
+        self.plan([width, height], &network, images(width, contents), contents.layers)
     }
 
     /// GPU memory in bytes for the tensors and images of [`tile_plan`](Self::tile_plan). The
@@ -43,18 +50,27 @@ impl Denoiser {
     ///
     /// # Errors
     /// Fails like [`tile_plan`](Self::tile_plan).
-    pub fn memory_bytes(&self, width: u32, height: u32, inputs: Inputs) -> Result<u64> {
-        let [w, h] = self.tile_plan(width, height, inputs)?.tile;
-        let tensors = self.network(inputs)?.bytes([w, h], self.options.precision.texel_bytes());
-        Ok(tensors + images(width, inputs).bytes(u64::from(w) * u64::from(h)))
+    pub fn memory_bytes(
+        &self,
+        width: u32,
+        height: u32,
+        contents: impl Into<Contents>,
+    ) -> Result<u64> {
+        let contents = contents.into();
+        let [w, h] = self.tile_plan(width, height, contents)?.tile;
+        let texel = self.options.precision.texel_bytes();
+        let tensors = self.network(contents.inputs)?.bytes([w, h], texel, contents.layers);
+        Ok(tensors + images(width, contents).bytes(u64::from(w) * u64::from(h)))
     }
 
-    /// The tile plan within the budget, with `images` allocated next to the tensors.
+    /// The tile plan within the budget, with `images` allocated next to the tensors, and with room
+    /// for further layers or without.
     pub(crate) fn plan(
         &self,
         size: [u32; 2],
         network: &CompiledNetwork,
         images: Footprint,
+        layers: bool,
     ) -> Result<TilePlan> {
         let [width, height] = size;
         if width.max(height) > MAX_SIDE {
@@ -66,7 +82,7 @@ impl Denoiser {
         let limits = device.limits();
         let alignment = network.alignment;
         let texel = self.options.precision.texel_bytes();
-        let block = network.bytes([alignment; 2], texel);
+        let block = network.bytes([alignment; 2], texel, layers);
         let tensors = block.div_ceil(u64::from(alignment).pow(2));
         let footprint = Footprint { per_pixel: images.per_pixel + tensors, ..images };
         let constraints = Constraints {
@@ -96,7 +112,7 @@ impl Denoiser {
     ///
     /// # Errors
     /// Fails if no tile is smaller.
-    pub(crate) fn halved(&self, plan: &TilePlan, size: [u32; 2], of: Inputs) -> Result<TilePlan> {
+    pub(crate) fn halved(&self, plan: &TilePlan, size: [u32; 2], of: Contents) -> Result<TilePlan> {
         let [width, height] = plan.tile;
         let pixels = u64::from(width) * u64::from(height);
         let is_smaller =

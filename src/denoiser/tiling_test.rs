@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestRunner;
 
 use super::*;
-use crate::{Gpu, Options, Quality, Weights};
+use crate::{Gpu, Inputs, Options, Quality, Weights};
 
 fn sizes() -> impl Strategy<Value = (u32, u32)> {
     let (long, short) = (1..=MAX_SIDE + 9, 1_u32..300);
@@ -19,12 +19,13 @@ fn budgets() -> impl Strategy<Value = u64> {
 }
 
 /// The blocking call's allocation for a tile, with a second copy of every image in transit.
-fn allocated(denoiser: &Denoiser, tile: [u32; 2], width: u32, inputs: Inputs) -> u64 {
+fn allocated(denoiser: &Denoiser, tile: [u32; 2], width: u32, contents: Contents) -> u64 {
+    let Contents { inputs, layers } = contents;
     let network = denoiser.network(inputs).unwrap();
     let image = u64::from(tile[0]) * u64::from(tile[1]) * PIXEL_BYTES;
     let color = image.max(16 * u64::from(width) * PIXEL_BYTES);
-    let others = 1 + u64::from(inputs.albedo) + u64::from(inputs.normal);
-    network.bytes(tile, denoiser.precision().texel_bytes()) + 2 * (color + others * image)
+    let others = 1 + u64::from(inputs.albedo) + u64::from(inputs.normal) + u64::from(layers);
+    network.bytes(tile, denoiser.precision().texel_bytes(), layers) + 2 * (color + others * image)
 }
 
 #[test]
@@ -34,17 +35,18 @@ fn no_plan_takes_more_memory_than_the_budget_and_every_refusal_says_why() {
     let denoiser = Denoiser::new(&device, &queue, &weights, &Options::default()).unwrap();
     let denoiser = Mutex::new(denoiser);
     let tiles = prop::option::of(prop_oneof![1_u32..1000, any::<u32>()]);
-    let cases = (sizes(), budgets(), tiles, any::<bool>());
-    let check = |((width, height), budget, tile, all): (_, _, Option<u32>, bool)| {
+    let cases = (sizes(), budgets(), tiles, any::<[bool; 2]>());
+    let check = |((width, height), budget, tile, [all, layers]): (_, _, Option<u32>, [bool; 2])| {
         let mut denoiser = denoiser.lock().unwrap();
         denoiser.options.memory_bytes = budget;
         denoiser.options.tile = tile;
         let inputs = if all { Inputs::ALL } else { Inputs::default() };
-        match denoiser.tile_plan(width, height, inputs) {
+        let contents = Contents { inputs, layers };
+        match denoiser.tile_plan(width, height, contents) {
             Ok(plan) => {
-                let bytes = denoiser.memory_bytes(width, height, inputs).unwrap();
+                let bytes = denoiser.memory_bytes(width, height, contents).unwrap();
                 prop_assert!(bytes <= budget, "{} of {} bytes", bytes, budget);
-                prop_assert_eq!(bytes, allocated(&denoiser, plan.tile, width, inputs));
+                prop_assert_eq!(bytes, allocated(&denoiser, plan.tile, width, contents));
                 let side = plan.tile[0].max(plan.tile[1]);
                 prop_assert!(side <= tile.unwrap_or(u32::MAX), "{:?}", plan.tile);
             }

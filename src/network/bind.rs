@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use super::call::Call;
 use super::compile::{BoxedOperator, CompiledNetwork, Ending, Stem};
-use super::pyramid;
+use super::pyramid::Pyramid;
 use crate::gpu::kernel::Context;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::macs::layer_macs_per_pixel;
@@ -28,6 +28,35 @@ pub(crate) struct Bound<'a> {
     pub(crate) blend: &'a wgpu::Buffer,
     /// Whether constant surroundings skip the network.
     pub(crate) skip_clean: bool,
+    /// Further layers of the picture. Only networks that predict a kernel pyramid take any.
+    pub(crate) layers: &'a [BoundLayer<'a>],
+}
+
+impl<'a> Bound<'a> {
+    fn result_images(&self) -> ResultImages<'a> {
+        let Sources { tiles, input_scale, color, encoding, .. } = self.sources;
+        ResultImages { tiles, input_scale, color, output: self.output, blend: self.blend, encoding }
+    }
+}
+
+/// A further layer of a picture, to be denoised by the weights of its beauty.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct BoundLayer<'a> {
+    /// [`Tile`](crate::ops::tile::Tile)s with the layouts of these images, at the offsets of the
+    /// beauty's.
+    pub(crate) tiles: &'a wgpu::Buffer,
+    /// The layer to read.
+    pub(crate) color: ImageBinding<'a>,
+    /// The image to write.
+    pub(crate) output: ImageBinding<'a>,
+}
+
+impl<'a> BoundLayer<'a> {
+    /// The images of the layer instead of the beauty's.
+    fn result_images(&self, bound: &Bound<'a>) -> ResultImages<'a> {
+        let Self { tiles, color, output } = *self;
+        ResultImages { tiles, color, output, ..bound.result_images() }
+    }
 }
 
 /// All calls of a tile.
@@ -35,6 +64,7 @@ pub(crate) struct Bound<'a> {
 pub(crate) struct TileCalls {
     calls: Vec<Call>,
     batches: Vec<Range<usize>>,
+    layers: Vec<Vec<Call>>,
 }
 
 /// Most multiply-accumulates of a submission of several calls: 0.2 s at 100 GFLOP/s. A single call
@@ -58,14 +88,15 @@ impl TileCalls {
         }
         calls.push(first_call(context, network, bound, &tensors[INPUT], &activity));
         calls.extend(layer_calls(context, network, *tile, &tensors, &activity));
-        calls.extend(last_calls(context, network, bound, &tensors, &activity));
+        let (last, layers) = last_calls(context, network, bound, &tensors, &activity);
+        calls.extend(last);
         let batches = batches(&calls.iter().map(|call| call.macs).collect::<Vec<_>>());
-        Self { calls, batches }
+        Self { calls, batches, layers }
     }
 
     /// Records all calls for the tile at byte `offset` of the uniform buffer.
     pub(crate) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
-        for call in &self.calls {
+        for call in self.calls.iter().chain(self.layers.iter().flatten()) {
             call.record_at(pass, offset);
         }
     }
@@ -75,9 +106,14 @@ impl TileCalls {
         self.batches.iter().map(|batch| &self.calls[batch.clone()])
     }
 
-    /// All calls in order.
+    /// The calls for the color, in order.
     pub(crate) fn calls(&self) -> &[Call] {
         &self.calls
+    }
+
+    /// The calls for each further layer. They come after those for the color.
+    pub(crate) fn layers(&self) -> &[Vec<Call>] {
+        &self.layers
     }
 }
 
@@ -99,28 +135,25 @@ fn first_call(
     Call::per_tile(&format!("input+{name}"), call).computing(macs).moving(context, &[tensor], &[])
 }
 
-/// The calls from the last tensors to the image.
+/// The calls from the last tensors to the image, and to each further layer.
 fn last_calls(
     context: &Context,
     network: &CompiledNetwork,
     bound: &Bound<'_>,
     tensors: &[GpuTensor],
     activity: &Activity,
-) -> Vec<Call> {
-    let Bound { sources, output, blend, .. } = *bound;
-    let Sources { tiles, input_scale, color, encoding, .. } = sources;
-    let images = ResultImages { tiles, input_scale, color, output, blend, encoding };
+) -> (Vec<Call>, Vec<Vec<Call>>) {
+    let images = bound.result_images();
     let outputs: Vec<_> = network.body.outputs.iter().map(|&output| &tensors[output]).collect();
     let (name, dispatch, macs) = match &network.ending {
-        Ending::Pyramid { stores_level0 } => {
-            return pyramid::calls(
-                context,
-                bound.tile,
-                &outputs,
-                *stores_level0,
-                activity,
-                &images,
-            );
+        &Ending::Pyramid { stores_level0 } => {
+            let has_layers = !bound.layers.is_empty();
+            let pyramid = Pyramid::new(context, outputs, activity, stores_level0 || has_layers);
+            let layer = |layer: &BoundLayer<'_>| {
+                pyramid.layer(&layer.result_images(bound), bound.sources.color)
+            };
+            let layers = bound.layers.iter().map(layer);
+            return (pyramid.image(&images, stores_level0), layers.collect());
         }
         Ending::Color => ("output_process", output_process(context, outputs[0], &images), 0.0),
         Ending::Head(head) => {
@@ -129,7 +162,8 @@ fn last_calls(
         }
     };
     let macs = macs * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
-    vec![Call::per_tile(name, dispatch).computing(macs).moving(context, &outputs, &[])]
+    let call = Call::per_tile(name, dispatch).computing(macs).moving(context, &outputs, &[]);
+    (vec![call], Vec::new())
 }
 
 /// Views of new textures, by tensor.

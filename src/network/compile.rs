@@ -138,11 +138,11 @@ impl CompiledNetwork {
         })
     }
 
-    /// GPU memory in bytes for everything between the images.
-    pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64) -> u64 {
+    /// GPU memory in bytes for everything between the images, with or without further layers.
+    pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64, layers: bool) -> u64 {
         let pyramid = match self.ending {
             Ending::Pyramid { stores_level0 } => {
-                pyramid::bytes(tile, self.body.outputs.len(), stores_level0)
+                pyramid::bytes(tile, self.body.outputs.len(), stores_level0 || layers)
             }
             _ => 0,
         };

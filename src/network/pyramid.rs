@@ -1,12 +1,14 @@
-//! The end of a network that predicts a kernel pyramid: the calls from its logits to the image.
+//! The end of a network that predicts a kernel pyramid: the calls from its logits to the image, and
+//! to further layers of the picture.
 
 use super::call::Call;
-use crate::gpu::kernel::Context;
+use crate::gpu::kernel::{Context, Dispatch};
 use crate::gpu::tensor::GpuTensor;
 use crate::ops::activity::Activity;
-use crate::ops::gather::{gather, gather_finest};
+use crate::ops::gather::{gather, gather_finest, gather_layer};
+use crate::ops::image::ImageBinding;
 use crate::ops::output_process::ResultImages;
-use crate::ops::pyramid::{NoisyColor, pyramid, pyramid_finest, pyramid_level0};
+use crate::ops::pyramid::{NoisyColor, pyramid, pyramid_finest, pyramid_layer0, pyramid_level0};
 
 /// Bytes of a pixel: a color and its weight as 32-bit floats.
 const PIXEL_BYTES: u64 = 16;
@@ -18,85 +20,133 @@ pub(crate) fn bytes(tile: [u32; 2], levels: usize, stores_level0: bool) -> u64 {
     PIXEL_BYTES * (level0 + 2 * (1..levels).map(level).sum::<u64>())
 }
 
-/// The calls from the logits, by level, to the image.
-pub(super) fn calls(
-    context: &Context,
-    tile: [u32; 2],
-    logits: &[&GpuTensor],
-    stores_level0: bool,
-    activity: &Activity,
-    images: &ResultImages<'_>,
-) -> Vec<Call> {
-    let light = |l: usize| GpuTensor::light(context, tile.map(|side| side >> l));
-    let level0 = stores_level0.then(|| light(0));
-    let levels: Vec<_> = (1..logits.len()).map(light).collect();
-    let results: Vec<_> = (1..logits.len()).map(light).collect();
-    let mut calls = beginning(context, images, logits, level0.as_ref(), &levels[0]);
-    calls.extend(descent(context, logits, &levels));
-    calls.extend(ascent(context, logits, &levels, &results));
-    let finest = [logits[0], &results[0]];
-    let last = gather_finest(context, finest, level0.as_ref(), activity, images);
-    let light: Vec<_> = [&results[0]].into_iter().chain(&level0).collect();
-    calls.push(Call::per_tile("gather0", last).moving(context, &logits[..1], &light));
-    calls
+/// The end of a network on one tile: what it predicted, and room for the pyramid and its results.
+pub(super) struct Pyramid<'a> {
+    context: &'a Context,
+    /// By level.
+    logits: Vec<&'a GpuTensor>,
+    activity: &'a Activity,
+    level0: Option<GpuTensor>,
+    /// From level 1 on.
+    levels: Vec<GpuTensor>,
+    results: Vec<GpuTensor>,
 }
 
-/// From the noisy color to level 1, with or without storing level 0.
-fn beginning(
-    context: &Context,
-    images: &ResultImages<'_>,
-    logits: &[&GpuTensor],
-    level0: Option<&GpuTensor>,
-    level1: &GpuTensor,
-) -> Vec<Call> {
+impl<'a> Pyramid<'a> {
+    /// Creates the textures. `stores_level0` is needed for layers.
+    pub(super) fn new(
+        context: &'a Context,
+        logits: Vec<&'a GpuTensor>,
+        activity: &'a Activity,
+        stores_level0: bool,
+    ) -> Self {
+        let light = |l: usize| GpuTensor::light(context, [logits[l].width, logits[l].height]);
+        let level0 = stores_level0.then(|| light(0));
+        let levels = (1..logits.len()).map(light).collect();
+        let results = (1..logits.len()).map(light).collect();
+        Self { context, logits, activity, level0, levels, results }
+    }
+
+    /// The calls that store the image. With `reads_level0`, they store level 0 of the pyramid and
+    /// read it; otherwise they compute it where they need it.
+    pub(super) fn image(&self, images: &ResultImages<'_>, reads_level0: bool) -> Vec<Call> {
+        let level0 = self.level0.as_ref().filter(|_| reads_level0);
+        let mut calls = match level0 {
+            Some(level0) => self.stored_beginning(images, level0),
+            None => vec![self.computed_beginning(images)],
+        };
+        calls.extend(self.levels_and_results());
+        let last = gather_finest(self.context, self.last_inputs(), level0, self.activity, images);
+        calls.push(self.last("gather0", last, level0));
+        calls
+    }
+
+    /// The calls that store a further layer, the color of `images`, by the same weights. `beauty` is
+    /// the color that the network reads.
+    ///
+    /// # Panics
+    /// Panics if there is no texture for level 0.
+    pub(super) fn layer(&self, images: &ResultImages<'_>, beauty: ImageBinding<'_>) -> Vec<Call> {
+        let level0 = self.level0.as_ref().expect("there is one where there are layers");
+        let mut calls = self.layer_beginning(images, beauty, level0);
+        calls.extend(self.levels_and_results());
+        let last = gather_layer(self.context, self.last_inputs(), level0, self.activity, images);
+        calls.push(self.last("gather0", last, Some(level0)));
+        calls
+    }
+
+    fn last_inputs(&self) -> [&GpuTensor; 2] {
+        [self.logits[0], &self.results[0]]
+    }
+
+    fn last(&self, name: &str, dispatch: Dispatch, level0: Option<&GpuTensor>) -> Call {
+        let light: Vec<_> = [&self.results[0]].into_iter().chain(level0).collect();
+        Call::per_tile(name, dispatch).moving(self.context, &self.logits[..1], &light)
+    }
+
+    /// From the noisy color to level 1 without storing level 0.
+    fn computed_beginning(&self, images: &ResultImages<'_>) -> Call {
+        let (logits, level1) = ([self.logits[0], self.logits[1]], &self.levels[0]);
+        let call = pyramid_finest(self.context, &noisy(images), logits, level1);
+        let read = logits.map(confidences);
+        Call::per_tile("pyramid1", call).moving(self.context, &[&read[0], &read[1]], &[level1])
+    }
+
+    /// From the noisy color to level 1.
+    fn stored_beginning(&self, images: &ResultImages<'_>, level0: &GpuTensor) -> Vec<Call> {
+        let call = pyramid_level0(self.context, &noisy(images), self.logits[0], level0);
+        vec![self.first(call, level0), self.level(1, level0)]
+    }
+
+    /// From the layer that is the color of `images` to level 1.
+    fn layer_beginning(
+        &self,
+        images: &ResultImages<'_>,
+        beauty: ImageBinding<'_>,
+        level0: &GpuTensor,
+    ) -> Vec<Call> {
+        let logits = self.logits[0];
+        let call = pyramid_layer0(self.context, &noisy(images), beauty, logits, level0);
+        vec![self.first(call, level0), self.level(1, level0)]
+    }
+
+    fn first(&self, dispatch: Dispatch, level0: &GpuTensor) -> Call {
+        let read = confidences(self.logits[0]);
+        Call::per_tile("pyramid0", dispatch).moving(self.context, &[&read], &[level0])
+    }
+
+    /// From level 1 to the coarsest, and back to the result of level 1.
+    fn levels_and_results(&self) -> Vec<Call> {
+        let count = self.logits.len();
+        let down = (2..count).map(|l| self.level(l, &self.levels[l - 2]));
+        down.chain((1..count).rev().map(|l| self.result(l))).collect()
+    }
+
+    /// Level `l` from the finer one.
+    fn level(&self, l: usize, finer: &GpuTensor) -> Call {
+        let (logits, level) = (self.logits[l], &self.levels[l - 1]);
+        let call = pyramid(self.context, finer, logits, level);
+        let call = Call::fixed(&format!("pyramid{l}"), call);
+        call.moving(self.context, &[&confidences(logits)], &[finer, level])
+    }
+
+    /// The result of level `l` from the coarser one.
+    fn result(&self, l: usize) -> Call {
+        let (level, result, coarser) =
+            (&self.levels[l - 1], &self.results[l - 1], self.results.get(l));
+        let call = gather(self.context, [level, self.logits[l]], coarser, result);
+        let light: Vec<_> = [level, result].into_iter().chain(coarser).collect();
+        let call = Call::fixed(&format!("gather{l}"), call);
+        call.moving(self.context, &[self.logits[l]], &light)
+    }
+}
+
+fn noisy<'a>(images: &ResultImages<'a>) -> NoisyColor<'a> {
     let ResultImages { tiles, color, input_scale, encoding, .. } = *images;
-    let noisy = NoisyColor { tiles, color, input_scale, encoding };
-    let read = [0, 1].map(|l| confidences(logits[l]));
-    let Some(level0) = level0 else {
-        let call = pyramid_finest(context, &noisy, [logits[0], logits[1]], level1);
-        let call = Call::per_tile("pyramid1", call);
-        return vec![call.moving(context, &[&read[0], &read[1]], &[level1])];
-    };
-    let call = pyramid_level0(context, &noisy, logits[0], level0);
-    let first = Call::per_tile("pyramid0", call).moving(context, &[&read[0]], &[level0]);
-    vec![first, level(context, 1, level0, logits[1], level1)]
-}
-
-/// From level 1 to the coarsest. `levels` begin at level 1.
-fn descent(context: &Context, logits: &[&GpuTensor], levels: &[GpuTensor]) -> Vec<Call> {
-    let call = |l: usize| level(context, l, &levels[l - 2], logits[l], &levels[l - 1]);
-    (2..logits.len()).map(call).collect()
-}
-
-/// Level `l` from the finer one.
-fn level(
-    context: &Context,
-    l: usize,
-    finer: &GpuTensor,
-    logits: &GpuTensor,
-    level: &GpuTensor,
-) -> Call {
-    let call = Call::fixed(&format!("pyramid{l}"), pyramid(context, finer, logits, level));
-    call.moving(context, &[&confidences(logits)], &[finer, level])
+    NoisyColor { tiles, color, input_scale, encoding }
 }
 
 /// The quad of logits that has the confidence, all that the pyramid reads of them. For counting.
 fn confidences(logits: &GpuTensor) -> GpuTensor {
     GpuTensor { quads: 1, ..logits.clone() }
-}
-
-/// From the coarsest level to level 1. `levels` and `results` begin at level 1.
-fn ascent(
-    context: &Context,
-    logits: &[&GpuTensor],
-    levels: &[GpuTensor],
-    results: &[GpuTensor],
-) -> Vec<Call> {
-    let call = |l: usize| {
-        let (level, result, coarser) = (&levels[l - 1], &results[l - 1], results.get(l));
-        let call = gather(context, [level, logits[l]], coarser, result);
-        let light: Vec<_> = [level, result].into_iter().chain(coarser).collect();
-        Call::fixed(&format!("gather{l}"), call).moving(context, &[logits[l]], &light)
-    };
-    (1..logits.len()).rev().map(call).collect()
 }

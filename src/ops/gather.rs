@@ -44,17 +44,31 @@ pub const BOTTOM: KernelSpec = KernelSpec {
 /// The overrides of the kernel that repairs the color itself.
 const OVERRIDES: &[&str] = &["brightest", "outlier", "transfer_function"];
 
-/// The kernel that stores the image, for noisy color and result in these formats. It reads level 0
-/// of the pyramid if that is `stored`.
+/// Where the kernel that stores the image has level 0 of the pyramid from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level0 {
+    /// It computes the level from the noisy color.
+    Computed,
+    /// It reads the level.
+    Stored,
+    /// It reads the level, which is that of a further layer of the picture.
+    OfLayer,
+}
+
+/// The kernel that stores the image, for noisy color and result in these formats.
 #[must_use]
-pub fn finest_spec(color: ImageFormat, output: ImageFormat, stored: bool) -> KernelSpec {
+pub fn finest_spec(color: ImageFormat, output: ImageFormat, level0: Level0) -> KernelSpec {
+    let (name, feature) = match level0 {
+        Level0::Computed => ("gather_finest", [].as_slice()),
+        Level0::Stored => ("gather_stored", ["stored_finest"].as_slice()),
+        Level0::OfLayer => ("gather_layer", ["stored_finest", "layer"].as_slice()),
+    };
     let mut features = result_features(color, output);
-    features.extend(["gather", "finest"]);
-    features.extend(stored.then_some("stored_finest"));
+    features.extend(["gather", "finest"].iter().chain(feature));
+    let stored = level0 != Level0::Computed;
     let mut bindings = result_bindings(color, output);
     bindings.extend([Binding::Buffer, Binding::TensorIn, Binding::LightIn]);
     bindings.extend(stored.then_some(Binding::LightIn));
-    let name = if stored { "gather_stored" } else { "gather_finest" };
     KernelSpec {
         name: head::name(name, color, output).into(),
         features: features.into(),
@@ -86,12 +100,37 @@ pub fn gather(
 #[must_use]
 pub fn gather_finest(
     context: &Context,
+    tensors: [&GpuTensor; 2],
+    level0: Option<&GpuTensor>,
+    activity: &Activity,
+    images: &ResultImages<'_>,
+) -> Dispatch {
+    let kind = if level0.is_some() { Level0::Stored } else { Level0::Computed };
+    store(context, kind, tensors, level0, activity, images)
+}
+
+/// The call that stores the result of a further layer, which is the color of `images`. Clean blocks
+/// keep level 0. [`Dispatch::record_at`] selects the tile.
+#[must_use]
+pub fn gather_layer(
+    context: &Context,
+    tensors: [&GpuTensor; 2],
+    level0: &GpuTensor,
+    activity: &Activity,
+    images: &ResultImages<'_>,
+) -> Dispatch {
+    store(context, Level0::OfLayer, tensors, Some(level0), activity, images)
+}
+
+fn store(
+    context: &Context,
+    kind: Level0,
     [logits, coarser]: [&GpuTensor; 2],
     level0: Option<&GpuTensor>,
     activity: &Activity,
     images: &ResultImages<'_>,
 ) -> Dispatch {
-    let spec = finest_spec(images.color.format(), images.output.format(), level0.is_some());
+    let spec = finest_spec(images.color.format(), images.output.format(), kind);
     let kernel = context.kernel(&spec, &images.encoding.constants());
     let mut resources = images.resources();
     resources.push(activity.clean.as_entire_binding());

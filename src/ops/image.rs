@@ -163,6 +163,13 @@ pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<
     features
 }
 
+/// The features of a kernel that reads, besides a layer of the picture, its beauty in this format.
+#[must_use]
+pub(crate) fn beauty_features(beauty: ImageFormat) -> Vec<&'static str> {
+    let format = beauty.source_feature("beauty_f16", "beauty_texture");
+    ["layer"].into_iter().chain(format).collect()
+}
+
 /// The features of a kernel that reads noisy color and writes a result in these formats.
 #[must_use]
 pub(crate) fn result_features(color: ImageFormat, output: ImageFormat) -> Vec<&'static str> {

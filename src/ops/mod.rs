@@ -30,6 +30,7 @@ pub mod tile;
 pub mod up_conv;
 pub mod upsample;
 
+use self::gather::Level0;
 use self::image::{Element, ImageFormat};
 use crate::gpu::kernel::KernelSpec;
 use crate::gpu::matrix_shape::Factor::{F16, F32};
@@ -71,10 +72,14 @@ fn image_specs() -> Vec<KernelSpec> {
         );
         specs.extend([input_process::spec(images), input_conv::spec(images)]);
         specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
+        specs.extend([ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b)));
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
-            specs.extend([false, true].map(|stored| gather::finest_spec(color, output, stored)));
+            specs.extend(
+                [Level0::Computed, Level0::Stored, Level0::OfLayer]
+                    .map(|level0| gather::finest_spec(color, output, level0)),
+            );
         }
     }
     specs

@@ -7,7 +7,7 @@
 
 use std::borrow::Cow;
 
-use super::image::{ImageBinding, ImageFormat, color_features};
+use super::image::{ImageBinding, ImageFormat, beauty_features, color_features};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
@@ -37,7 +37,17 @@ pub fn finest_spec(color: ImageFormat) -> KernelSpec {
     spec("finest", color, &[Binding::TensorIn])
 }
 
-/// A kernel that reads noisy color, and `further` tensors behind the scale.
+/// The kernel that stores level 0 of a further layer of the picture, for layer and beauty in these
+/// formats.
+#[must_use]
+pub fn layer0_spec(layer: ImageFormat, beauty: ImageFormat) -> KernelSpec {
+    let mut spec = spec("level0", layer, &[beauty.source_binding()]);
+    spec.features.to_mut().extend(beauty_features(beauty));
+    let names = [layer, beauty].map(ImageFormat::source_name).join(" ");
+    KernelSpec { name: format!("pyramid_layer0 {names}").into(), ..spec }
+}
+
+/// A kernel that reads noisy color, and what is `further` behind the scale.
 fn spec(feature: &'static str, color: ImageFormat, further: &[Binding]) -> KernelSpec {
     let mut features = color_features(color);
     features.push(feature);
@@ -75,7 +85,22 @@ pub fn pyramid_level0(
     logits: &GpuTensor,
     output: &GpuTensor,
 ) -> Dispatch {
-    from_color(context, &level0_spec(noisy.color.format()), noisy, [logits, output], None)
+    let spec = level0_spec(noisy.color.format());
+    from_color(context, &spec, noisy, [logits, output], None)
+}
+
+/// The call that stores level 0 of the layer `noisy.color` of a picture whose color is `beauty`,
+/// repaired as `beauty` is. [`Dispatch::record_at`] selects the tile.
+#[must_use]
+pub fn pyramid_layer0(
+    context: &Context,
+    noisy: &NoisyColor<'_>,
+    beauty: ImageBinding<'_>,
+    logits: &GpuTensor,
+    output: &GpuTensor,
+) -> Dispatch {
+    let spec = layer0_spec(noisy.color.format(), beauty.format());
+    from_color(context, &spec, noisy, [logits, output], Some(beauty.resource()))
 }
 
 /// The call that computes level 1 where level 0 is not stored. `finest` and `logits` are the logits
@@ -88,7 +113,7 @@ pub fn pyramid_finest(
     output: &GpuTensor,
 ) -> Dispatch {
     let spec = finest_spec(noisy.color.format());
-    from_color(context, &spec, noisy, [logits, output], Some(finest))
+    from_color(context, &spec, noisy, [logits, output], Some(finest.resource()))
 }
 
 fn from_color(
@@ -96,7 +121,7 @@ fn from_color(
     spec: &KernelSpec,
     noisy: &NoisyColor<'_>,
     [logits, output]: [&GpuTensor; 2],
-    finest: Option<&GpuTensor>,
+    further: Option<wgpu::BindingResource<'_>>,
 ) -> Dispatch {
     let kernel = context.kernel(spec, &noisy.encoding.constants());
     let mut resources = vec![
@@ -106,7 +131,7 @@ fn from_color(
         output.resource(),
         scale_binding(noisy.input_scale),
     ];
-    resources.extend(finest.map(GpuTensor::resource));
+    resources.extend(further);
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width, output.height, 1])
 }

@@ -70,7 +70,7 @@ pub struct Tile {
     pub begin: [u32; 2],
     /// One past the last pixel to store.
     pub end: [u32; 2],
-    /// Layout of the color.
+    /// Layout of the color, or of the layer that is denoised.
     pub color: Layout,
     /// Layout of the albedo; ignored without one.
     pub albedo: Layout,
@@ -78,4 +78,6 @@ pub struct Tile {
     pub normal: Layout,
     /// Layout of the result.
     pub output: Layout,
+    /// Layout of the color that the network reads; ignored unless a further layer is denoised.
+    pub beauty: Layout,
 }

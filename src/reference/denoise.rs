@@ -41,14 +41,28 @@ pub fn denoise_by(
     input_scale: f32,
     apply: impl Fn(Op, &Params, &[&Tensor]) -> Tensor,
 ) -> Image {
-    let Images { color, albedo, normal } = images;
-    let (encoding, network) = (weights.metadata().encoding(), weights.network());
-    let alignment = network.alignment().max(16);
-    let input = input_process_in(encoding, color, albedo, normal, input_scale, alignment);
-    let outputs = run_by(network, |layer| weights.params(layer), &input, apply);
-    if network.has_pyramid() {
+    let (color, encoding) = (images.color, weights.metadata().encoding());
+    let outputs = predicted_by(weights, images, input_scale, apply);
+    if weights.network().has_pyramid() {
         let Repaired { color, valid } = repair_in(encoding, color, input_scale);
         return kernel_pyramid(&outputs, &color, &valid);
     }
     output_process_in(encoding, &outputs[0], input_scale, color.width(), color.height())
+}
+
+/// What the network predicts for a frame.
+pub(super) fn predicted(weights: &Weights, images: Images<'_>, input_scale: f32) -> Vec<Tensor> {
+    predicted_by(weights, images, input_scale, apply)
+}
+
+fn predicted_by(
+    weights: &Weights,
+    Images { color, albedo, normal }: Images<'_>,
+    input_scale: f32,
+    apply: impl Fn(Op, &Params, &[&Tensor]) -> Tensor,
+) -> Vec<Tensor> {
+    let (encoding, network) = (weights.metadata().encoding(), weights.network());
+    let alignment = network.alignment().max(16);
+    let input = input_process_in(encoding, color, albedo, normal, input_scale, alignment);
+    run_by(network, |layer| weights.params(layer), &input, apply)
 }

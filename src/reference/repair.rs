@@ -64,12 +64,30 @@ pub fn repair_in(encoding: Encoding, color: &Image, input_scale: f32) -> Repaire
 /// The pixel or the mean of good ones around it, if there is any. +∞ stands for `infinite`.
 fn filled(image: &Image, place: [i64; 2], infinite: f32) -> Option<[f32; 3]> {
     let pixel = image.row(place[1] as u32)[place[0] as usize];
+    good(pixel, infinite).or_else(|| mean(image, place, infinite))
+}
+
+/// The mean of the good pixels around a pixel, if there is any.
+fn mean(image: &Image, place: [i64; 2], infinite: f32) -> Option<[f32; 3]> {
     let rings = [1, 2].map(|distance| around(image, place, distance, infinite));
     let mean = |ring: &Vec<[f32; 3]>| {
         let sum = |c: usize| ring.iter().map(|p| f64::from(p[c])).sum::<f64>();
         [0, 1, 2].map(|c| (sum(c) / ring.len() as f64) as f32)
     };
-    good(pixel, infinite).or_else(|| rings.iter().find(|ring| !ring.is_empty()).map(mean))
+    rings.iter().find(|ring| !ring.is_empty()).map(mean)
+}
+
+/// What a layer has in place of a missing pixel: the mean of its good pixels around it, or else 0.
+/// +∞ stands for what it stands for in the beauty.
+pub(super) fn mean_around(layer: &Image, beauty: &Image, place: [i64; 2]) -> [f32; 3] {
+    mean(layer, place, infinity(beauty, place)).unwrap_or_default()
+}
+
+/// A pixel of a layer, in which +∞ stands for what it stands for in the beauty.
+pub(super) fn substituted(layer: &Image, beauty: &Image, place: [i64; 2]) -> [f32; 3] {
+    let infinite = infinity(beauty, place);
+    let pixel = layer.row(place[1] as u32)[place[0] as usize];
+    pixel.map(|v| if v == f32::INFINITY { infinite } else { v })
 }
 
 /// The pixel, unless it has a value that is not finite after `infinite` took the place of +∞.

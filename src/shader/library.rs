@@ -13,10 +13,10 @@ pub const LIBRARY: Library<'static> = Library { modules: MODULES, features: FEAT
 
 #[rustfmt::skip]
 const MODULES: &[(&str, &str)] = modules![
-    "activity", "autoexposure", "common/albedo", "common/block", "common/clean", "common/color",
+    "activity", "autoexposure", "common/albedo", "common/beauty", "common/block", "common/clean", "common/color",
     "common/conv_logits", "common/conv_output", "common/conv_sums", "common/conv_tile",
     "common/encoded", "common/encoding", "common/fill", "common/finest", "common/gathered",
-    "common/half", "common/head", "common/images", "common/inputs", "common/layout",
+    "common/half", "common/head", "common/images", "common/inputs", "common/layer", "common/layout",
     "common/light", "common/limits", "common/need", "common/normal",
     "common/output", "common/place", "common/repair", "common/result", "common/scale",
     "common/simd", "common/simd_input", "common/tensor", "common/tile", "common/weighted",
@@ -38,6 +38,10 @@ const FEATURES: &[&str] = &[
     "output_f16",
     "output_rgba16float",
     "output_rgba32float",
+    // The kernel denoises a further layer of the picture by the weights of its beauty.
+    "layer",
+    "beauty_f16",
+    "beauty_texture",
     // The kernel reads albedo and normal as well as color.
     "auxiliary",
     // The kernel pyramid's image, or its coarsest level.

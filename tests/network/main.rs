@@ -4,6 +4,7 @@
 mod device;
 mod faults;
 mod kernel_pyramid;
+mod layers;
 mod oidn;
 mod overflow;
 mod panorama;

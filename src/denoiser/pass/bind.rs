@@ -12,7 +12,7 @@ use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
 use crate::ops::input_process::{Sources, scale_binding};
 use crate::ops::packing::filled_buffer;
-use crate::ops::tile::Tile;
+use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::TilePlan;
 
 /// A multiple of every adapter's alignment of dynamic uniform offsets.
@@ -97,6 +97,7 @@ impl Denoiser {
             output: images.output.binding(),
             blend: &blend,
             skip_clean: self.options.skip_clean,
+            layers: &[],
         };
         let graph = TileCalls::new(context, network, &bound);
         let exposure = self.exposure(d, &images.color, &scale);
@@ -171,6 +172,7 @@ fn tile_bytes(image_size: [u32; 2], images: &BoundImages, plan: &TilePlan) -> Ve
             albedo: layout(&images.albedo),
             normal: layout(&images.normal),
             output: images.output.layout,
+            beauty: Layout::default(),
         };
         slot[..size_of::<Tile>()].copy_from_slice(bytemuck::bytes_of(&tile));
     }

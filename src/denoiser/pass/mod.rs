@@ -61,7 +61,7 @@ impl Denoiser {
         self.context.catch(|| Ok(()))?;
         let network = self.network(descriptor.inputs())?;
         // The images are the caller's, so they do not count against the budget.
-        let plan = self.plan(descriptor.size(), &network, Footprint::default())?;
+        let plan = self.plan(descriptor.size(), &network, Footprint::default(), false)?;
         self.bind(&descriptor, &network, &plan)
     }
 }

@@ -1,0 +1,211 @@
+//! Further layers of a picture, denoised by the weights of its beauty.
+
+use proptest::prelude::*;
+use wgdenoise::internals::reference;
+use wgdenoise::{Contents, Frame, Image, Inputs, KernelSet, Options, Precision, Quality, Weights};
+
+use crate::support::{denoiser_of, frame, images, same_bits, tiny, tiny_kernels};
+use wgdenoise_testing::gpu::variants;
+use wgdenoise_testing::{Random, run_cases};
+
+/// Two layers that add up to the image, each with noise of its own. Subtraction of a share is exact
+/// enough: the sum differs by at most one unit in the last place.
+fn split(image: &Image, seed: u64) -> [Image; 2] {
+    let mut random = Random::new(seed);
+    let mut layers = [image.clone(), image.clone()];
+    for (i, pixel) in image.pixels().iter().enumerate() {
+        let part = pixel.map(|v| v * random.value().abs());
+        layers[0].pixels_mut()[i] = part;
+        layers[1].pixels_mut()[i] = [0, 1, 2].map(|c| pixel[c] - part[c]);
+    }
+    layers
+}
+
+fn denoised(options: &Options, frame: &Frame<'_>, layers: &[&Image]) -> Vec<Image> {
+    let frame = frame.layers(layers);
+    let found = denoiser_of(&tiny_kernels(), options).denoise_layers(&frame, &mut |_, _| {});
+    let found = found.expect("the frame is fine");
+    [found.color].into_iter().chain(found.layers).collect()
+}
+
+/// The largest difference of two images relative to the largest value within 8 pixels.
+fn largest_difference(found: impl Fn(usize, usize) -> f32, expected: &Image) -> f32 {
+    let (width, height) = expected.size();
+    let near = |at: u32, side: u32| at.saturating_sub(8)..(at + 9).min(side);
+    let mut largest = 0.0_f32;
+    for y in 0..height {
+        for x in 0..width {
+            for c in 0..3 {
+                let rows = near(y, height).map(|y| {
+                    &expected.row(y)[near(x, width).start as usize..near(x, width).end as usize]
+                });
+                let most = rows.flatten().map(|p| p[c].abs()).fold(f32::MIN_POSITIVE, f32::max);
+                let i = (y * width + x) as usize;
+                largest = largest.max((found(i, c) - expected.pixels()[i][c]).abs() / most);
+            }
+        }
+    }
+    largest
+}
+
+#[test]
+fn layers_equal_the_reference() {
+    let all = images(41, 23);
+    let [first, second] = split(&all[0], 5);
+    let (weights, plain) = (tiny_kernels(), frame(&all, Inputs::ALL));
+    let scale = reference::autoexposure(&all[0]);
+    let images = reference::Images { color: &all[0], albedo: plain.albedo, normal: plain.normal };
+    let expected = [&first, &second].map(|l| reference::denoise_layer(&weights, images, l, scale));
+    run_cases(variants(), |&(kernels, precision)| {
+        let options = Options::default().kernels(kernels).precision(precision);
+        let found = denoised(&options, &plain.input_scale(scale), &[&first, &second]);
+        for (found, expected) in found[1..].iter().zip(&expected) {
+            let off = largest_difference(|i, c| found.pixels()[i][c], expected);
+            let is_f16 = precision == Precision::F16 || matches!(kernels, KernelSet::Matrix(_));
+            // Logits are rounded; measured 7e-3 and 2e-6.
+            if off > if is_f16 { 2e-2 } else { 1e-5 } {
+                return Err(format!("off by {off}"));
+            }
+        }
+        Ok(())
+    });
+}
+
+#[test]
+fn layers_of_a_picture_sum_to_it() {
+    let mut all = images(77, 43);
+    // Missing pixels, a firefly and negative light, which the repair changes in every layer alike.
+    for (i, value) in [(200, f32::NAN), (500, 1e7), (900, f32::INFINITY)] {
+        all[0].pixels_mut()[i] = [value, 1.0, 1.0];
+    }
+    all[0].pixels_mut()[1200] = [-2.0, 0.1, 0.5];
+    let [mut first, second] = split(&all[0], 9);
+    first.pixels_mut()[900] = all[0].pixels()[900];
+    run_cases(variants(), |&(kernels, precision)| {
+        let options = Options::default().kernels(kernels).precision(precision);
+        let found = denoised(&options, &frame(&all, Inputs::ALL), &[&first, &second]);
+        let sum = |i: usize, c: usize| found[1].pixels()[i][c] + found[2].pixels()[i][c];
+        let off = largest_difference(sum, &found[0]);
+        if off > 1e-5 { Err(format!("off by {off}")) } else { Ok(()) }
+    });
+}
+
+#[test]
+fn the_beauty_as_a_layer_is_the_beauty_and_a_layer_leaves_the_beauty_alone() {
+    let all = images(60, 37);
+    let plain = frame(&all, Inputs::ALL);
+    run_cases(variants(), |&(kernels, precision)| {
+        let options = Options::default().kernels(kernels).precision(precision);
+        let alone = &denoised(&options, &plain, &[])[0];
+        let found = denoised(&options, &plain, &[&all[2], &all[0]]);
+        same_bits(&found[0], alone)?;
+        let off = largest_difference(|i, c| found[2].pixels()[i][c], alone);
+        if off > 1e-6 { Err(format!("off by {off}")) } else { Ok(()) }
+    });
+}
+
+#[test]
+fn tiled_layers_equal_whole_ones_bit_for_bit() {
+    let all = images(300, 210);
+    let layers = split(&all[0], 3);
+    let layers: Vec<_> = layers.iter().collect();
+    run_cases([KernelSet::Plain, KernelSet::Tiled, KernelSet::Simd], |&kernels| {
+        let whole = Options::default().kernels(kernels);
+        let tiled = whole.clone().tile(Some(144));
+        let [whole, tiled] =
+            [whole, tiled].map(|options| denoised(&options, &frame(&all, Inputs::ALL), &layers));
+        for (tiled, whole) in tiled.iter().zip(&whole) {
+            same_bits(tiled, whole)?;
+        }
+        Ok(())
+    });
+}
+
+/// The beauty is black but for a square; a layer with noise everywhere keeps it there, and what the
+/// network works on is denoised.
+#[test]
+fn where_the_network_is_skipped_layers_keep_their_pixels_and_bad_ones_are_filled() {
+    let [noise, ..] = images(320, 208);
+    let mut beauty = Image::filled(320, 208, [0.0; 3]).expect("a valid image");
+    for y in 90..110 {
+        for x in 30..50 {
+            beauty.pixels_mut()[y * 320 + x] = noise.pixels()[y * 320 + x];
+        }
+    }
+    let mut layer = noise.clone();
+    layer.pixels_mut()[100 * 320 + 300] = [f32::NAN; 3];
+    let found = denoised(&Options::default(), &Frame::new(&beauty), &[&layer]);
+    let far = 50 * 320 + 290;
+    assert_eq!(found[1].pixels()[far..far + 20], noise.pixels()[far..far + 20]);
+    assert!(found[1].pixels().iter().flatten().all(|v| v.is_finite()));
+    assert_ne!(found[1].pixels()[100 * 320 + 40], noise.pixels()[100 * 320 + 40]);
+}
+
+#[test]
+fn a_panoramas_layers_wrap_like_its_color() {
+    let all = images(64, 40);
+    let [first, second] = split(&all[0], 1);
+    let plain = frame(&all, Inputs::ALL).panorama(true);
+    let found = denoised(&Options::default().precision(Precision::F32), &plain, &[&first, &second]);
+    let sum = |i: usize, c: usize| found[1].pixels()[i][c] + found[2].pixels()[i][c];
+    assert_eq!(found[1].size(), (64, 40));
+    let off = largest_difference(sum, &found[0]);
+    assert!(off < 1e-5, "{off}");
+}
+
+#[test]
+fn networks_that_predict_color_take_no_layers() {
+    let all = images(32, 32);
+    let layers = [&all[0]];
+    let frame = Frame::new(&all[0]).layers(&layers);
+    let denoiser = denoiser_of(&tiny(), &Options::default());
+    let error = denoiser.denoise_layers(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    assert!(error.contains("predict color and not a kernel pyramid"), "{error}");
+    denoiser.denoise(&frame).expect("layers are left out");
+    let small = Image::filled(31, 32, [0.0; 3]).expect("a valid image");
+    let layers = [&small];
+    let frame = Frame::new(&all[0]).layers(&layers);
+    let denoiser = denoiser_of(&tiny_kernels(), &Options::default());
+    let error = denoiser.denoise_layers(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    assert!(error.contains("a layer is 31×32, but the color is 32×32"), "{error}");
+}
+
+#[test]
+fn layers_go_one_after_the_other_so_their_number_takes_no_memory_on_the_gpu() {
+    let weights = Weights::builtin(Quality::Balanced).expect("it is built in");
+    for (kernels, level0) in [(KernelSet::Tiled, 16), (KernelSet::Simd, 0)] {
+        let denoiser = denoiser_of(&weights, &Options::default().kernels(kernels));
+        let bytes = |layers| {
+            let contents = Contents { inputs: Inputs::ALL, layers };
+            denoiser.memory_bytes(256, 256, contents).expect("it fits")
+        };
+        // The layer and its copy in transit, and level 0 where it is not stored anyway.
+        assert_eq!(bytes(true) - bytes(false), 256 * 256 * (24 + level0), "{kernels}");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(12))]
+    #[test]
+    fn the_result_is_linear_in_the_layer(gain in -20_i32..20, seed in any::<u64>()) {
+        let all = images(50, 33);
+        let [first, second] = split(&all[0], seed);
+        let mut mixed = first.clone();
+        let gain = 2_f32.powi(gain);
+        for (mixed, other) in mixed.pixels_mut().iter_mut().zip(second.pixels()) {
+            *mixed = [0, 1, 2].map(|c| gain * (mixed[c] - 3.0 * other[c]));
+        }
+        let layers = [&first, &second, &mixed];
+        let found = denoised(&Options::default(), &frame(&all, Inputs::ALL), &layers);
+        let expected = |i: usize, c: usize| {
+            gain * (found[1].pixels()[i][c] - 3.0 * found[2].pixels()[i][c])
+        };
+        let most = found[0].pixels().iter().flatten().fold(0.0_f32, |most, v| most.max(v.abs()));
+        for (i, pixel) in found[3].pixels().iter().enumerate() {
+            for (c, value) in pixel.iter().enumerate() {
+                let off = (value - expected(i, c)).abs() / gain;
+                prop_assert!(off < 1e-5 * most, "{} at {}", off, i);
+            }
+        }
+    }
+}
