@@ -121,30 +121,37 @@ fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     textureStore(output, pixel, 0, sum);
 }
 
+// The two pixels over one coarser pixel, `middle`, and the columns from the left of the first to the
+// right of the second.
+fn store_two(
+    first: vec2<i32>,
+    a: Column, b: Column, c: Column, d: Column,
+    left: Pair, middle: Pair, right: Pair,
+) {
+    let second = first + vec2(1, 0);
+    let own_first = gathered_at(first, a, b, c);
+    let own_second = gathered_at(second, b, c, d);
+    store_result(first, with_coarser(first, own_first, middle, left));
+    store_result(second, with_coarser(second, own_second, middle, right));
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let first = vec2<i32>(vec2(4u * id.x, id.y));
     if any(first >= size()) {
         return;
     }
-    let pixels = array(first, first + vec2(1, 0), first + vec2(2, 0), first + vec2(3, 0));
-    let before = column(first - vec2(1, 0));
-    let a = column(pixels[0]);
-    let b = column(pixels[1]);
-    let c = column(pixels[2]);
-    let d = column(pixels[3]);
-    let behind = column(first + vec2(4, 0));
-    let own_a = gathered_at(pixels[0], before, a, b);
-    let own_b = gathered_at(pixels[1], a, b, c);
-    let own_c = gathered_at(pixels[2], b, c, d);
-    let own_d = gathered_at(pixels[3], c, d, behind);
-    // The first pixel of the four is even, so `middle_left` is the nearest to it and the second.
+    let third = first + vec2(2, 0);
+    let a = column(first - vec2(1, 0));
+    let b = column(first);
+    let c = column(first + vec2(1, 0));
+    let d = column(third);
+    let e = column(third + vec2(1, 0));
+    let f = column(third + vec2(2, 0));
     let left = pair(first.x / 2 - 1, first.y);
     let middle_left = pair(first.x / 2, first.y);
-    let middle_right = pair(first.x / 2 + 1, first.y);
-    let right = pair(first.x / 2 + 2, first.y);
-    store_result(pixels[0], with_coarser(pixels[0], own_a, middle_left, left));
-    store_result(pixels[1], with_coarser(pixels[1], own_b, middle_left, middle_right));
-    store_result(pixels[2], with_coarser(pixels[2], own_c, middle_right, middle_left));
-    store_result(pixels[3], with_coarser(pixels[3], own_d, middle_right, right));
+    let middle_right = pair(third.x / 2, first.y);
+    let right = pair(third.x / 2 + 1, first.y);
+    store_two(first, a, b, c, d, left, middle_left, middle_right);
+    store_two(third, c, d, e, f, middle_left, middle_right, right);
 }
