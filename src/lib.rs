@@ -103,7 +103,8 @@ pub use denoiser::Denoiser;
 pub use denoiser::frame::{Contents, Denoised, Frame};
 pub use denoiser::options::Options;
 pub use denoiser::pass::{
-    InputScale, NormalEncoding, Pass, PassDescriptor, PassFormats, PassImage, Schedule,
+    InputScale, LayerFormats, NormalEncoding, Pass, PassDescriptor, PassFormats, PassImage,
+    PassLayer, Schedule,
 };
 pub use denoiser::verify::Verified;
 pub use error::{Error, Result};

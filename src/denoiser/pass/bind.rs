@@ -7,13 +7,13 @@ use crate::denoiser::Denoiser;
 use crate::error::{Error, Result};
 use crate::gpu::kernel::{Binding, binding_type};
 use crate::gpu::scopes::catch;
-use crate::network::bind::{Bound, TileCalls};
+use crate::network::bind::{Bound, BoundLayer, TileCalls};
 use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
 use crate::ops::input_process::{Sources, scale_binding};
 use crate::ops::packing::filled_buffer;
-use crate::ops::tile::{Layout, Tile};
-use crate::plan::tiles::TilePlan;
+use crate::ops::tile::Tile;
+use crate::plan::tiles::{PlacedTile, TilePlan};
 
 /// A multiple of every adapter's alignment of dynamic uniform offsets.
 const TILE_STRIDE: usize = 256;
@@ -24,6 +24,8 @@ struct BoundImages {
     albedo: Option<Held>,
     normal: Option<Held>,
     output: Held,
+    /// Each layer, and its output.
+    layers: Vec<[Held; 2]>,
     rescues: Vec<Rescue>,
 }
 
@@ -43,16 +45,17 @@ impl Denoiser {
         let device = &self.context.device;
         let mut rescues = Vec::new();
         let mut hold = |role: Role, image: PassImage<'_>| {
-            let binding = match role {
-                Role::Output => image.format().target_binding(),
-                _ => image.format().source_binding(),
+            let binding = if role.is_output() {
+                image.format().target_binding()
+            } else {
+                image.format().source_binding()
             };
             let held = check_device(device, &role, || {
                 let held = Held::new(&image, d.size(), &device.limits());
                 try_bind(device, binding, held.binding().resource());
                 held
             })?;
-            if role == Role::Output || !image.shares_memory(&d.output) {
+            if role.is_output() || !d.overwrites(&image) {
                 return Ok(held);
             }
             let (held, rescue) = catch(device, || Ok(held.rescued(device)))?;
@@ -64,11 +67,15 @@ impl Denoiser {
         let albedo = d.albedo.map(|image| hold(Role::Albedo, image)).transpose()?;
         let normal = d.normal.map(|image| hold(of_normal, image)).transpose()?;
         let output = hold(Role::Output, d.output)?;
+        let layers = d.layers.iter().enumerate().map(|(i, layer)| {
+            Ok([hold(Role::Layer(i), layer.noisy)?, hold(Role::LayerOutput(i), layer.output)?])
+        });
+        let layers = layers.collect::<Result<_>>()?;
         if let InputScale::Buffer(buffer) = d.input_scale {
             let bind = || try_bind(device, Binding::Buffer, scale_binding(buffer));
             check_device(device, &"input scale", bind)?;
         }
-        Ok(BoundImages { color, albedo, normal, output, rescues })
+        Ok(BoundImages { color, albedo, normal, output, layers, rescues })
     }
 
     fn bind_images(
@@ -81,7 +88,15 @@ impl Denoiser {
         let (context, device) = (&self.context, &self.context.device);
         let scale = scale_buffer(device, &d.input_scale);
         let blend = uniform(device, bytemuck::bytes_of(&0.0_f32));
-        let tiles = uniform(device, &tile_bytes(d.size(), &images, plan));
+        let tile = whole_tile(d.size(), &images);
+        let tiles = uniform(device, &tile_bytes(&tile, plan));
+        let layer_tiles = images.layers.iter().map(|images| layer_tile(&tile, images));
+        let layer_tiles: Vec<_> =
+            layer_tiles.map(|tile| uniform(device, &tile_bytes(&tile, plan))).collect();
+        let layers = images.layers.iter().zip(&layer_tiles).map(|([noisy, output], tiles)| {
+            BoundLayer { tiles, color: noisy.binding(), output: output.binding() }
+        });
+        let layers: Vec<_> = layers.collect();
         let sources = Sources {
             tiles: &tiles,
             color: images.color.binding(),
@@ -97,7 +112,7 @@ impl Denoiser {
             output: images.output.binding(),
             blend: &blend,
             skip_clean: self.options.skip_clean,
-            layers: &[],
+            layers: &layers,
         };
         let graph = TileCalls::new(context, network, &bound);
         let exposure = self.exposure(d, &images.color, &scale);
@@ -158,22 +173,30 @@ fn try_bind(device: &wgpu::Device, binding: Binding, resource: wgpu::BindingReso
     });
 }
 
-/// All tiles of a plan, one every [`TILE_STRIDE`] bytes.
-fn tile_bytes(image_size: [u32; 2], images: &BoundImages, plan: &TilePlan) -> Vec<u8> {
+/// The whole picture as a tile.
+fn whole_tile(image_size: [u32; 2], images: &BoundImages) -> Tile {
     let layout = |image: &Option<Held>| image.as_ref().map(|held| held.layout).unwrap_or_default();
+    Tile {
+        image_size,
+        color: images.color.layout,
+        albedo: layout(&images.albedo),
+        normal: layout(&images.normal),
+        output: images.output.layout,
+        ..Tile::default()
+    }
+}
+
+/// The same tile of a layer of the picture.
+fn layer_tile(beauty: &Tile, [noisy, output]: &[Held; 2]) -> Tile {
+    Tile { color: noisy.layout, output: output.layout, beauty: beauty.color, ..*beauty }
+}
+
+/// All tiles of a plan, one every [`TILE_STRIDE`] bytes.
+fn tile_bytes(whole: &Tile, plan: &TilePlan) -> Vec<u8> {
     let mut bytes = vec![0; plan.tiles.len() * TILE_STRIDE];
     for (slot, placed) in bytes.chunks_exact_mut(TILE_STRIDE).zip(&plan.tiles) {
-        let tile = Tile {
-            image_size,
-            origin: placed.origin,
-            begin: placed.stores.begin,
-            end: placed.stores.end,
-            color: images.color.layout,
-            albedo: layout(&images.albedo),
-            normal: layout(&images.normal),
-            output: images.output.layout,
-            beauty: Layout::default(),
-        };
+        let PlacedTile { origin, stores } = *placed;
+        let tile = Tile { origin, begin: stores.begin, end: stores.end, ..*whole };
         slot[..size_of::<Tile>()].copy_from_slice(bytemuck::bytes_of(&tile));
     }
     bytes

@@ -35,6 +35,25 @@ pub enum NormalEncoding {
     Unorm,
 }
 
+/// A further image of the view, denoised by the color's weights; see
+/// [`Denoiser::denoise_layers`](crate::Denoiser::denoise_layers).
+#[derive(Clone, Copy, Debug)]
+#[non_exhaustive]
+pub struct PassLayer<'a> {
+    /// The noisy layer: linear light that is part of the color, in a format for colors.
+    pub noisy: PassImage<'a>,
+    /// Receives the denoised layer, in a format for outputs.
+    pub output: PassImage<'a>,
+}
+
+impl<'a> PassLayer<'a> {
+    /// The noisy layer, and the image that receives the denoised one.
+    #[must_use]
+    pub fn new(noisy: PassImage<'a>, output: PassImage<'a>) -> Self {
+        Self { noisy, output }
+    }
+}
+
 /// The images a pass reads and writes, in any mix of textures and buffers.
 ///
 /// | image | texture formats | alpha |
@@ -43,7 +62,7 @@ pub enum NormalEncoding {
 /// | albedo | the same, `Rgba8Unorm`, `Rgba8UnormSrgb` | ignored |
 /// | normal | the same as color, `Rgba8Snorm`; with [`NormalEncoding::Unorm`] `Rgba8Unorm`, `Rgb10a2Unorm` | ignored |
 ///
-/// The output may share its texture or buffer with color or another input. The pass first copies
+/// An output may share its texture or buffer with color or another input. The pass first copies
 /// such an input into memory of its own, so it needs the usage `COPY_SRC`.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -66,6 +85,9 @@ pub struct PassDescriptor<'a> {
     pub output: PassImage<'a>,
     /// The factor for the color the network reads.
     pub input_scale: InputScale<'a>,
+    /// Further images to denoise by the color's weights. The weights must predict a kernel pyramid,
+    /// as the built-in ones do.
+    pub layers: &'a [PassLayer<'a>],
 }
 
 impl<'a> PassDescriptor<'a> {
@@ -81,6 +103,7 @@ impl<'a> PassDescriptor<'a> {
             normal_encoding: NormalEncoding::Signed,
             output,
             input_scale: InputScale::Auto,
+            layers: &[],
         }
     }
 
@@ -120,6 +143,12 @@ impl<'a> PassDescriptor<'a> {
         Self { input_scale, ..self }
     }
 
+    /// Sets the further images to denoise.
+    #[must_use]
+    pub fn layers(self, layers: &'a [PassLayer<'a>]) -> Self {
+        Self { layers, ..self }
+    }
+
     /// The auxiliary images of this pass.
     pub(super) fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
@@ -139,28 +168,59 @@ impl<'a> PassDescriptor<'a> {
         refuse_unless(sides.contains(&width) && sides.contains(&height), || {
             format!("{width}×{height}: both sides must be at least 1 and at most {MAX_SIDE}")
         })?;
-        self.output.check(Role::Output, self.size(), limits)?;
+        for (role, image) in self.outputs() {
+            image.check(role, self.size(), limits)?;
+        }
         for (role, image) in self.sources() {
             image.check(role, self.size(), limits)?;
-            if image.shares_memory(&self.output) {
+            if self.overwrites(&image) {
                 image.check_copy(role)?;
             }
         }
+        self.check_outputs()?;
         self.check_input_scale()
+    }
+
+    /// Whether an output shares the image's texture or buffer.
+    pub(super) fn overwrites(&self, image: &PassImage<'_>) -> bool {
+        self.outputs().any(|(_, output)| image.shares_memory(&output))
     }
 
     fn sources(&self) -> impl Iterator<Item = (Role, PassImage<'a>)> + use<'a> {
         let normal = Role::Normal { unorm: self.unorm_normal() };
         let all =
             [(Role::Color, Some(self.color)), (Role::Albedo, self.albedo), (normal, self.normal)];
-        all.into_iter().filter_map(|(role, image)| Some((role, image?)))
+        let layers = (0..).zip(self.layers).map(|(i, layer)| (Role::Layer(i), Some(layer.noisy)));
+        all.into_iter().chain(layers).filter_map(|(role, image)| Some((role, image?)))
+    }
+
+    fn outputs(&self) -> impl Iterator<Item = (Role, PassImage<'a>)> + use<'a> {
+        let layers = (0..).zip(self.layers).map(|(i, layer)| (Role::LayerOutput(i), layer.output));
+        std::iter::once((Role::Output, self.output)).chain(layers)
+    }
+
+    /// Rejects a texture that would be written twice. Parts of a buffer may be.
+    fn check_outputs(&self) -> Result<()> {
+        let outputs: Vec<_> = self.outputs().collect();
+        for (i, (role, image)) in outputs.iter().enumerate() {
+            let PassImage::Texture(_) = image else { continue };
+            let twice = outputs[..i].iter().find(|(_, other)| image.shares_memory(other));
+            if let Some((first, _)) = twice {
+                return Err(Error::Image(format!(
+                    "{first} and {role} are the same texture; give each one of its own"
+                )));
+            }
+        }
+        Ok(())
     }
 
     fn check_input_scale(&self) -> Result<()> {
         match self.input_scale {
             InputScale::Auto => Ok(()),
             InputScale::Value(scale) => check_input_scale(Some(scale)),
-            InputScale::Buffer(buffer) => check_scale_buffer(buffer, &self.output),
+            InputScale::Buffer(buffer) => {
+                self.outputs().try_for_each(|(_, output)| check_scale_buffer(buffer, &output))
+            }
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use super::held::texture;
 use super::image::{Role, check_format};
-use super::{InputScale, NormalEncoding, PassDescriptor, PassImage};
+use super::{InputScale, NormalEncoding, PassDescriptor, PassImage, PassLayer};
 use crate::denoiser::Denoiser;
 use crate::error::Result;
 use crate::gpu::scopes::catch;
@@ -23,6 +23,17 @@ pub struct PassFormats {
     pub normal_encoding: NormalEncoding,
     /// Format of the output.
     pub output: ImageFormat,
+    /// Formats of each further layer, if there are any.
+    pub layer: Option<LayerFormats>,
+}
+
+/// The storage formats of a further layer of a future pass.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct LayerFormats {
+    /// Format of the noisy layer.
+    pub noisy: ImageFormat,
+    /// Format of its output.
+    pub output: ImageFormat,
 }
 
 impl PassFormats {
@@ -30,7 +41,7 @@ impl PassFormats {
     #[must_use]
     pub fn new(color: ImageFormat, output: ImageFormat) -> Self {
         let normal_encoding = NormalEncoding::Signed;
-        Self { color, albedo: None, normal: None, normal_encoding, output }
+        Self { color, albedo: None, normal: None, normal_encoding, output, layer: None }
     }
 
     /// Replaces the color's format.
@@ -62,6 +73,12 @@ impl PassFormats {
     pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
         Self { normal_encoding, ..self }
     }
+
+    /// Sets or clears the formats of further layers.
+    #[must_use]
+    pub fn layer(self, layer: impl Into<Option<LayerFormats>>) -> Self {
+        Self { layer: layer.into(), ..self }
+    }
 }
 
 /// A one-pixel image.
@@ -84,6 +101,15 @@ impl Denoiser {
         let normal = formats.normal.map(|format| self.pixel(Role::Normal { unorm }, format));
         let normal = normal.transpose()?;
         let output = self.pixel(Role::Output, formats.output)?;
+        let layer = formats.layer.map(|layer| {
+            let noisy = self.pixel(Role::Layer(0), layer.noisy)?;
+            Ok((layer, noisy, self.pixel(Role::LayerOutput(0), layer.output)?))
+        });
+        let layer = layer.transpose()?;
+        let layers: Vec<_> = layer
+            .iter()
+            .map(|(of, noisy, out)| PassLayer::new(noisy.image(of.noisy), out.image(of.output)))
+            .collect();
         self.pass(&PassDescriptor {
             width: 1,
             height: 1,
@@ -93,6 +119,7 @@ impl Denoiser {
             normal_encoding: formats.normal_encoding,
             output: output.image(formats.output),
             input_scale: InputScale::Auto,
+            layers: &layers,
         })?;
         Ok(())
     }

@@ -29,17 +29,27 @@ pub(super) enum Role {
     Color,
     Albedo,
     Normal { unorm: bool },
+    Layer(usize),
     Output,
+    LayerOutput(usize),
+}
+
+impl Role {
+    pub(super) fn is_output(self) -> bool {
+        matches!(self, Self::Output | Self::LayerOutput(_))
+    }
 }
 
 impl std::fmt::Display for Role {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Color => "color",
-            Self::Albedo => "albedo",
-            Self::Normal { .. } => "normal",
-            Self::Output => "output",
-        })
+        match self {
+            Self::Color => f.write_str("color"),
+            Self::Albedo => f.write_str("albedo"),
+            Self::Normal { .. } => f.write_str("normal"),
+            Self::Layer(i) => write!(f, "layer {i}"),
+            Self::Output => f.write_str("output"),
+            Self::LayerOutput(i) => write!(f, "output of layer {i}"),
+        }
     }
 }
 
@@ -48,7 +58,7 @@ impl Role {
         use wgpu::TextureFormat as Format;
         let float = storage(format).is_some();
         match self {
-            Self::Color | Self::Output => float,
+            Self::Color | Self::Layer(_) | Self::Output | Self::LayerOutput(_) => float,
             Self::Albedo => float || matches!(format, Format::Rgba8Unorm | Format::Rgba8UnormSrgb),
             Self::Normal { unorm: false } => float || format == Format::Rgba8Snorm,
             Self::Normal { unorm: true } => {
@@ -59,7 +69,9 @@ impl Role {
 
     fn accepted(self) -> &'static str {
         match self {
-            Self::Color | Self::Output => "Rgba16Float or Rgba32Float",
+            Self::Color | Self::Layer(_) | Self::Output | Self::LayerOutput(_) => {
+                "Rgba16Float or Rgba32Float"
+            }
             Self::Albedo => "Rgba16Float, Rgba32Float, Rgba8Unorm or Rgba8UnormSrgb",
             Self::Normal { unorm: false } => {
                 "Rgba16Float, Rgba32Float or Rgba8Snorm, or with NormalEncoding::Unorm Rgba8Unorm \
@@ -70,9 +82,10 @@ impl Role {
     }
 
     pub(super) fn texture_usage(self) -> (wgpu::TextureUsages, &'static str) {
-        match self {
-            Self::Output => (wgpu::TextureUsages::STORAGE_BINDING, "STORAGE_BINDING"),
-            _ => (wgpu::TextureUsages::TEXTURE_BINDING, "TEXTURE_BINDING"),
+        if self.is_output() {
+            (wgpu::TextureUsages::STORAGE_BINDING, "STORAGE_BINDING")
+        } else {
+            (wgpu::TextureUsages::TEXTURE_BINDING, "TEXTURE_BINDING")
         }
     }
 }
@@ -116,7 +129,7 @@ impl PassImage<'_> {
         let what = if matches!(self, Self::Texture(_)) { "texture" } else { "buffer" };
         refuse_unless(can, || {
             format!(
-                "{role} and output are the same {what}, so {role} is copied first, but the {what} \
+                "{role} and an output are the same {what}, so {role} is copied first, but the {what} \
                  was created without the usage COPY_SRC; add it or give the output its own"
             )
         })

@@ -7,8 +7,8 @@ mod held;
 mod image;
 mod schedule;
 
-pub use self::descriptor::{InputScale, NormalEncoding, PassDescriptor};
-pub use self::formats::PassFormats;
+pub use self::descriptor::{InputScale, NormalEncoding, PassDescriptor, PassLayer};
+pub use self::formats::{LayerFormats, PassFormats};
 pub use self::image::PassImage;
 pub use self::schedule::Schedule;
 
@@ -57,17 +57,25 @@ impl Denoiser {
             ..*descriptor
         };
         descriptor.check(&self.context.device.limits())?;
+        if !descriptor.layers.is_empty() {
+            self.check_layers()?;
+        }
         // A lost device rejects images as if they belonged to another device.
         self.context.catch(|| Ok(()))?;
         let network = self.network(descriptor.inputs())?;
         // The images are the caller's, so they do not count against the budget.
-        let plan = self.plan(descriptor.size(), &network, Footprint::default(), false)?;
+        let plan = self.plan(
+            descriptor.size(),
+            &network,
+            Footprint::default(),
+            !descriptor.layers.is_empty(),
+        )?;
         self.bind(&descriptor, &network, &plan)
     }
 }
 
 impl Pass {
-    /// Records the whole pass: first the exposure, then the network tile by tile.
+    /// Records the whole pass: first the exposure, then tile by tile the network and the layers.
     ///
     /// All of it lands in one of the caller's submissions, which keeps the adapter busy for as long
     /// as the network takes. At 3840×2160, `fast` needs 0.19 TFLOP, `balanced` 0.73 and `high` 1.9,

@@ -3,6 +3,7 @@
 mod blend;
 mod formats;
 mod in_place;
+mod layers;
 mod refusals;
 mod warm_up;
 

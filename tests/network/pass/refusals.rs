@@ -151,7 +151,7 @@ fn an_output_in_place_of_an_input_needs_a_copy() {
     let layout = Layout::packed(4);
     let buffer = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
     for image in [fine.output, buffer] {
-        let words = ["COPY_SRC", "albedo and output"];
+        let words = ["COPY_SRC", "albedo and an output"];
         let descriptor = fine.albedo(image).output(image);
         fitting.refuses(&descriptor, &words);
     }
