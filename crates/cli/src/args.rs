@@ -118,6 +118,9 @@ pub(crate) struct DenoiseArgs {
     /// The last FILE is OUT if it is a folder, does not exist or is one of the inputs.
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) in_place: bool,
+    /// Read, denoise and write one image at a time: slower, but in a third of the memory
+    #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
+    pub(crate) no_overlap: bool,
     /// Compare part of the result with the CPU reference before it is written
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) verify: bool,

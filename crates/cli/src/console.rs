@@ -29,12 +29,15 @@ pub(crate) enum Verbosity {
 pub(crate) struct Console {
     pub(crate) verbosity: Verbosity,
     said: RefCell<HashSet<String>>,
+    /// Messages that wait for those of an earlier image.
+    held: RefCell<Option<Vec<String>>>,
     progress: RefCell<Option<Progress>>,
 }
 
 impl Console {
     pub(crate) fn new(verbosity: Verbosity) -> Self {
-        Self { verbosity, said: RefCell::default(), progress: RefCell::default() }
+        let (said, held, progress) = Default::default();
+        Self { verbosity, said, held, progress }
     }
 
     /// Reports a failure, whatever the verbosity.
@@ -63,8 +66,26 @@ impl Console {
         }
     }
 
+    /// Holds messages back from now on.
+    pub(crate) fn hold(&self) {
+        self.held.borrow_mut().get_or_insert_default();
+    }
+
+    /// Ends [`hold`](Self::hold) and returns what was held back.
+    pub(crate) fn release(&self) -> Vec<String> {
+        self.held.take().unwrap_or_default()
+    }
+
+    /// Says what was held back.
+    pub(crate) fn say_all(&self, held: &[String]) {
+        held.iter().for_each(|text| self.say(text));
+    }
+
     /// A message that nobody can read is no reason to lose the work.
     fn say(&self, text: &str) {
+        if let Some(held) = &mut *self.held.borrow_mut() {
+            return held.push(text.into());
+        }
         let write = || {
             let _ = writeln!(std::io::stderr(), "wgdenoise: {}", escaped_lines(text));
         };

@@ -1,5 +1,10 @@
 //! `wgdenoise IN... OUT`: reads, denoises and writes, image by image.
+//!
+//! While an image is denoised, the next one is read and the last one is written, each on a thread
+//! of its own. At most three images are in memory, and messages keep the order of the images.
 
+use std::panic::resume_unwind;
+use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use crate::console::{Console, Verbosity};
@@ -7,27 +12,58 @@ use crate::failure::{Failure, shown};
 use crate::fit;
 use crate::plan::{self, Job};
 use crate::request::Denoise;
-use crate::session::{Networks, Session};
-use wgdenoise::Frame;
+use crate::session::Session;
+use wgdenoise::{Frame, Image};
 use wgdenoise_files::{Format, Picture, Selection, escaped, exposed};
 
 /// Carries out a request.
 pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
     let jobs = plan::jobs(request)?;
     let session = Session::new(&request.device, &request.weights, console)?;
-    let mut batch = Batch {
-        request,
-        console,
-        session,
-        images: jobs.len(),
-        failed: 0,
-        watch: Stopwatch::start(),
-    };
+    let (images, failed, start) = (jobs.len(), 0, Instant::now());
+    let mut batch = Batch { request, console, session, images, failed, start };
     console.begin(jobs.len());
-    let outcome = jobs.iter().enumerate().try_for_each(|(i, job)| batch.image(i, job));
+    let outcome = batch.images(&jobs);
     console.end();
     outcome?;
     batch.finish(&jobs)
+}
+
+/// An image that has been read.
+struct Read {
+    picture: Picture,
+    laps: Laps,
+}
+
+/// An image that can be written.
+struct Denoised {
+    picture: Picture,
+    result: Image,
+    laps: Laps,
+}
+
+/// What to tell of an image that has been written.
+struct Written {
+    notices: Vec<String>,
+    laps: Laps,
+}
+
+fn read(job: &Job) -> Result<Read, Failure> {
+    let mut laps = Laps::start();
+    let picture = Picture::open(&job.input, &job.layers)?;
+    laps.lap("read");
+    Ok(Read { picture, laps })
+}
+
+fn write(job: &Job, image: Denoised, exposure: Option<f32>) -> Result<Written, Failure> {
+    let Denoised { picture, mut result, mut laps } = image;
+    laps.resume();
+    if Format::of_extension(&job.output).is_ok_and(Format::is_display_referred) {
+        result = exposed(result, exposure.unwrap_or(0.0));
+    }
+    let notices = picture.save(&job.output, &result, job.replace)?;
+    laps.lap("written");
+    Ok(Written { notices, laps })
 }
 
 /// The images of one run.
@@ -37,44 +73,53 @@ struct Batch<'a> {
     session: Session<'a>,
     images: usize,
     failed: usize,
-    watch: Stopwatch,
+    start: Instant,
 }
 
+/// An image that is being written.
+type Writing<'scope, 'job> = (&'job Job, ScopedJoinHandle<'scope, Result<Written, Failure>>);
+
 impl Batch<'_> {
-    /// Denoises one image. One of several that fails is reported, and the batch continues.
+    /// Denoises all images. One of several that fails is reported, and the batch continues.
     ///
     /// # Errors
     /// If the only image fails, there is no adapter, or the device failed.
-    fn image(&mut self, index: usize, job: &Job) -> Result<(), Failure> {
-        self.console.item(index, &name(job));
-        let outcome = match self.read(job) {
-            Ok((picture, networks)) => {
-                self.session.open()?;
-                self.denoise_and_write(job, &picture, networks)
+    fn images(&mut self, jobs: &[Job]) -> Result<(), Failure> {
+        let (overlap, exposure) = (self.request.overlap, self.request.exposure);
+        thread::scope(|scope| {
+            let read = |job| scope.spawn(move || read(job));
+            let (mut next, mut writing) = (None, None);
+            for (index, job) in jobs.iter().enumerate() {
+                self.console.item(index, &name(job));
+                let image = joined(next.take().unwrap_or_else(|| read(job)));
+                next = jobs.get(index + 1).filter(|_| overlap).map(read);
+                let outcome = image.and_then(|image| self.denoise(job, image));
+                self.settle(writing.take())?;
+                match outcome {
+                    Ok(image) => {
+                        writing = Some((job, scope.spawn(move || write(job, image, exposure))));
+                        self.console.hold();
+                    }
+                    Err(failure) => self.fail(job, failure)?,
+                }
+                if !overlap {
+                    self.settle(writing.take())?;
+                }
             }
-            Err(failure) => Err(failure),
-        };
-        match outcome {
-            Err(Failure::Work(what)) if self.images > 1 => {
-                self.failed += 1;
-                self.console.error(&Failure::Work(self.with_name(job, what)));
-                Ok(())
-            }
-            outcome => outcome,
-        }
+            self.settle(writing)
+        })
     }
 
-    /// The image, and the weights that it needs unless the session has them.
-    fn read(&mut self, job: &Job) -> Result<(Picture, Option<Networks>), Failure> {
-        let picture = Picture::open(&job.input, &job.layers)?;
-        if let Some(selection) = picture.selection() {
-            self.tell_selection(job, selection);
-        }
-        self.tell(job, picture.notices());
-        let inputs = self.frame(&picture).inputs();
-        let networks = self.session.networks(inputs, !picture.is_display_referred())?;
-        self.watch.lap("read");
-        Ok((picture, networks))
+    /// Denoises an image that has been read.
+    fn denoise(&mut self, job: &Job, image: Read) -> Result<Denoised, Failure> {
+        let Read { picture, mut laps } = image;
+        laps.resume();
+        self.tell_reading(job, &picture);
+        self.prepare(job, &picture, &mut laps)?;
+        self.tell_fit(job, &picture)?;
+        let result = self.session.denoise(&self.frame(&picture), self.request.verify)?;
+        laps.lap("denoised");
+        Ok(Denoised { picture, result, laps })
     }
 
     fn frame<'p>(&self, picture: &'p Picture) -> Frame<'p> {
@@ -85,34 +130,69 @@ impl Batch<'_> {
             .panorama(picture.is_panorama())
     }
 
-    fn denoise_and_write(
-        &mut self,
-        job: &Job,
-        picture: &Picture,
-        networks: Option<Networks>,
-    ) -> Result<(), Failure> {
+    /// Makes the denoiser that an image needs, unless the session has it.
+    fn prepare(&mut self, job: &Job, picture: &Picture, laps: &mut Laps) -> Result<(), Failure> {
         let frame = self.frame(picture);
+        let networks = self.session.networks(frame.inputs(), !picture.is_display_referred())?;
+        self.session.open()?;
         if let Some(networks) = networks {
             let notices = self.session.prepare(networks, &frame)?;
             self.tell(job, &notices);
-            self.watch.lap("prepared");
+            laps.lap("prepared");
         }
+        Ok(())
+    }
+
+    /// Waits until an image has been written and reports it, before what is told of later ones.
+    fn settle(&mut self, writing: Option<Writing<'_, '_>>) -> Result<(), Failure> {
+        let Some((job, thread)) = writing else { return Ok(()) };
+        let outcome = joined(thread);
+        let later = self.console.release();
+        match outcome {
+            Ok(Written { notices, laps }) => {
+                self.tell(job, &notices);
+                self.console.detail(|| self.about(job) + &laps.to_string());
+            }
+            Err(failure) => self.fail(job, failure)?,
+        }
+        self.console.say_all(&later);
+        Ok(())
+    }
+
+    /// Reports one of several images that failed.
+    ///
+    /// # Errors
+    /// If it is the only one, or the others would fail too.
+    fn fail(&mut self, job: &Job, failure: Failure) -> Result<(), Failure> {
+        match failure {
+            Failure::Work(what) if self.images > 1 => {
+                self.failed += 1;
+                self.console.error(&Failure::Work(self.with_name(job, what)));
+                Ok(())
+            }
+            failure => Err(failure),
+        }
+    }
+
+    /// Tells which layers are used, and how the file was read.
+    fn tell_reading(&self, job: &Job, picture: &Picture) {
+        if let Some(selection) = picture.selection() {
+            self.tell_selection(job, selection);
+        }
+        self.tell(job, picture.notices());
+    }
+
+    /// Tells how image and weights differ.
+    ///
+    /// # Errors
+    /// If the files cannot hold what the weights are for.
+    fn tell_fit(&self, job: &Job, picture: &Picture) -> Result<(), Failure> {
         let (metadata, named) = (self.session.metadata(), self.session.weights_are_named());
         fit::check(metadata, job, picture)?;
         for notice in fit::unusable_pixels(metadata, picture.color()) {
             self.console.notice(&format!("{}{notice}", self.about(job)));
         }
         self.tell(job, &fit::notices(metadata, named, picture));
-        let mut result = self.session.denoise(&frame, self.request.verify)?;
-        self.watch.lap("denoised");
-        if Format::of_extension(&job.output).is_ok_and(Format::is_display_referred) {
-            result = exposed(result, self.request.exposure.unwrap_or(0.0));
-        }
-        let notices = picture.save(&job.output, &result, job.replace)?;
-        self.tell(job, &notices);
-        self.watch.lap("written");
-        let laps = self.watch.laps();
-        self.console.detail(|| self.about(job) + &laps);
         Ok(())
     }
 
@@ -148,7 +228,7 @@ impl Batch<'_> {
     /// Closes the session and sums up.
     fn finish(self, jobs: &[Job]) -> Result<(), Failure> {
         self.session.close();
-        let time = seconds(self.watch.total());
+        let time = seconds(self.start.elapsed());
         let (all, failed) = (self.images, self.failed);
         if failed < all {
             self.console.notice(&match (jobs, failed) {
@@ -191,32 +271,38 @@ fn seconds(time: Duration) -> String {
     humantime::format_duration(Duration::from_secs(time.as_secs())).to_string()
 }
 
-struct Stopwatch {
-    start: Instant,
-    last: Instant,
-    laps: Vec<String>,
+/// The result of a thread.
+fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
+    thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }
 
-impl Stopwatch {
+/// How long the steps of an image took.
+struct Laps {
+    last: Instant,
+    notes: Vec<String>,
+}
+
+impl Laps {
     fn start() -> Self {
-        let now = Instant::now();
-        Self { start: now, last: now, laps: Vec::new() }
+        Self { last: Instant::now(), notes: Vec::new() }
     }
 
-    /// Notes the time since the last call.
+    /// Leaves out the time since the last step.
+    fn resume(&mut self) {
+        self.last = Instant::now();
+    }
+
+    /// Notes the time since the last step.
     fn lap(&mut self, what: &str) {
         let now = Instant::now();
         let lap = now.duration_since(std::mem::replace(&mut self.last, now));
-        self.laps.push(format!("{what} in {lap:.1?}"));
+        self.notes.push(format!("{what} in {lap:.1?}"));
     }
+}
 
-    /// All notes so far, which start over.
-    fn laps(&mut self) -> String {
-        std::mem::take(&mut self.laps).join(", ")
-    }
-
-    fn total(&self) -> Duration {
-        self.start.elapsed()
+impl std::fmt::Display for Laps {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.notes.join(", "))
     }
 }
 

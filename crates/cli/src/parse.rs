@@ -132,6 +132,7 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
         weights,
         device: device(args.device, args.network.precision.map(Into::into)),
         input_scale: args.choice.input_scale,
+        overlap: !args.no_overlap,
         verify: args.verify,
         exposure: args.exposure,
         writing: writing(&args.writing, args.in_place),

@@ -43,6 +43,8 @@ pub(crate) struct Denoise {
     pub(crate) device: DeviceChoice,
     /// The factor that brings color to the exposure of the network's training; measured by default.
     pub(crate) input_scale: Option<f32>,
+    /// Read the next image and write the last one while one is denoised.
+    pub(crate) overlap: bool,
     /// Compare part of each result with the CPU reference.
     pub(crate) verify: bool,
     /// Stops to brighten PNG and JPEG outputs by.

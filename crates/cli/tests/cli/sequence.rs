@@ -47,6 +47,36 @@ fn one_denoiser_serves_all_frames_and_each_comes_out_as_if_alone() {
     }
 }
 
+/// What is told, without the times, of which there is one per step.
+fn told(stderr: &str) -> Vec<String> {
+    let line = |line: &str| match line.split_once(" in ") {
+        Some((before, _)) if line.contains("written in") => before.into(),
+        Some(("wgdenoise: wrote 2 of 3 images", _)) => "the sum".into(),
+        _ => line.to_string(),
+    };
+    stderr.lines().map(line).collect()
+}
+
+#[test]
+fn overlapped_frames_come_out_and_are_told_of_as_one_after_the_other() {
+    let folder = animation();
+    fs::write(folder.path("beauty.0002.exr"), "").unwrap();
+    let all = ["beauty.####.exr", "clean", "-v", "--force", "--kernels", "simd"];
+    let results = || {
+        ["0001", "0010"].map(|n| fs::read(folder.path(&format!("clean/beauty.{n}.exr"))).unwrap())
+    };
+    let one_by_one = folder.denoise(&[&all[..], &["--no-overlap"]].concat());
+    let before = results();
+    let overlapped = folder.denoise(&all);
+    assert_eq!((one_by_one.code, overlapped.code), (1, 1), "{overlapped:?}");
+    assert_eq!(told(&overlapped.stderr), told(&one_by_one.stderr));
+    let told = told(&overlapped.stderr);
+    let at = |text: &str| told.iter().position(|line| line.contains(text)).expect(text);
+    let (first, second) = (at("beauty.0001.exr: read"), at("error: beauty.0002.exr: is empty"));
+    assert!(first < second && second < at("beauty.0010.exr: color from"), "{told:?}");
+    assert!(results() == before);
+}
+
 #[test]
 fn frames_are_chosen_by_ranges_and_go_into_a_folder_under_their_names() {
     let folder = animation();
