@@ -173,7 +173,7 @@ pub(crate) struct ChoiceArgs {
 /// Which layers to read.
 #[derive(Debug, Default, Args)]
 pub(crate) struct LayerArgs {
-    /// Layer to denoise [default: found by its name]
+    /// Layer to denoise [default: the color of every view, found by its name]
     #[arg(long, value_name = "LAYER")]
     pub(crate) color: Option<String>,
     /// Layer or file with the albedo [default: found by its name]
@@ -184,6 +184,12 @@ pub(crate) struct LayerArgs {
     #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux", hide_short_help = true,
           help_heading = LAYERS)]
     pub(crate) normal: Option<String>,
+    /// Further layers of light to denoise by the color's weights: auto, or names such as RGBA_*
+    ///
+    /// Names are separated by commas and may have *, ? and [...]. With auto, light groups and passes
+    /// that renderers sum up are found by their names; `wgdenoise info` shows which.
+    #[arg(long, value_name = "NAMES|auto", hide_short_help = true, help_heading = LAYERS)]
+    pub(crate) layers: Option<String>,
     /// Use neither albedo nor normal
     #[arg(long, hide_short_help = true, help_heading = LAYERS)]
     pub(crate) no_aux: bool,

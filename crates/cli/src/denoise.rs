@@ -9,7 +9,7 @@ use crate::plan::{self, Job};
 use crate::request::Denoise;
 use crate::session::{Networks, Session};
 use wgdenoise::Frame;
-use wgdenoise_files::{Format, Picture, Selection, escaped, exposed};
+use wgdenoise_files::{Denoised, Format, Picture, Selection, View, escaped, exposed};
 
 /// Carries out a request.
 pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
@@ -67,22 +67,22 @@ impl Batch<'_> {
     /// The image, and the weights that it needs unless the session has them.
     fn read(&mut self, job: &Job) -> Result<(Picture, Option<Networks>), Failure> {
         let picture = Picture::open(&job.input, &job.layers)?;
-        if let Some(selection) = picture.selection() {
+        for selection in picture.views().iter().filter_map(View::selection) {
             self.tell_selection(job, selection);
         }
         self.tell(job, picture.notices());
-        let inputs = self.frame(&picture).inputs();
+        let inputs = self.frame(picture.first()).inputs();
         let networks = self.session.networks(inputs, !picture.is_display_referred())?;
         self.watch.lap("read");
         Ok((picture, networks))
     }
 
-    fn frame<'p>(&self, picture: &'p Picture) -> Frame<'p> {
-        Frame::new(picture.color())
-            .albedo(picture.albedo())
-            .normal(picture.normal())
+    fn frame<'p>(&self, view: &'p View) -> Frame<'p> {
+        Frame::new(view.color())
+            .albedo(view.albedo())
+            .normal(view.normal())
             .input_scale(self.request.input_scale)
-            .panorama(picture.is_panorama())
+            .panorama(view.is_panorama())
     }
 
     fn denoise_and_write(
@@ -91,7 +91,7 @@ impl Batch<'_> {
         picture: &Picture,
         networks: Option<Networks>,
     ) -> Result<(), Failure> {
-        let frame = self.frame(picture);
+        let frame = self.frame(picture.first());
         if let Some(networks) = networks {
             let notices = self.session.prepare(networks, &frame)?;
             self.tell(job, &notices);
@@ -99,16 +99,21 @@ impl Batch<'_> {
         }
         let (metadata, named) = (self.session.metadata(), self.session.weights_are_named());
         fit::check(metadata, job, picture)?;
-        for notice in fit::unusable_pixels(metadata, picture.color()) {
+        for notice in picture.views().iter().flat_map(|v| fit::unusable_pixels(metadata, v.color()))
+        {
             self.console.notice(&format!("{}{notice}", self.about(job)));
         }
         self.tell(job, &fit::notices(metadata, named, picture));
-        let mut result = self.session.denoise(&frame, self.request.verify)?;
-        self.watch.lap("denoised");
-        if Format::of_extension(&job.output).is_ok_and(Format::is_display_referred) {
-            result = exposed(result, self.request.exposure.unwrap_or(0.0));
+        let mut results = Vec::new();
+        for view in picture.views() {
+            let mut color = self.session.denoise(&self.frame(view), self.request.verify)?;
+            if Format::of_extension(&job.output).is_ok_and(Format::is_display_referred) {
+                color = exposed(color, self.request.exposure.unwrap_or(0.0));
+            }
+            results.push(Denoised::from(color));
         }
-        let notices = picture.save(&job.output, &result, job.replace)?;
+        self.watch.lap("denoised");
+        let notices = picture.save(&job.output, &results, job.replace)?;
         self.tell(job, &notices);
         self.watch.lap("written");
         let laps = self.watch.laps();

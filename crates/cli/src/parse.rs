@@ -18,7 +18,7 @@ use crate::request::{
 };
 use crate::values::QualityArg;
 use wgdenoise::Quality;
-use wgdenoise_files::{Identity, LayerChoice, Limits};
+use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the
 /// grammar refuses are printed and end the process.
@@ -241,6 +241,7 @@ fn layers(args: LayerArgs) -> LayerChoice {
         albedo: args.albedo,
         normal: args.normal,
         no_aux: args.no_aux,
+        layers: args.layers.as_deref().map(LayersWish::parse),
         finished: false,
         limits: limits(args.limits),
     }
