@@ -18,7 +18,7 @@ use crate::request::{
 };
 use crate::values::QualityArg;
 use wgdenoise::Quality;
-use wgdenoise_files::{Identity, LayerChoice, Limits};
+use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the
 /// grammar refuses are printed and end the process.
@@ -133,6 +133,7 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
         device: device(args.device, args.network.precision.map(Into::into)),
         input_scale: args.choice.input_scale,
         overlap: !args.no_overlap,
+        alpha: args.alpha,
         verify: args.verify,
         exposure: args.exposure,
         writing: writing(&args.writing, args.in_place),
@@ -242,6 +243,7 @@ fn layers(args: LayerArgs) -> LayerChoice {
         albedo: args.albedo,
         normal: args.normal,
         no_aux: args.no_aux,
+        layers: args.layers.as_deref().map(LayersWish::parse),
         finished: false,
         limits: limits(args.limits),
     }
