@@ -181,7 +181,7 @@ pub(crate) struct ChoiceArgs {
 /// Which layers to read.
 #[derive(Debug, Default, Args)]
 pub(crate) struct LayerArgs {
-    /// Layer to denoise [default: the color of every view, found by its name]
+    /// Layer to denoise [default: the color of every view]
     #[arg(long, value_name = "LAYER")]
     pub(crate) color: Option<String>,
     /// Layer or file with the albedo [default: found by its name]
