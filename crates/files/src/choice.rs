@@ -9,7 +9,7 @@ use super::Problem;
 use super::conventions;
 use super::escape::escaped;
 use super::features::{Features, Kind};
-use super::layers::{Layer, Part, Place, channel, layers, list, listed, named, not_three};
+use super::layers::{Layer, PLAIN, Part, Place, channel, layers, list, listed, named, not_three};
 use super::light::{self, LayersWish, Matched};
 
 /// How to choose a layer.
@@ -42,6 +42,8 @@ pub struct Wishes {
 pub struct Pick {
     /// The layer's name as messages show it.
     pub layer: String,
+    /// The name without the view.
+    pub pass: String,
     /// Red, green and blue, or x, y and z, or one channel three times, which is gray.
     pub channels: [Place; 3],
     /// What the layer was recognized as.
@@ -79,7 +81,7 @@ pub struct Choice {
 /// If a named layer is missing or has the wrong channels, or no layer can be the color.
 pub fn choose(parts: &[Part], wishes: &Wishes) -> Result<Vec<Choice>, Problem> {
     let layers = layers(parts);
-    let views = views(&layers)?;
+    let views = views(&layers, parts.iter().find_map(|part| part.views.first()))?;
     let (colors, left_out) = match &wishes.color {
         Some(name) => (named_colors(parts, &layers, &views, name)?, Vec::new()),
         None => found_colors(&views)?,
@@ -102,8 +104,8 @@ struct View<'a> {
     layers: Vec<&'a Layer>,
 }
 
-/// The views in the file's order.
-fn views(layers: &[Layer]) -> Result<Vec<View<'_>>, Problem> {
+/// The views in the file's order, but the default one first.
+fn views<'a>(layers: &'a [Layer], default: Option<&String>) -> Result<Vec<View<'a>>, Problem> {
     let mut views: Vec<View<'_>> = Vec::new();
     let mut known = HashMap::new();
     for layer in layers {
@@ -120,6 +122,7 @@ fn views(layers: &[Layer]) -> Result<Vec<View<'_>>, Problem> {
             "has {found} views, and at most {MOST_VIEWS} are accepted"
         )));
     }
+    views.sort_by_key(|view| view.name != default.map(String::as_str));
     Ok(views)
 }
 
@@ -140,12 +143,15 @@ pub(super) const ASKED_FOR: &str = "as asked for";
 
 impl Pick {
     pub(super) fn new(layer: &Layer, channels: [Place; 3], reason: impl Into<String>) -> Self {
-        Self { layer: layer.shown().to_string(), channels, reason: reason.into() }
+        let shown = layer.shown().to_string();
+        let pass = if layer.base.is_empty() { PLAIN.into() } else { layer.base.clone() };
+        let pass = if layer.base == layer.name { shown.clone() } else { pass };
+        Self { layer: shown, pass, channels, reason: reason.into() }
     }
 
     /// Channels that the caller named.
     pub(super) fn named(layer: &str, channels: [Place; 3]) -> Self {
-        Self { layer: layer.to_string(), channels, reason: ASKED_FOR.into() }
+        Self { layer: layer.into(), pass: layer.into(), channels, reason: ASKED_FOR.into() }
     }
 
     /// The part whose window is the layer's.
@@ -260,11 +266,11 @@ fn named_colors<'a>(
     }
     let (layer, place) = channel(parts, layers, name).ok_or(missing)?;
     let letter = name.rsplit('.').next().unwrap_or(name);
-    check_gray(letter).map_err(|what| {
+    check_gray(conventions::data(letter)).map_err(|what| {
         Problem::Layers(format!("channel `{}` holds {what}, not light", escaped(name)))
     })?;
     let mut color = color(layer, [place; 3]);
-    color.pick.layer = name.to_string();
+    color.pick = Pick { layer: name.into(), pass: name.into(), ..color.pick };
     Ok(vec![color])
 }
 
@@ -277,8 +283,7 @@ fn color_channels(layer: &Layer) -> Result<[Place; 3], Problem> {
         return Ok(channels);
     }
     let place = layer.single().ok_or_else(|| not_three(layer))?;
-    let pass = layer.pass_name().1;
-    check_gray(if pass.is_empty() { layer.shown() } else { pass }).map_err(|what| {
+    check_gray(layer.data()).map_err(|what| {
         let letters: Vec<_> = layer.channels.iter().map(|(letter, _)| escaped(letter)).collect();
         Problem::Layers(format!(
             "layer `{}` has the channels {} and holds {what}, not light",
@@ -289,10 +294,10 @@ fn color_channels(layer: &Layer) -> Result<[Place; 3], Problem> {
     Ok([place; 3])
 }
 
-/// Refuses to take a channel for gray light if its name tells that it holds something without noise.
-fn check_gray(name: &str) -> Result<(), &'static str> {
+/// Refuses to take a channel for gray light if it holds something that is without noise.
+fn check_gray(data: Option<&'static str>) -> Result<(), &'static str> {
     let noisy = ["occlusion", "shadows", "mist", "alpha"];
-    conventions::data(name).filter(|what| !noisy.contains(what)).map_or(Ok(()), Err)
+    data.filter(|what| !noisy.contains(what)).map_or(Ok(()), Err)
 }
 
 /// The color of every view that has one, and which views have none.
@@ -363,7 +368,7 @@ fn rank(homes_with_features: &HashSet<&str>, color: &Layer) -> (bool, bool) {
 }
 
 fn no_color(layers: &[&Layer], candidates: &[&Layer]) -> Problem {
-    let can_be_gray = |l: &&&Layer| l.single().is_some() && l.data().is_none();
+    let can_be_gray = |l: &&Layer| l.single().is_some() && check_gray(l.data()).is_ok();
     let has_luminance = layers.iter().any(|l| l.channels.iter().any(|(letter, _)| letter == "Y"));
     let all = list(layers.iter().copied());
     match candidates.len() {
@@ -371,7 +376,7 @@ fn no_color(layers: &[&Layer], candidates: &[&Layer]) -> Problem {
             "has luminance (Y) but no layer with R, G and B; a single channel is denoised as gray \
              on request; its layers are {all}"
         )),
-        0 if layers.iter().any(|l| can_be_gray(&l)) => Problem::AmbiguousColor(format!(
+        0 if layers.iter().any(can_be_gray) => Problem::AmbiguousColor(format!(
             "has no layer with R, G and B; a single channel is denoised as gray on request; its \
              layers are {all}"
         )),

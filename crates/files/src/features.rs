@@ -86,19 +86,15 @@ fn above(prefix: &str) -> Option<&str> {
     }
 }
 
-/// Where the layers of a prefix are, seen from the color.
-fn near(color: &Layer, prefix: &str) -> String {
-    let place = match prefix {
+/// Where the layers of a prefix are, seen from the color; nothing in a file without prefixes and views.
+fn near(color: &Layer, prefix: &str) -> &'static str {
+    match prefix {
+        _ if prefix == color.pass_name().0 && color.view.is_some() => ", of the same view",
+        "" if !color.base.contains('.') => "",
         _ if prefix == color.pass_name().0 => ", beside the color",
         _ if prefix == color.base => ", inside the color's layer",
         _ => ", above the color",
-    };
-    let view = color.view.as_ref().map(|_| " and of its view").unwrap_or_default();
-    // In a file without prefixes and views, all layers are side by side.
-    if color.view.is_none() && !color.base.contains('.') && prefix.is_empty() {
-        return String::new();
     }
-    format!("{place}{view}")
 }
 
 /// The albedo or normal of a separate file: by its name, or else the plain or only layer.

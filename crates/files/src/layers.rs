@@ -164,7 +164,7 @@ pub(super) fn channel<'a>(
 }
 
 /// The name that stands for the plain channels of a file with a single part.
-const PLAIN: &str = "RGB";
+pub(super) const PLAIN: &str = "RGB";
 
 impl Layer {
     fn new(name: &str) -> Self {
@@ -188,8 +188,10 @@ impl Layer {
         if !self.name.is_empty() {
             return self.name.clone();
         }
-        match self.channels.as_slice() {
-            [(letter, _)] => letter.clone(),
+        let single = self.single();
+        let mut channels = self.channels.iter();
+        match channels.find(|(_, place)| Some(*place) == single) {
+            Some((letter, _)) => letter.clone(),
             _ if self.rgb().is_none() && self.xyz().is_some() => "XYZ".into(),
             _ => PLAIN.into(),
         }
@@ -270,6 +272,7 @@ impl Layer {
         match () {
             () if is(conventions::ALBEDO) => Some("albedo"),
             () if is(conventions::NORMAL) => Some("normals"),
+            () if self.base.is_empty() => conventions::data(&self.shown),
             () => conventions::data(self.pass_name().1),
         }
     }

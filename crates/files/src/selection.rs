@@ -21,6 +21,8 @@ pub struct Selection {
     pub normal: bool,
     /// Further layers of light that are denoised along.
     pub layers: Vec<String>,
+    /// The names of color and target without the view.
+    pub(super) passes: [String; 2],
     /// Color, albedo and normal with the reasons they were chosen, a line each; then alpha and further
     /// layers, if there are any.
     pub explanation: Vec<String>,
@@ -40,6 +42,7 @@ impl Selection {
             albedo: choice.albedo.is_some() || files.albedo.is_some(),
             normal: choice.normal.is_some() || files.normal.is_some(),
             layers: choice.layers.iter().map(|pick| pick.layer.clone()).collect(),
+            passes: [&choice.color, &choice.target].map(|pick| pick.pass.clone()),
             explanation: explain(choice, files),
             other_colors: choice.other_colors.clone(),
             left_out: choice.left_out.clone(),
@@ -49,7 +52,7 @@ impl Selection {
     /// One line of at most `width` characters, unless there is no room for four of each name.
     #[must_use]
     pub fn summary(&self, width: usize) -> String {
-        let [color, target] = [&self.color, &self.target].map(|name| escaped(last_word(name)));
+        let [color, target] = self.passes.each_ref().map(|name| escaped(last_word(name)));
         let full = self.sentence(&color, &target);
         let excess = full.chars().count().saturating_sub(width);
         if excess == 0 {
@@ -69,6 +72,9 @@ impl Selection {
         let mut text = format!("denoising `{color}`");
         if self.writes_elsewhere() {
             let _ = write!(text, " into `{target}`");
+        }
+        if let Some(view) = &self.view {
+            let _ = write!(text, " of `{}`", escaped(view));
         }
         text += match (self.albedo, self.normal) {
             (true, true) => " with albedo and normal",
@@ -104,7 +110,7 @@ fn explain(choice: &Choice, files: &Files) -> Vec<String> {
         ),
     ];
     if choice.alpha.is_some() {
-        lines.push(format!("alpha of `{color}`"));
+        lines.push(format!("alpha from `{color}`"));
     }
     for pick in &choice.layers {
         lines.push(format!("denoised along: `{}` ({})", escaped(&pick.layer), pick.reason));
@@ -152,6 +158,7 @@ mod tests {
             albedo: true,
             normal: true,
             layers: Vec::new(),
+            passes: [color.into(), target.into()],
             explanation: Vec::new(),
             other_colors: Vec::new(),
             left_out: Vec::new(),
@@ -164,6 +171,8 @@ mod tests {
         assert_eq!(blender, "denoising `Noisy Image` into `Combined` with albedo and normal");
         let alone = Selection { albedo: false, normal: false, ..selection("C", "C") };
         assert_eq!(alone.summary(69), "denoising `C` without albedo and normal");
+        let left = Selection { view: Some("left".into()), ..selection("RGB", "RGB") };
+        assert_eq!(left.summary(69), "denoising `RGB` of `left` with albedo and normal");
         let groups = Selection { layers: vec!["a".into(); 12], ..selection("C", "C") };
         assert_eq!(groups.summary(69), "denoising `C` with albedo and normal, and 12 layers");
         for (color, target) in [

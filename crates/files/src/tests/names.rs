@@ -57,7 +57,7 @@ fn every_view_has_its_own_features_in_every_convention() {
     // OpenEXR's default view in a single part, and prefixes that no attribute declares.
     let second = "right.albedo. right.N. right. albedo. N.";
     let plain = multi_view(&(rgb(second) + " R G B"));
-    assert_chosen(&[plain], &[right, ["left", "RGB", "albedo", "N"]]);
+    assert_chosen(&[plain], &[["left", "RGB", "albedo", "N"], right]);
     let prefixes = part("", "", &rgb("left. left.albedo. left.N. right. right.N. right.albedo."));
     assert_chosen(&[prefixes], &[left, right]);
     // Blender's view is the last word of the layer.
@@ -260,6 +260,16 @@ fn a_single_channel_is_gray_when_asked_for_unless_it_holds_no_light() {
 }
 
 #[test]
+fn a_file_without_color_offers_the_channels_that_can_be_gray() {
+    for (channels, offered) in
+        [("AO.V", true), ("A", true), ("R", true), ("Z", false), ("depth.Z", false), ("U V", false)]
+    {
+        let error = choose(&[part("", "", channels)], &Wishes::default()).unwrap_err();
+        assert_eq!(matches!(error, Problem::AmbiguousColor(_)), offered, "{error}");
+    }
+}
+
+#[test]
 fn files_of_luminance_are_gray_on_request_and_list_what_to_ask_for() {
     for (channels, names) in [("Y", "`Y`"), ("Y A", "`Y`, `A`"), ("BY RY Y", "`BY`, `RY`, `Y`")] {
         let parts = [part("", "", channels)];
@@ -334,7 +344,7 @@ fn layers_of_each_view_stay_with_their_view() {
     };
     let [right, left] = [vec!["right.RGBA_key".to_string()], vec!["RGBA_key".to_string()]];
     for pattern in ["auto", "RGBA_*", "*key"] {
-        assert_eq!(names(&with_layers(&parts, pattern).unwrap()), [right.clone(), left.clone()]);
+        assert_eq!(names(&with_layers(&parts, pattern).unwrap()), [left.clone(), right.clone()]);
     }
-    assert_eq!(names(&with_layers(&parts, "right.*").unwrap()), [right, vec![]]);
+    assert_eq!(names(&with_layers(&parts, "right.*").unwrap()), [vec![], right]);
 }
