@@ -39,7 +39,8 @@ fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
             Ok::<_, Failure>(2.0 * weights.macs_per_pixel_for(read)? * pixels / 1e9)
         };
         let views = file.views.iter().flatten();
-        Ok((quality.name(), views.map(of_view).sum::<Result<f64, _>>()?))
+        let costs = views.map(of_view).collect::<Result<Vec<_>, _>>()?;
+        Ok((quality.name(), costs.into_iter().fold(0.0, |sum, cost| sum + cost)))
     };
     Quality::ALL.into_iter().map(cost).collect()
 }
@@ -48,18 +49,24 @@ fn info_text(file: &Description, costs: &[(&str, f64)]) -> String {
     let mut lines = vec![format!("{}, {}×{} pixels", file.format, file.width, file.height)];
     lines.extend(file.layers.iter().map(layer_line));
     match &file.views {
-        Ok(views) => lines.extend(views.iter().flat_map(view_lines)),
+        Ok(views) => {
+            lines.extend(views.iter().flat_map(view_lines));
+            lines.push(cost_line(costs));
+        }
         Err(problem) => lines.push(refusal(problem)),
     }
+    lines.join("\n")
+}
+
+fn cost_line(costs: &[(&str, f64)]) -> String {
     let costs: Vec<_> =
         costs.iter().map(|(name, gflop)| format!("{name} {}", amount(*gflop))).collect();
-    lines.push(format!("cost in GFLOP: {}", costs.join(", ")));
-    lines.join("\n")
+    format!("cost in GFLOP: {}", costs.join(", "))
 }
 
 /// One decimal, or two significant digits of a positive value below 1.
 fn amount(value: f64) -> String {
-    let decimals = if value > 0.0 && value < 1.0 { 1.0 - value.log10().floor() } else { 1.0 };
+    let decimals = if value < 1.0 { 1.0 - value.log10().floor() } else { 1.0 };
     format!("{value:.*}", decimals as usize)
 }
 
@@ -72,17 +79,26 @@ fn view_lines(view: &ViewInfo) -> Vec<String> {
         view.name.iter().map(|name| format!("view `{}`:", escaped(name))).collect();
     lines.extend(selection.explanation.iter().chain(&selection.left_out).cloned());
     lines.extend(other_colors(selection));
-    let name = |name: &String| format!("`{}`", escaped(name));
-    if !view.light.is_empty() {
-        let listed: Vec<_> = view.light.iter().map(|(layer, _)| name(layer)).collect();
-        lines.push(format!("--layers auto denoises along: {}", listed.join(", ")));
-    }
-    if !view.data.is_empty() {
-        let item = |(layer, what): &(String, &str)| format!("{} ({what})", name(layer));
-        let listed: Vec<_> = view.data.iter().map(item).collect();
-        lines.push(format!("no light, kept as it is: {}", listed.join(", ")));
-    }
+    let light = view.light.iter().map(|(layer, _)| quoted(layer));
+    lines.extend(listed("--layers auto also denoises ", light));
+    let data = view.data.iter().map(|(layer, what)| format!("{} ({what})", quoted(layer)));
+    lines.extend(listed("not light, so --layers refuses ", data));
     lines
+}
+
+/// The items after a start, the first ones of many; `None` if there are none.
+fn listed(start: &str, items: impl ExactSizeIterator<Item = String>) -> Option<String> {
+    let more = items.len().saturating_sub(MOST_LISTED);
+    let end = if more > 0 { format!(" and {more} more") } else { String::new() };
+    let items: Vec<_> = items.take(MOST_LISTED).collect();
+    (!items.is_empty()).then(|| format!("{start}{}{end}", items.join(", ")))
+}
+
+/// Most layers on one line.
+const MOST_LISTED: usize = 20;
+
+fn quoted(name: &str) -> String {
+    format!("`{}`", escaped(name))
 }
 
 const FROM_PIXELS: &str = "color from the pixels, decoded by the sRGB curve";

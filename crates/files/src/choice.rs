@@ -8,7 +8,7 @@ use std::collections::{HashMap, HashSet};
 use super::Problem;
 use super::conventions;
 use super::escape::escaped;
-use super::features::{Features, Kind};
+use super::features::{self, Features, Kind};
 use super::layers::{Layer, PLAIN, Part, Place, channel, layers, list, listed, named, not_three};
 use super::light::{self, LayersWish, Matched};
 
@@ -87,8 +87,9 @@ pub fn choose(parts: &[Part], wishes: &Wishes) -> Result<Vec<Choice>, Problem> {
         None => found_colors(&views)?,
     };
     let mut matched = Matched::of(wishes.layers.as_ref());
-    let only = colors.len() == 1;
-    let choices = colors.iter().map(|color| color.choice(&layers, wishes, only, &mut matched));
+    let some = [Kind::Albedo, Kind::Normal].map(|kind| features::some(&layers, kind));
+    let context = Context { layers: &layers, wishes, some, only: colors.len() == 1 };
+    let choices = colors.iter().map(|color| color.choice(&context, &mut matched));
     let mut choices = choices.collect::<Result<Vec<_>, _>>()?;
     matched.check(&layers)?;
     choices[0].left_out.extend(left_out);
@@ -167,49 +168,57 @@ impl Pick {
     }
 }
 
-impl<'a> Color<'a> {
-    fn choice(
-        &self,
-        layers: &[Layer],
-        wishes: &Wishes,
-        only: bool,
-        matched: &mut Matched,
-    ) -> Result<Choice, Problem> {
+/// What is the same for all views.
+struct Context<'a> {
+    layers: &'a [Layer],
+    wishes: &'a Wishes,
+    /// Some albedo and normals of the file.
+    some: [Vec<&'a Layer>; 2],
+    /// Whether only one view is denoised.
+    only: bool,
+}
+
+impl Color<'_> {
+    fn choice(&self, context: &Context<'_>, matched: &mut Matched) -> Result<Choice, Problem> {
         let target = combined_beside(&self.view.layers, self.layer);
         let written = target.as_ref().map_or(self.layer, |(layer, _)| layer);
         let others = || self.view.layers.iter().filter(|l| **l != self.layer && **l != written);
         let features = Features::of(others().copied());
-        let aux = |wish: &Wish, kind| match wish {
-            Wish::Without => Ok(None),
-            Wish::Auto => Ok(features.near(self.layer, kind)),
-            Wish::Named(name) => match self.named_aux(layers, name, only)? {
-                Some(pick) => Ok(Some(pick)),
-                None => Ok(features.near(self.layer, kind)),
-            },
-        };
-        let albedo = aux(&wishes.albedo, Kind::Albedo)?;
-        let normal = aux(&wishes.normal, Kind::Normal)?;
-        let missing = |pick: &Option<Pick>, wish: &Wish, kind| {
-            let sought = pick.is_none() && *wish == Wish::Auto;
-            sought.then(|| Features::elsewhere(layers, self.layer, kind)).flatten()
-        };
-        let missing = [
-            missing(&albedo, &wishes.albedo, Kind::Albedo),
-            missing(&normal, &wishes.normal, Kind::Normal),
-        ];
+        let wishes = context.wishes;
+        let (albedo, no_albedo) = self.feature(context, &features, &wishes.albedo, Kind::Albedo)?;
+        let (normal, no_normal) = self.feature(context, &features, &wishes.normal, Kind::Normal)?;
         let light = light::choose(others().copied(), self.layer, wishes.layers.as_ref(), matched)?;
         Ok(Choice {
             view: self.view.name.map(Into::into),
             color: self.pick.clone(),
-            target: target.map_or_else(|| self.pick.clone(), |(_, pick)| pick),
             alpha: self.alpha(written),
+            target: target.map_or_else(|| self.pick.clone(), |(_, pick)| pick),
             albedo,
             normal,
-            missing,
+            missing: [no_albedo, no_normal],
             layers: light.picks,
             other_colors: self.others.iter().map(|l| l.shown().to_string()).collect(),
             left_out: light.left_out,
         })
+    }
+
+    /// The albedo or the normal, or why there is none.
+    fn feature(
+        &self,
+        context: &Context<'_>,
+        features: &Features<'_>,
+        wish: &Wish,
+        kind: Kind,
+    ) -> Result<(Option<Pick>, Option<String>), Problem> {
+        let named = match wish {
+            Wish::Without => return Ok((None, None)),
+            Wish::Auto => None,
+            Wish::Named(name) => self.named_feature(context, name)?,
+        };
+        let pick = named.or_else(|| features.near(self.layer, kind));
+        let why = || features::elsewhere(&context.some[kind as usize], self.layer);
+        let missing = if pick.is_none() { why() } else { None };
+        Ok((pick, missing))
     }
 
     /// The alpha of the color's layer, or else a layer `alpha` beside it, and that of the layer that
@@ -229,10 +238,11 @@ impl<'a> Color<'a> {
     }
 
     /// The layer of this name for the color's view; `None` if it belongs to another of several views.
-    fn named_aux(&self, layers: &[Layer], name: &str, only: bool) -> Result<Option<Pick>, Problem> {
-        let found = named(layers, name)?;
+    fn named_feature(&self, context: &Context<'_>, name: &str) -> Result<Option<Pick>, Problem> {
+        let found = named(context.layers, name)?;
         let own = found.iter().find(|layer| layer.view.as_deref() == self.view.name);
-        let Some(layer) = own.or_else(|| found.first().filter(|_| only)) else { return Ok(None) };
+        let any = || found.first().filter(|_| context.only);
+        let Some(layer) = own.or_else(any) else { return Ok(None) };
         let channels = layer.triple().ok_or_else(|| not_three(layer))?;
         Ok(Some(Pick::new(layer, channels, ASKED_FOR)))
     }
@@ -334,13 +344,16 @@ fn find_color<'a>(view: &'a View<'a>) -> Result<Color<'a>, Problem> {
     let layers = &view.layers;
     let with_rgb = || layers.iter().filter_map(|layer| Some((*layer, layer.rgb()?)));
     let homes = homes_with_features(layers);
-    for convention in conventions::COLOR {
-        let meeting = || with_rgb().filter(|(layer, _)| layer.is(convention));
-        if let Some((layer, channels)) = meeting().min_by_key(|(layer, _)| rank(&homes, layer)) {
-            let pick = Pick::new(layer, channels, convention.whose);
-            let others = meeting().map(|(other, _)| other).filter(|other| *other != layer);
-            return Ok(Color { view, layer, pick, others: others.collect() });
-        }
+    let known = |(layer, channels): (&'a Layer, _)| {
+        layer.convention(conventions::COLOR).map(|index| (index, layer, channels))
+    };
+    let known: Vec<_> = with_rgb().filter_map(known).collect();
+    let best = known.iter().min_by_key(|(index, layer, _)| (*index, rank(&homes, layer)));
+    if let Some(&(convention, layer, channels)) = best {
+        let pick = Pick::new(layer, channels, conventions::COLOR[convention].whose);
+        let alike = known.iter().filter(|(other, ..)| *other == convention);
+        let others = alike.map(|(_, other, _)| *other).filter(|other| *other != layer).collect();
+        return Ok(Color { view, layer, pick, others });
     }
     let rest: Vec<_> = with_rgb().filter(|(layer, _)| layer.data().is_none()).collect();
     let with_alpha: Vec<_> = rest.iter().filter(|(layer, _)| layer.alpha().is_some()).collect();
@@ -354,9 +367,8 @@ fn find_color<'a>(view: &'a View<'a>) -> Result<Color<'a>, Problem> {
 
 /// The view layers that have an albedo or a normal by name.
 fn homes_with_features<'a>(layers: &[&'a Layer]) -> HashSet<&'a str> {
-    let is_feature = |l: &&&Layer| {
-        conventions::ALBEDO.iter().chain(conventions::NORMAL).any(|convention| l.is(convention))
-    };
+    let is = |l: &Layer, table| l.convention(table).is_some();
+    let is_feature = |l: &&&Layer| is(l, conventions::ALBEDO) || is(l, conventions::NORMAL);
     layers.iter().filter(is_feature).map(|l| l.pass_name().0).collect()
 }
 

@@ -31,7 +31,7 @@ impl Kind {
 
     /// The place of a layer's convention in the table, the preferred first.
     fn rank(self, layer: &Layer) -> Option<usize> {
-        self.table().iter().position(|convention| layer.is(convention))
+        layer.triple().and_then(|_| layer.convention(self.table()))
     }
 }
 
@@ -43,7 +43,7 @@ pub(super) struct Features<'a> {
 impl<'a> Features<'a> {
     pub(super) fn of(layers: impl Iterator<Item = &'a Layer>) -> Self {
         let mut by_prefix = [HashMap::new(), HashMap::new()];
-        for layer in layers.filter(|layer| layer.triple().is_some()) {
+        for layer in layers {
             for (kind, found) in [Kind::Albedo, Kind::Normal].into_iter().zip(&mut by_prefix) {
                 let Some(rank) = kind.rank(layer) else { continue };
                 let best = found.entry(layer.pass_name().0).or_insert((rank, layer));
@@ -68,14 +68,18 @@ impl<'a> Features<'a> {
         }
         None
     }
+}
 
-    /// Why there is none, if the file has some elsewhere.
-    pub(super) fn elsewhere(layers: &[Layer], color: &Layer, kind: Kind) -> Option<String> {
-        let other = |l: &&Layer| *l != color && l.triple().is_some() && kind.rank(l).is_some();
-        let other = layers.iter().find(other)?;
-        let of = if other.view == color.view { "prefix" } else { "view" };
-        Some(format!("`{}` belongs to another {of}", escaped(other.shown())))
-    }
+/// Two of the file's layers of this kind, or fewer if it has no more.
+pub(super) fn some(layers: &[Layer], kind: Kind) -> Vec<&Layer> {
+    layers.iter().filter(|layer| kind.rank(layer).is_some()).take(2).collect()
+}
+
+/// Why a color has none of some layers, if one is not the color itself.
+pub(super) fn elsewhere(some: &[&Layer], color: &Layer) -> Option<String> {
+    let other = some.iter().find(|layer| **layer != color)?;
+    let of = if other.view == color.view { "prefix" } else { "view" };
+    Some(format!("`{}` belongs to another {of}", escaped(other.shown())))
 }
 
 /// The prefix without its last word; `None` of the empty prefix.
@@ -103,7 +107,8 @@ fn near(color: &Layer, prefix: &str) -> &'static str {
 /// If no layer can be it.
 pub fn choose_single(parts: &[Part], kind: Kind) -> Result<Pick, Problem> {
     let layers = layers(parts);
-    let by_name = kind.table().iter().find_map(|c| layers.iter().find(|l| l.is(c)));
+    let known = layers.iter().filter_map(|l| Some((l.convention(kind.table())?, l)));
+    let by_name = known.min_by_key(|(rank, _)| *rank).map(|(_, layer)| layer);
     let usable: Vec<_> = layers.iter().filter(|l| l.triple().is_some()).collect();
     let plain = usable.iter().find(|l| l.name.is_empty() || usable.len() == 1).copied();
     let layer = by_name.or(plain).ok_or_else(|| not_single(&layers, kind, usable.len()))?;

@@ -86,20 +86,17 @@ fn merged(parts: &[Part], all: impl Iterator<Item = Layer>) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     let mut single: HashMap<(Option<&str>, String), usize> = HashMap::new();
     for layer in all {
-        let [(letter, place)] = layer.channels.as_slice() else {
-            layers.push(layer);
-            continue;
-        };
-        let view = parts[place.part].view.as_deref();
-        let index = *single.entry((view, layer.name.clone())).or_insert(layers.len());
-        match layers.get_mut(index) {
-            None => layers.push(layer),
+        if let [(letter, place)] = layer.channels.as_slice() {
+            let view = parts[place.part].view.as_deref();
+            let index = *single.entry((view, layer.name.clone())).or_insert(layers.len());
             // There are no more than a few letters, or else the names differ.
-            Some(first) if first.channels.len() < 5 && !first.has(letter) => {
+            let joins = |first: &&mut Layer| first.channels.len() < 5 && !first.has(letter);
+            if let Some(first) = layers.get_mut(index).filter(joins) {
                 first.channels.push((letter.clone(), *place));
+                continue;
             }
-            Some(_) => layers.push(layer),
         }
+        layers.push(layer);
     }
     layers
 }
@@ -260,18 +257,17 @@ impl Layer {
         self.base.rsplit_once('.').unwrap_or(("", &self.base))
     }
 
-    /// Whether its name follows a convention.
-    pub(super) fn is(&self, convention: &Convention) -> bool {
-        conventions::simple(self.pass_name().1) == convention.pass
-            && (!convention.words || self.has("red"))
+    /// The first convention of a table that its name follows.
+    pub(super) fn convention(&self, table: &[Convention]) -> Option<usize> {
+        let pass = conventions::simple(self.pass_name().1);
+        table.iter().position(|c| pass == c.pass && (!c.words || self.has("red")))
     }
 
     /// What it holds other than light, if its name tells.
     pub(super) fn data(&self) -> Option<&'static str> {
-        let is = |table: &[Convention]| table.iter().any(|c| self.is(c));
         match () {
-            () if is(conventions::ALBEDO) => Some("albedo"),
-            () if is(conventions::NORMAL) => Some("normals"),
+            () if self.convention(conventions::ALBEDO).is_some() => Some("albedo"),
+            () if self.convention(conventions::NORMAL).is_some() => Some("normals"),
             () if self.base.is_empty() => conventions::data(&self.shown),
             () => conventions::data(self.pass_name().1),
         }

@@ -29,6 +29,14 @@ impl LayersWish {
             list => Self::Matching(list.split(',').map(|item| item.trim().to_string()).collect()),
         }
     }
+
+    /// The first layer that the caller named.
+    pub(super) fn first(&self) -> Option<&str> {
+        match self {
+            Self::Auto => None,
+            Self::Matching(patterns) => patterns.first().map(String::as_str),
+        }
+    }
 }
 
 /// Which patterns have matched a layer of any view.

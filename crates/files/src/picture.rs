@@ -7,6 +7,7 @@ use super::escape::escaped;
 use super::exr::{self, Change, ExrFile, Samples};
 use super::format::Format;
 use super::ldr::{self, LdrFile};
+use super::light::LayersWish;
 use super::limits::Limits;
 use super::output::{self, Out, replace};
 use super::selection::Selection;
@@ -59,7 +60,8 @@ impl Picture {
     }
 
     fn open_ldr(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
-        if let Some(layer) = &wanted.color {
+        let further = wanted.layers.as_ref().and_then(LayersWish::first);
+        if let Some(layer) = wanted.color.as_deref().or(further) {
             return Err(no_layers(layer).at(path));
         }
         let (file, color) = LdrFile::read(path, wanted.limits).map_err(|p| p.at(path))?;

@@ -57,7 +57,9 @@ impl Views {
         }
         let views: HashSet<_> = layers.iter().filter_map(|layer| layer.view.as_deref()).collect();
         if views.len() == 1 {
-            layers.iter_mut().for_each(|layer| layer.view = None);
+            for layer in layers {
+                layer.view = None;
+            }
         }
     }
 

@@ -116,12 +116,11 @@ impl ExrFile {
         let mut values: Vec<_> = planes.iter().map(|place| vec![0.0; area(place)]).collect();
         self.for_each_block(&places, |i, width, bounds, samples| {
             let pixels = bounds_in(width, bounds).zip(samples);
-            match i.checked_sub(3 * images.len()) {
-                Some(plane) => pixels.for_each(|(at, v)| values[plane][at] = *v),
-                None => {
-                    let image = images[i / 3].pixels_mut();
-                    pixels.for_each(|(at, v)| image[at][i % 3] = *v);
-                }
+            if let Some(plane) = i.checked_sub(3 * images.len()) {
+                pixels.for_each(|(at, v)| values[plane][at] = *v);
+            } else {
+                let image = images[i / 3].pixels_mut();
+                pixels.for_each(|(at, v)| image[at][i % 3] = *v);
             }
         })?;
         Ok((images, values))

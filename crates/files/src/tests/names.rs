@@ -5,7 +5,7 @@ use crate::choice::{Choice, Pick, Wish, Wishes, choose};
 use crate::layers::{Part, layers, list};
 use crate::light::LayersWish;
 
-/// A part of this name and view with these channels, `_` standing for a blank.
+/// A part of this name and view with these channels, `~` standing for a blank.
 fn part(name: &str, view: &str, channels: &str) -> Part {
     let some = |text: &str| (!text.is_empty()).then(|| text.to_string());
     let channels = channels.split_whitespace().map(|name| name.replace('~', " ")).collect();
@@ -31,21 +31,21 @@ fn with_layers(parts: &[Part], layers: &str) -> Result<Vec<Choice>, Problem> {
 }
 
 /// View, color, albedo and normal of each choice.
-fn chosen(choices: &[Choice]) -> Vec<[&'static str; 4]> {
-    let name = |pick: &Option<Pick>| pick.as_ref().map_or("", |pick| &pick.layer).to_string();
-    let text = |choice: &Choice| {
-        [
-            choice.view.clone().unwrap_or_default(),
-            choice.color.layer.clone(),
-            name(&choice.albedo),
-            name(&choice.normal),
-        ]
+fn chosen(choices: &[Choice]) -> Vec<[String; 4]> {
+    let name = |pick: &Option<Pick>| pick.as_ref().map_or_else(String::new, |p| p.layer.clone());
+    let of = |choice: &Choice| {
+        let view = choice.view.clone().unwrap_or_default();
+        [view, choice.color.layer.clone(), name(&choice.albedo), name(&choice.normal)]
     };
-    choices.iter().map(|choice| text(choice).map(|text| &*text.leak())).collect()
+    choices.iter().map(of).collect()
 }
 
 #[track_caller]
-fn assert_chosen(parts: &[Part], expected: &[[&str; 4]]) {
+fn assert_chosen<T>(parts: &[Part], expected: &[[T; 4]])
+where
+    T: std::fmt::Debug,
+    String: PartialEq<T>,
+{
     let choices = choose(parts, &Wishes::default()).expect("every view has a color");
     assert_eq!(chosen(&choices), expected);
 }
@@ -70,8 +70,8 @@ fn every_view_has_its_own_features_in_every_convention() {
     assert_chosen(
         &[multi_view(&(blender("left") + " " + &blender("right")))],
         &["left", "right"].map(|view| {
-            let name = |pass: &str| &*format!("ViewLayer.{pass}.{view}").leak();
-            [view, name("Noisy Image"), name("Denoising Albedo"), name("Denoising Normal")]
+            let name = |pass: &str| format!("ViewLayer.{pass}.{view}");
+            [view.into(), name("Noisy Image"), name("Denoising Albedo"), name("Denoising Normal")]
         }),
     );
 }
@@ -115,8 +115,8 @@ fn parts_name_their_views_by_attribute_or_suffix() {
 fn features_come_from_inside_the_color_then_beside_it_then_above_and_from_nowhere_else() {
     let near = |names: &str, color: &str| {
         let choices = of_color(&[part("", "", &rgb(names))], color).unwrap();
-        let [.., albedo, _] = chosen(&choices)[0];
-        (albedo.to_string(), choices[0].missing[0].clone())
+        let [.., albedo, _] = chosen(&choices).remove(0);
+        (albedo, choices[0].missing[0].clone())
     };
     let all = "albedo. a.albedo. a.key.albedo. a.key. b.albedo. b.key.";
     assert_eq!(near(all, "a.key").0, "a.key.albedo");
@@ -146,18 +146,9 @@ fn a_named_color_is_alone_and_the_other_views_are_named() {
     assert_eq!(both.len(), 2);
     assert!(both[0].other_colors.is_empty());
     let wishes = Wishes { albedo: Wish::Named("right.albedo".into()), ..Wishes::default() };
-    let albedos: Vec<_> = choose(&parts, &wishes).unwrap();
-    assert_eq!(chosen(&albedos).map_albedo(), ["left.albedo", "right.albedo"]);
-}
-
-trait MapAlbedo {
-    fn map_albedo(&self) -> Vec<&str>;
-}
-
-impl MapAlbedo for Vec<[&str; 4]> {
-    fn map_albedo(&self) -> Vec<&str> {
-        self.iter().map(|[_, _, albedo, _]| *albedo).collect()
-    }
+    let [left, right] = ["left", "right"]
+        .map(|v| [v, &format!("{v}.beauty"), &format!("{v}.albedo"), ""].map(String::from));
+    assert_eq!(chosen(&choose(&parts, &wishes).unwrap()), [left, right]);
 }
 
 #[test]
@@ -172,12 +163,13 @@ fn a_view_without_a_color_stays_as_it_is_with_a_notice() {
 #[test]
 fn many_views_are_refused_and_many_layers_are_quick() {
     let names: Vec<_> = (0..600).map(|i| format!("v{i}")).collect();
-    let channels = rgb(&names.iter().map(|name| format!("{name}. ")).collect::<String>());
+    let channels = rgb(&(names.join(". ") + "."));
     let parts = [Part { views: names, ..part("", "", &channels) }];
     let error = choose(&parts, &Wishes::default()).unwrap_err().to_string();
     assert!(error.contains("has 600 views, and at most 512"), "{error}");
-    let groups: String = (0..50_000).map(|i| format!("p{i}.RGBA_x. p{i}.albedo. ")).collect();
-    let parts = [part("", "", &(rgb(&groups) + " R G B"))];
+    let groups = (0..50_000).map(|i| format!("p{i}.RGBA_x. p{i}.albedo."));
+    let groups = rgb(&groups.collect::<Vec<_>>().join(" "));
+    let parts = [part("", "", &(groups + " R G B"))];
     let choice = with_layers(&parts, "RGBA*").unwrap().remove(0);
     assert_eq!((choice.layers.len(), choice.albedo), (50_000, None));
 }
