@@ -3,12 +3,21 @@
 // order color, albedo, normal, so that leaving one out moves no other channel and sums keep their
 // order. Pixels to the right of or below the image repeat its edge, or are 0.
 
-import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal, padded};
+import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal};
 import package::common::inputs::{has_albedo, has_normal};
 import package::common::place::place;
 import package::common::tensor::{TensorOut, stored};
+import package::common::tile::tile;
 
 @group(0) @binding(5) var output: TensorOut;
+
+override zero_padding: bool; // whether the input is 0 right of and below the image
+
+// The value of the pixel, or its replacement outside the image.
+fn padded(value: vec4<f32>, pixel: vec2<u32>) -> vec4<f32> {
+    let is_outside = any(tile.origin + pixel >= tile.image_size);
+    return select(value, vec4<f32>(), zero_padding && is_outside);
+}
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {

@@ -3,11 +3,11 @@
 // taps by the parity of the output's row and column. The skip is the `input` of the 3×3
 // convolution.
 
-import package::common::conv_output::{activated, bias, output};
+import package::common::conv_output::{bias, output};
 import package::common::conv_sums::{
-    QUADS, INVOCATIONS, Sums, TILE, convolve, input_quads, pixels, stage_weights, taps
+    QUADS, INVOCATIONS, Sums, TILE, input_quads, pixels, stage_weights, taps
 };
-import package::common::need::is_needed;
+import package::common::conv_tile::make_tile;
 import package::common::tensor::TensorIn;
 
 @group(0) @binding(6) var low: TensorIn;
@@ -58,19 +58,11 @@ fn convolve_low(skip: Sums, corner: vec2<i32>, local: vec2<u32>, block: u32, lan
     return s;
 }
 
-fn store(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
+// Beyond the border there is no low-resolution tensor whose bias the convolution could see.
+fn bias_at(at: vec2<i32>, quad: u32) -> vec4<f32> {
     let last = vec2<i32>(textureDimensions(output)) - 1;
     let place = select(select(vec2(1), vec2(2), at == last), vec2(0), at == vec2(0));
-    let biased = sum + bias[u32(place.y * 3 + place.x) * textureNumLayers(output) + quad];
-    // Stores outside the tensor do nothing.
-    textureStore(output, at, quad, activated(biased));
-}
-
-fn finish(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
-    store(a, at, quad);
-    store(b, at + vec2(1, 0), quad);
-    store(c, at + vec2(0, 1), quad);
-    store(d, at + vec2(1, 1), quad);
+    return bias[u32(place.y * 3 + place.x) * textureNumLayers(output) + quad];
 }
 
 @compute @workgroup_size(8, 8)
@@ -79,18 +71,5 @@ fn main(
     @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let corner = vec2<i32>(group.xy * TILE);
-    let first = local.xy * 2u;
-    // Uniform across the workgroup.
-    if !is_needed(corner) {
-        return;
-    }
-    let skip = convolve(corner, first, group.z, lane);
-    let s = convolve_low(skip, corner, local.xy, group.z, lane);
-    let at = corner + vec2<i32>(first);
-    let quad = group.z * QUADS;
-    finish(s.a0, s.b0, s.c0, s.d0, at, quad);
-    finish(s.a1, s.b1, s.c1, s.d1, at, quad + 1u);
-    finish(s.a2, s.b2, s.c2, s.d2, at, quad + 2u);
-    finish(s.a3, s.b3, s.c3, s.d3, at, quad + 3u);
+    make_tile(group, local.xy, lane);
 }

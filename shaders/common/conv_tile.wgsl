@@ -1,19 +1,31 @@
 // A workgroup's tile of a 3×3 convolution, from the sums to the store. If the kernel pools, it also
-// stores the maximum of an invocation's 2×2 pixels as one pixel of the smaller tensor.
+// stores the maximum of an invocation's 2×2 pixels as one pixel of the smaller tensor. If it begins
+// a decoder level, it adds the sums of the upsampled tensor.
 
-import package::common::conv_output::{activated, bias, output};
+import package::common::conv_output::{activated, output};
 import package::common::conv_sums::{QUADS, TILE, convolve};
 import package::common::need::is_needed;
 @if(pools) import package::common::tensor::TensorOut;
+@if(up_conv) import package::up_conv_tiled::{bias_at, convolve_low};
+@else import package::common::conv_output::bias;
 
 @if(pools) @group(0) @binding(6) var pooled: TensorOut;
 
-fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
+@if(!up_conv)
+fn bias_at(at: vec2<i32>, quad: u32) -> vec4<f32> {
+    return bias[quad];
+}
+
+fn store_pixel(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
     // Stores outside the tensor do nothing.
-    textureStore(output, at, quad, activated(a + bias[quad]));
-    textureStore(output, at + vec2(1, 0), quad, activated(b + bias[quad]));
-    textureStore(output, at + vec2(0, 1), quad, activated(c + bias[quad]));
-    textureStore(output, at + vec2(1, 1), quad, activated(d + bias[quad]));
+    textureStore(output, at, quad, activated(sum + bias_at(at, quad)));
+}
+
+fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, quad: u32) {
+    store_pixel(a, at, quad);
+    store_pixel(b, at + vec2(1, 0), quad);
+    store_pixel(c, at + vec2(0, 1), quad);
+    store_pixel(d, at + vec2(1, 1), quad);
     @if(pools)
     textureStore(pooled, at / 2, quad, activated(max(max(a, b), max(c, d)) + bias[quad]));
 }
@@ -25,6 +37,9 @@ fn make_tile(group: vec3<u32>, local: vec2<u32>, lane: u32) {
     if !is_needed(corner) {
         return;
     }
+    @if(up_conv)
+    let sums = convolve_low(convolve(corner, first, group.z, lane), corner, local, group.z, lane);
+    @else
     let sums = convolve(corner, first, group.z, lane);
     let at = corner + vec2<i32>(first);
     let quad = group.z * QUADS;

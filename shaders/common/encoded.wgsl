@@ -6,9 +6,6 @@ import package::common::images::{ALBEDO, NORMAL};
 import package::common::inputs::unorm_normal;
 import package::common::repair::repaired;
 import package::common::scale::input_scale;
-import package::common::tile::tile;
-
-override zero_padding: bool; // whether the input is 0 right of and below the image
 
 fn encoded_color(at: vec2<u32>) -> vec4<f32> {
     let rgb = repaired(at).rgb;
@@ -27,10 +24,4 @@ fn encoded_normal(at: vec2<u32>) -> vec4<f32> {
         return vec4(select(encoded, vec3(0.5), all(xyz == vec3(0.0))), 0.0);
     }
     return vec4(clamp(xyz, vec3(-1.0), vec3(1.0)) * 0.5 + 0.5, 0.0);
-}
-
-// The value of the pixel, or its replacement outside the image.
-fn padded(value: vec4<f32>, pixel: vec2<u32>) -> vec4<f32> {
-    let is_outside = any(tile.origin + pixel >= tile.image_size);
-    return select(value, vec4<f32>(), zero_padding && is_outside);
 }

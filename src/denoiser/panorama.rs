@@ -19,15 +19,36 @@ pub(crate) struct Wrapped {
     pub(crate) columns: u32,
 }
 
-impl Wrapped {
-    pub(crate) fn new(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Self> {
-        let columns = denoiser.network(frame.inputs())?.halo;
+impl Denoiser {
+    /// The width and height at which a frame is denoised. A panorama's width includes the columns
+    /// repeated beyond both edges. [`tile_plan`](Self::tile_plan) and
+    /// [`memory_bytes`](Self::memory_bytes) take this size.
+    ///
+    /// # Errors
+    /// Fails if the panorama is too wide for these weights or the frame's images do not match.
+    pub fn size_with_columns(&self, frame: &Frame<'_>) -> Result<(u32, u32)> {
+        let frame = self.readable(frame)?;
+        let (width, height) = frame.color.size();
+        let columns = if frame.panorama { self.columns_beyond(&frame)? } else { 0 };
+        Ok((width + 2 * columns, height))
+    }
+
+    /// The columns to repeat beyond each edge of a panorama.
+    fn columns_beyond(&self, frame: &Frame<'_>) -> Result<u32> {
+        let columns = self.network(frame.inputs())?.halo;
         let most = MAX_SIDE - 2 * columns;
         if frame.color.width() > most {
             return Err(Error::Image(format!(
                 "with these weights, a panorama may be at most {most} pixels wide"
             )));
         }
+        Ok(columns)
+    }
+}
+
+impl Wrapped {
+    pub(crate) fn new(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<Self> {
+        let columns = denoiser.columns_beyond(frame)?;
         let wrap = |image: &Image| wrap(image, columns);
         Ok(Self {
             color: wrap(frame.color)?,

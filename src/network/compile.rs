@@ -26,7 +26,7 @@ pub(crate) struct CompiledNetwork {
     pub(crate) alignment: u32,
     /// Overlap of tiles; see [`halo::halo`].
     pub(crate) halo: u32,
-    /// Reach by tensor; see [`halo::reach`].
+    /// Reach by tensor of the body; see [`halo::reach`].
     pub(crate) reach: Vec<u32>,
     /// How far around a block all must be constant; see [`halo::constant_radius`].
     pub(crate) constant_radius: u32,
@@ -67,8 +67,11 @@ pub(crate) struct Stem {
 }
 
 impl Stem {
-    fn new(context: &Context, name: &str, params: &impl Fn(&str) -> Params) -> Self {
-        Self { name: name.into(), operator: InputConv::new(context, &params(name)) }
+    /// The stem for the first layer of a network.
+    fn new(context: &Context, network: &Network, params: impl Fn(&str) -> Params) -> Self {
+        let name = network.layers[0].name.clone();
+        let operator = InputConv::new(context, &params(&name));
+        Self { name, operator }
     }
 }
 
@@ -78,7 +81,7 @@ impl CompiledNetwork {
     pub(crate) fn new(context: &Context, kernels: KernelSet, weights: &Weights) -> Result<Self> {
         if kernels == KernelSet::Plain {
             let (network, params) = (weights.network(), |layer: &str| weights.params(layer));
-            return Self::build(context, kernels, weights, network.clone(), params, |_| {
+            return Self::build(context, kernels, weights, network, params, |_| {
                 let pyramid = Ending::Pyramid { stores_level0: true };
                 if network.has_pyramid() { pyramid } else { Ending::Color }
             });
@@ -86,7 +89,7 @@ impl CompiledNetwork {
         let Fused { network, params, head } =
             Fused::new(weights, conv_logits::most_channels(kernels));
         let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
-        Self::build(context, kernels, weights, network, params, |map| {
+        Self::build(context, kernels, weights, &network, params, |map| {
             let Some(HeadParams { conv, sigmoid }) = &head else {
                 let stores_level0 = kernels.resolve(&context.device) == KernelSet::Simd;
                 return Ending::Pyramid { stores_level0 };
@@ -102,39 +105,30 @@ impl CompiledNetwork {
         context: &Context,
         kernels: KernelSet,
         weights: &Weights,
-        network: Network,
+        network: &Network,
         params: impl Fn(&str) -> Params,
         ending: impl FnOnce(&ChannelMap) -> Ending,
     ) -> Result<Self> {
         let encoding = weights.metadata().encoding();
-        let alignment = network.alignment().max(halo::BLOCK);
-        let halo = halo::halo(&network).next_multiple_of(alignment);
-        let reach = halo::reach(&network);
-        let constant_radius = halo::constant_radius(&network);
-        let skips = kernels != KernelSet::Plain;
-        let stem = (skips && input_conv::begins(&network, kernels))
-            .then(|| Stem::new(context, &network.layers[0].name, &params));
-        let (body, reach) = match stem {
-            Some(_) => (network.behind_first(), reach[1..].to_vec()),
-            None => (network, reach),
-        };
+        let stem = input_conv::begins(network, encoding, kernels)
+            .then(|| Stem::new(context, network, &params));
+        let body = if stem.is_some() { network.behind_first() } else { network.clone() };
         let maps = channel_maps(&body, stem.is_some());
         let storage = Storage::plan(&body, maps[INPUT].len() as u32 / 4);
         check_layers(&storage, &context.device.limits())?;
-        let operators = operators(context, kernels, &body, &params, &maps);
-        let ending = ending(&maps[body.last()]);
+        let alignment = network.alignment().max(halo::BLOCK);
         Ok(Self {
-            body,
-            storage,
             alignment,
-            halo,
-            reach,
-            constant_radius,
+            halo: halo::halo(network).next_multiple_of(alignment),
+            reach: halo::reach(network).split_off(usize::from(stem.is_some())),
+            constant_radius: halo::constant_radius(network),
             encoding,
+            operators: operators(context, kernels, &body, params, &maps),
+            ending: ending(&maps[body.last()]),
+            skips: kernels != KernelSet::Plain,
             stem,
-            operators,
-            ending,
-            skips,
+            storage,
+            body,
         })
     }
 

@@ -15,7 +15,7 @@ use super::packing::{Taps, bias_table, storage_buffer};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::tensor::GpuTensor;
-use crate::model::{INPUT, Network, Op, Params};
+use crate::model::{Encoding, INPUT, Network, Op, Params};
 use crate::shader::ShaderRoot;
 
 /// Output channels per workgroup. With more, several workgroups would encode the same pixels.
@@ -43,18 +43,19 @@ pub fn spec(formats: [ImageFormat; 3]) -> KernelSpec {
             "relu",
             "transfer_function",
             "unorm_normal",
-            "zero_padding",
         ],
         workgroup: [8, 8, 1],
     }
 }
 
-/// Whether the kernel can be the beginning of a network.
+/// Whether the kernel can be the beginning of a network. It repeats the image's edge and cannot pad
+/// with zeros.
 #[must_use]
-pub fn begins(network: &Network, kernels: KernelSet) -> bool {
+pub fn begins(network: &Network, encoding: Encoding, kernels: KernelSet) -> bool {
     let first = network.layers.first().is_some_and(|l| l.op == Op::Conv3x3 { relu: true });
     let alone = network.layers.iter().filter(|l| l.inputs.contains(&INPUT)).count() == 1;
-    kernels == KernelSet::Tiled && first && alone && network.shapes[1].channels <= CHANNELS
+    let narrow = network.shapes[1].channels <= CHANNELS;
+    kernels == KernelSet::Tiled && !encoding.zero_padding && first && alone && narrow
 }
 
 /// The operator.
@@ -124,11 +125,18 @@ mod tests {
     #[test]
     fn it_begins_networks_of_the_tiled_kernels_whose_first_convolution_a_workgroup_can_make() {
         let network = |width: usize| Network::unet(3, &[width, 40]);
+        let begins = |network: &Network, kernels| begins(network, Encoding::default(), kernels);
         assert!(begins(&network(16), KernelSet::Tiled) && begins(&network(1), KernelSet::Tiled));
         assert!(!begins(&network(17), KernelSet::Tiled));
         assert!(!begins(&network(16), KernelSet::Simd) && !begins(&network(16), KernelSet::Plain));
         let mut linear = network(16);
         linear.layers[0].op = Op::Conv3x3 { relu: false };
         assert!(!begins(&linear, KernelSet::Tiled));
+    }
+
+    #[test]
+    fn it_begins_no_network_whose_input_is_padded_with_zeros() {
+        let zeros = Encoding { zero_padding: true, ..Encoding::default() };
+        assert!(!begins(&Network::unet(3, &[16, 40]), zeros, KernelSet::Tiled));
     }
 }

@@ -1,5 +1,6 @@
 //! Frames whose left and right edges touch.
 
+use wgdenoise::internals::plan::halo::halo;
 use wgdenoise::{Image, Inputs, KernelSet, Options, Precision};
 
 use crate::support::{denoiser_of, frame, images, same_bits, tiny, tiny_kernels};
@@ -33,4 +34,16 @@ fn a_turned_panorama_becomes_the_turned_result() {
         // A picture with ends differs.
         same_bits(&denoise(&turned_images, false), &expected).unwrap_err();
     }
+}
+
+#[test]
+fn a_panorama_is_as_much_larger_as_its_pixels_see_beyond_both_edges() {
+    let (weights, images) = (tiny_kernels(), images(SIZE[0], SIZE[1]));
+    let denoiser = denoiser_of(&weights, &Options::default());
+    let columns = halo(weights.network()).next_multiple_of(16);
+    let size = |panorama| {
+        denoiser.size_with_columns(&frame(&images, Inputs::ALL).panorama(panorama)).unwrap()
+    };
+    assert_eq!(size(true), (SIZE[0] + 2 * columns, SIZE[1]));
+    assert_eq!(size(false), (SIZE[0], SIZE[1]));
 }

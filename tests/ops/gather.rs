@@ -170,11 +170,12 @@ impl Level {
         Light { width, height, pixels: (0..width * height).map(pixel).collect() }
     }
 
-    /// The light of the reference as the GPU stores it.
+    /// The light of the reference as the GPU stores it: black where nothing has any weight.
     pub(crate) fn light_of(light: &Light) -> Tensor {
         Tensor::from_fn(4, light.height, light.width, |c, y, x| {
             let pixel = light.at(x as i64, y as i64);
-            (if c == 3 { pixel[3] } else { pixel[c] / pixel[3] }) as f32
+            let divisor = if c == 3 || pixel[3] == 0.0 { 1.0 } else { pixel[3] };
+            (pixel[c] / divisor) as f32
         })
     }
 

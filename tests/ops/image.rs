@@ -42,7 +42,10 @@ fn pixels() -> Vec<Pixel> {
 }
 
 /// A binding for an image of a pass.
-fn binding<'a>(image: &PassImage<'a>, view: Option<&'a wgpu::TextureView>) -> ImageBinding<'a> {
+pub(crate) fn binding<'a>(
+    image: &PassImage<'a>,
+    view: Option<&'a wgpu::TextureView>,
+) -> ImageBinding<'a> {
     match (*image, view) {
         (PassImage::Buffer { buffer, element, .. }, _) => {
             ImageBinding::Buffer { buffer, element, offset: 0, size: None }
@@ -52,7 +55,7 @@ fn binding<'a>(image: &PassImage<'a>, view: Option<&'a wgpu::TextureView>) -> Im
     }
 }
 
-fn view(image: &PassImage<'_>) -> Option<wgpu::TextureView> {
+pub(crate) fn view(image: &PassImage<'_>) -> Option<wgpu::TextureView> {
     match image {
         PassImage::Texture(texture) => Some(texture.create_view(&Default::default())),
         _ => None,

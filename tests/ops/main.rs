@@ -7,6 +7,7 @@ mod conv1x1;
 mod conv3x3;
 mod conv_logits;
 mod conv_transpose;
+mod finest;
 mod gather;
 mod head;
 mod image;

@@ -71,11 +71,12 @@ pub(crate) fn choose(
     }
 }
 
-/// The pixels of all tiles, overlap included.
+/// The pixels of all tiles, overlap and a panorama's repeated columns included.
 fn computed_pixels(denoiser: &Denoiser, frame: &Frame<'_>) -> wgdenoise::Result<u64> {
-    let (width, height) = frame.color.size();
-    let inputs = frame.inputs().intersection(denoiser.weights().metadata().inputs);
-    let plan = denoiser.tile_plan(width, height, inputs)?;
+    let (width, height) = denoiser.size_with_columns(frame)?;
+    let mut contents = frame.contents();
+    contents.inputs = contents.inputs.intersection(denoiser.weights().metadata().inputs);
+    let plan = denoiser.tile_plan(width, height, contents)?;
     Ok(plan.tiles.len() as u64 * u64::from(plan.tile[0]) * u64::from(plan.tile[1]))
 }
 

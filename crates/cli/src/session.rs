@@ -223,14 +223,19 @@ const NOTHING_TO_VERIFY: &str = "nothing to verify: the image has no noise";
 
 /// How a frame is cut into tiles, and the memory that takes.
 fn plan(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<String, Failure> {
-    let (width, height) = frame.color.size();
+    let (own, (width, height)) = (frame.color.width(), denoiser.size_with_columns(frame)?);
     let mut contents = frame.contents();
     contents.inputs = contents.inputs.intersection(denoiser.weights().metadata().inputs);
     let plan = denoiser.tile_plan(width, height, contents)?;
     let memory = denoiser.memory_bytes(width, height, contents)?.div_ceil(1 << 20);
     let (count, [w, h]) = (plan.tiles.len(), plan.tile);
     let tiles = if count == 1 { "tile" } else { "tiles" };
-    Ok(format!("{width}×{height} pixels in {count} {tiles} of {w}×{h}, {memory} MiB of GPU memory"))
+    let repeated = match width - own {
+        0 => String::new(),
+        columns => format!(" and {columns} repeated columns"),
+    };
+    let cut = format!("{own}×{height} pixels{repeated} in {count} {tiles} of {w}×{h}");
+    Ok(format!("{cut}, {memory} MiB of GPU memory"))
 }
 
 impl Engine {

@@ -1,0 +1,209 @@
+//! Full resolution: the kernels of a kernel pyramid that read the noisy color, in every format, and
+//! the one that stores the image.
+
+use wgdenoise::internals::model::Encoding;
+use wgdenoise::internals::ops::activity::Activity;
+use wgdenoise::internals::ops::gather::gather_finest;
+use wgdenoise::internals::ops::need::everything;
+use wgdenoise::internals::ops::output_process::ResultImages;
+use wgdenoise::internals::ops::pyramid::{NoisyColor, pyramid_finest, pyramid_level0};
+use wgdenoise::internals::ops::tile::{Layout, Tile};
+use wgdenoise::internals::reference::{self, Light, Repaired, Tensor};
+use wgdenoise::wgpu::TextureFormat as Texture;
+use wgdenoise::{Element, Image, ImageFormat, Precision, TransferFunction};
+
+use super::gather::{self, Level};
+use super::image::{binding, view};
+use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
+use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantized};
+use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
+
+/// As for a level, plus the mean of up to 24 pixels that fills a missing one.
+const TOLERANCE: Tolerance =
+    Tolerance { absolute: 1e-5, relative: 2.0 * gather::TOLERANCE.relative };
+
+/// The formats of the color, each with a precision of the logits. Every pair compiles five kernels.
+const FORMATS: [(ImageFormat, Precision); 4] = [
+    (ImageFormat::Buffer(Element::F32), Precision::F32),
+    (ImageFormat::Buffer(Element::F16), Precision::F16),
+    (ImageFormat::Texture(Texture::Rgba16Float), Precision::F16),
+    (ImageFormat::Texture(Texture::Rgba32Float), Precision::F32),
+];
+
+/// Width and height: a pixel, few blocks, and room for a hole in which even pixels of level 1 have
+/// nothing to be filled from.
+const SIZES: [[u32; 2]; 3] = [[1, 1], [13, 20], [50, 39]];
+
+const ENCODING: Encoding = Encoding {
+    gathered: true,
+    unbounded: false,
+    zero_padding: false,
+    transfer_function: TransferFunction::Pu,
+};
+
+const INPUT_SCALE: f32 = 0.5;
+
+#[test]
+fn levels_0_and_1_equal_the_reference_in_every_format_with_holes() {
+    let mut weightless = [0; 2];
+    run_cases(cases(), |&(size, format, precision)| {
+        let scene = Scene::new(size, format, precision);
+        let expected =
+            [scene.finest(), reference::pyramid(&scene.finest(), &scene.levels[1].logits)];
+        for (l, expected) in expected.iter().enumerate() {
+            weightless[l] += expected.pixels.iter().filter(|pixel| pixel[3] == 0.0).count();
+            compare(&scene.run_level(l), &Level::light_of(expected), TOLERANCE)?;
+        }
+        Ok(())
+    });
+    assert!(weightless.iter().all(|&count| count > 100), "{weightless:?} pixels without weight");
+}
+
+#[test]
+fn the_image_equals_the_reference_in_every_format_with_holes() {
+    let mut black = 0;
+    run_cases(cases(), |&(size, format, precision)| {
+        let scene = Scene::new(size, format, precision);
+        let coarser = scene.coarser();
+        let expected = scene.image(&coarser);
+        black += expected.pixels().iter().filter(|pixel| **pixel == [0.0; 3]).count();
+        for stored in [false, true] {
+            let found = scene.store_image(&coarser, stored);
+            compare(&image_tensor(&found), &image_tensor(&expected), TOLERANCE)
+                .map_err(|error| format!("level 0 stored: {stored}: {error}"))?;
+        }
+        Ok(())
+    });
+    assert!(black > 100, "{black} pixels have nothing to be gathered from");
+}
+
+fn cases() -> impl Iterator<Item = ([u32; 2], ImageFormat, Precision)> {
+    SIZES.into_iter().flat_map(|size| FORMATS.map(|(format, precision)| (size, format, precision)))
+}
+
+/// A noisy color with missing pixels, and the logits of two levels.
+struct Scene {
+    pixels: Vec<Pixel>,
+    format: ImageFormat,
+    /// As stored in the format.
+    color: Image,
+    repaired: Repaired,
+    levels: [Level; 2],
+    precision: Precision,
+}
+
+impl Scene {
+    fn new(size: [u32; 2], format: ImageFormat, precision: Precision) -> Self {
+        let mut random = Random::new(u64::from(size[0]));
+        let pixels = pixels(&mut random, size);
+        let color = cpu_image(&quantized(&pixels, format), size);
+        let repaired = reference::repair_in(ENCODING, &color, INPUT_SCALE);
+        let [width, height] = size.map(|side| side.next_multiple_of(16) as usize);
+        let levels = [[height, width], [height / 2, width / 2]]
+            .map(|size| Level::logits(&mut random, 11, size, precision));
+        Self { pixels, format, color, repaired, levels, precision }
+    }
+
+    fn finest(&self) -> Light {
+        let Repaired { color, valid } = &self.repaired;
+        reference::finest(color, valid, &self.levels[0].logits)
+    }
+
+    /// The result of level 1, as if it were the coarsest.
+    fn coarser(&self) -> Level {
+        let logits = &self.levels[1].logits;
+        let level = reference::pyramid(&self.finest(), logits);
+        let light = Level::light_of(&reference::gather(&level, logits, None));
+        Level { light, ..self.levels[1].clone() }
+    }
+
+    /// The image with the noisy color in the first block.
+    fn image(&self, coarser: &Level) -> Image {
+        let (logits, coarser) = (&self.levels[0].logits, coarser.premultiplied());
+        let light = Level::light_of(&reference::gather(&self.finest(), logits, Some(&coarser)));
+        let (width, height) = self.color.size();
+        let at =
+            |i: u32| [0, 1, 2].map(|c| light.at(c, (i / width) as usize, (i % width) as usize));
+        let image = Image::new(width, height, (0..width * height).map(at).collect());
+        let columns = width.div_ceil(16) as usize;
+        reference::keep_clean(image.unwrap(), &self.color, &self.clean(), columns)
+    }
+
+    /// Only the first of several blocks, which has no missing pixels.
+    fn clean(&self) -> Vec<bool> {
+        let (width, height) = self.color.size();
+        let blocks = width.div_ceil(16) * height.div_ceil(16);
+        (0..blocks).map(|block| block == 0 && blocks > 2).collect()
+    }
+
+    /// What the kernel stores for level 0, or for level 1 without level 0 being stored.
+    fn run_level(&self, l: usize) -> Tensor {
+        let context = context(self.precision);
+        let logits = self.levels.each_ref().map(Level::upload_logits);
+        let output = self.levels[l].upload_light();
+        self.with_color(|noisy| {
+            let call = match l {
+                0 => pyramid_level0(context, noisy, &logits[0], &output),
+                _ => pyramid_finest(context, noisy, [&logits[0], &logits[1]], &output),
+            };
+            submit(context, |pass| call.record_at(pass, 0));
+        });
+        Level::download(&output)
+    }
+
+    /// What the kernel stores as the image; with level 0 `stored`, it reads that.
+    fn store_image(&self, coarser: &Level, stored: bool) -> Image {
+        let context = context(self.precision);
+        let flags: Vec<_> = self.clean().into_iter().map(u32::from).collect();
+        let clean = buffer(context, bytemuck::cast_slice(&flags));
+        let activity = Activity { map: everything(&context.device), clean };
+        let level0 = Level { light: Level::light_of(&self.finest()), ..self.levels[0].clone() };
+        let level0 = stored.then(|| level0.upload_light());
+        let [logits, coarser] = [self.levels[0].upload_logits(), coarser.upload_light()];
+        let (width, height) = self.color.size();
+        let output = buffer(context, &vec![0xff; (width * height * 12) as usize]);
+        self.with_color(|&NoisyColor { tiles, color, input_scale, encoding }| {
+            let (output, blend) = ((&output).into(), &buffer(context, &[0; 4]));
+            let images = ResultImages { tiles, input_scale, color, output, blend, encoding };
+            let tensors = [&logits, &coarser];
+            let call = gather_finest(context, tensors, level0.as_ref(), &activity, &images);
+            submit(context, |pass| call.record_at(pass, 0));
+        });
+        let bytes = read_back(context, output.size(), |encoder, target| {
+            encoder.copy_buffer_to_buffer(&output, 0, target, 0, output.size());
+        });
+        Image::new(width, height, bytemuck::pod_collect_to_vec(&bytes)).expect("the count is right")
+    }
+
+    /// Calls `run` with the color on the GPU, as one tile.
+    fn with_color(&self, run: impl FnOnce(&NoisyColor<'_>)) {
+        let context = context(self.precision);
+        let (width, height) = self.color.size();
+        let (size, layout) = ([width, height], Layout::packed(width));
+        let image = GpuImage::new(&self.pixels, size, self.format, layout);
+        let pass_image = image.as_pass();
+        let tile =
+            Tile { image_size: size, end: size, color: layout, output: layout, ..Tile::default() };
+        run(&NoisyColor {
+            tiles: &buffer(context, bytemuck::bytes_of(&tile)),
+            color: binding(&pass_image, view(&pass_image).as_ref()),
+            input_scale: &buffer(context, bytemuck::bytes_of(&INPUT_SCALE)),
+            encoding: ENCODING,
+        });
+    }
+}
+
+/// Positive light with outliers, single bad pixels and a large hole, all outside the first block.
+fn pixels(random: &mut Random, [width, height]: [u32; 2]) -> Vec<Pixel> {
+    let bad = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 3e4];
+    let mut pixel = |i: u32| {
+        let [x, y] = [i % width, i / width];
+        let [r, g, b] = [0; 3].map(|_| random.value() * 0.8 + 1.0);
+        match i % 37 {
+            _ if (18..44).contains(&x) && (17..37).contains(&y) => [f32::NAN; 4],
+            0 if x >= 16 || y >= 16 => [r, bad[(i / 37 % 4) as usize], b, 1.0],
+            _ => [r, g, b, 1.0],
+        }
+    };
+    (0..width * height).map(&mut pixel).collect()
+}
