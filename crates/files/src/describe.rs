@@ -1,6 +1,7 @@
 //! What a file holds, without reading its pixels.
 
-use std::path::Path;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::SampleType;
@@ -67,7 +68,8 @@ impl Description {
     fn of_ldr(path: &Path, name: &str, wanted: &LayerChoice) -> Result<Self, Problem> {
         let (kind, (width, height)) = ldr::describe(path, wanted.limits)?;
         let format = format!("{name}, {kind}");
-        let (albedo, normal) = (wanted.albedo.clone(), wanted.normal.clone());
+        let shown = |name: &Option<OsString>| name.as_ref().map(|n| n.to_string_lossy().into());
+        let (albedo, normal) = (shown(&wanted.albedo), shown(&wanted.normal));
         let (layers, color, target, selection) = (Vec::new(), None, None, None);
         Ok(Self { format, width, height, layers, color, target, albedo, normal, selection })
     }
@@ -77,6 +79,8 @@ impl Description {
         let parts = file.parts();
         let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted)?;
         let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted)?;
+        let shown = |file: PathBuf| file.to_string_lossy().into_owned();
+        let (albedo_file, normal_file) = (albedo_file.map(shown), normal_file.map(shown));
         let choice = choice::choose(&parts, wanted.color.as_deref(), &albedo, &normal)
             .and_then(|choice| file.check(&choice.target).map(|()| choice))
             .map(|mut choice| {

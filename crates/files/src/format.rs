@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::Problem;
+use super::{Problem, stream};
 
 /// A format that can be read and written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -28,6 +28,14 @@ pub fn open(path: &Path) -> Result<File, Problem> {
     Err(Problem::NotRegular)
 }
 
+/// Opens an image to read: a regular file, or a pipe, which is read whole.
+///
+/// # Errors
+/// If it cannot be opened, is a device, or a pipe carries too much.
+pub(super) fn open_image(path: &Path) -> Result<File, Problem> {
+    if stream::is_stream(path) { stream::open(path) } else { open(path) }
+}
+
 impl Format {
     /// The format of a file to read, by its first bytes.
     ///
@@ -38,7 +46,7 @@ impl Format {
             return Err(Problem::Format("is a folder and not an image".into()));
         }
         let mut first = Vec::new();
-        open(path)?.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
+        open_image(path)?.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
         match first.as_slice() {
             [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Self::Exr),
             [0x89, b'P', b'N', b'G', ..] => Ok(Self::Png),

@@ -1,14 +1,23 @@
 //! Telling whether a JPEG file is complete.
 
-use std::fs;
+use std::io::Read;
 use std::path::Path;
 
 use super::Problem;
+use super::format::open_image;
+
+/// Most bytes of a JPEG file, which is read whole: 1 GiB.
+const MOST_BYTES: u64 = 1 << 30;
 
 /// Whether the image has its end marker. That of a thumbnail inside does not count, nor does data
 /// after the end.
 pub(super) fn is_whole(path: &Path) -> Result<bool, Problem> {
-    fs::read(path).map(|bytes| has_end(&bytes)).map_err(Problem::Read)
+    let mut bytes = Vec::new();
+    open_image(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(Problem::Read)?;
+    if bytes.len() as u64 > MOST_BYTES {
+        return Err(Problem::TooLarge(format!("is longer than {MOST_BYTES} bytes")));
+    }
+    Ok(has_end(&bytes))
 }
 
 /// Goes from marker to marker (ITU T.81, B.1.1), past the pixels between them.

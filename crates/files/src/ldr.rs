@@ -1,6 +1,6 @@
 //! PNG and JPEG: sRGB-encoded integers outside, linear float inside.
 
-use std::io::Write;
+use std::io::{BufReader, Write};
 use std::path::Path;
 
 use image::codecs::jpeg::JpegEncoder;
@@ -10,7 +10,7 @@ use image::{
     ImageFormat, ImageReader,
 };
 
-use super::format::Format;
+use super::format::{Format, open_image};
 use super::limits::Limits;
 use super::srgb::{encoded, linear};
 use super::{Problem, jpeg, normals};
@@ -119,8 +119,8 @@ pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem
 }
 
 fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-    let mut reader = reader.map_err(Problem::Read)?;
+    let reader = ImageReader::new(BufReader::new(open_image(path)?));
+    let mut reader = reader.with_guessed_format().map_err(Problem::Read)?;
     // The decoder fills in gray where a JPEG ends early.
     if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(path)? {
         return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));

@@ -3,7 +3,8 @@
 //! The format of an input is recognized by its content, that of an output by its extension. Colors
 //! are linear in memory, with Rec. 709 primaries if the file does not say otherwise.
 
-use std::path::Path;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use wgdenoise::Image;
 
@@ -28,10 +29,12 @@ mod output;
 mod preview;
 mod selection;
 mod srgb;
+mod stream;
 mod wanted;
 mod window;
 
 pub use describe::{Description, LayerInfo};
+pub use draft::discard_drafts;
 pub use error::{FileError, Problem};
 pub use escape::{escaped, escaped_json, escaped_lines};
 pub use format::{Format, open};
@@ -43,6 +46,7 @@ pub use output::check_place;
 pub use output::replace;
 pub use preview::{Preview, exposed};
 pub use selection::Selection;
+pub use stream::{is_standard, is_stream};
 pub use wanted::LayerChoice;
 
 use self::choice::Choice;
@@ -94,7 +98,9 @@ impl Picture {
         }
         file.check(&choice.target).map_err(at)?;
         choice.leave_out_unusable(|pick| file.check(pick));
-        let selection = choice.selection(albedo_file.as_deref(), normal_file.as_deref());
+        let [albedo, normal] =
+            [&albedo_file, &normal_file].map(|file| file.as_deref().map(Path::to_string_lossy));
+        let selection = choice.selection(albedo.as_deref(), normal.as_deref());
         let mut picture = Self::read_layers(file, choice, selection).map_err(at)?;
         picture.add_files(albedo_file, normal_file, wanted.limits)?;
         Ok(picture)
@@ -126,10 +132,12 @@ impl Picture {
             return Err(no_layers(layer).at(path));
         }
         let (file, color) = LdrFile::read(path, wanted.limits).map_err(|p| p.at(path))?;
-        let wish = |name: &Option<String>| name.clone().filter(|_| !wanted.no_aux);
+        let wish =
+            |name: &Option<OsString>| name.clone().filter(|_| !wanted.no_aux).map(PathBuf::from);
         let (albedo_file, normal_file) = (wish(&wanted.albedo), wish(&wanted.normal));
-        let from = |what, file: &Option<String>| {
-            file.as_ref().map(|file| format!("{what} from the file {}", escaped(file)))
+        let from = |what, file: &Option<PathBuf>| {
+            let shown = file.as_ref().map(|file| escaped(&file.to_string_lossy()));
+            shown.map(|file| format!("{what} from the file {file}"))
         };
         let notices = [from("albedo", &albedo_file), from("normal", &normal_file)];
         let notices = notices.into_iter().flatten().collect();
@@ -143,16 +151,16 @@ impl Picture {
     /// Reads albedo and normal from files of their own.
     fn add_files(
         &mut self,
-        albedo: Option<String>,
-        normal: Option<String>,
+        albedo: Option<PathBuf>,
+        normal: Option<PathBuf>,
         limits: Limits,
     ) -> Result<(), FileError> {
         let size = self.color.size();
         if let Some(path) = albedo {
-            self.albedo = Some(aux_file::albedo(Path::new(&path), size, limits)?);
+            self.albedo = Some(aux_file::albedo(&path, size, limits)?);
         }
         if let Some(path) = normal {
-            self.normal = Some(aux_file::normal(Path::new(&path), size, limits)?);
+            self.normal = Some(aux_file::normal(&path, size, limits)?);
         }
         Ok(())
     }
@@ -221,7 +229,22 @@ impl Picture {
         denoised: &Image,
         force: bool,
     ) -> Result<Vec<String>, FileError> {
-        let format = output::check(path, force)?;
+        let format = Format::of_extension(path).map_err(|p| p.at(path))?;
+        self.save_as(path, format, denoised, force)
+    }
+
+    /// Writes the picture like [`save`](Self::save), in a format of its own. `-` is standard output.
+    ///
+    /// # Errors
+    /// Those of [`save`](Self::save).
+    pub fn save_as(
+        &self,
+        path: &Path,
+        format: Format,
+        denoised: &Image,
+        force: bool,
+    ) -> Result<Vec<String>, FileError> {
+        check_place(path, force)?;
         if denoised.size() != self.color.size() {
             return Err(window::other_size(denoised.size(), self.color.size()).at(path));
         }
