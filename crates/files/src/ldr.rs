@@ -6,8 +6,7 @@ use std::path::Path;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{
-    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError,
-    ImageFormat, ImageReader,
+    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageReader,
 };
 
 use super::format::{Format, open_image};
@@ -119,12 +118,12 @@ pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem
 }
 
 fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
-    let reader = ImageReader::new(BufReader::new(open_image(path)?));
-    let mut reader = reader.with_guessed_format().map_err(Problem::Read)?;
     // The decoder fills in gray where a JPEG ends early.
-    if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(path)? {
+    if Format::of_content(path)? == Format::Jpeg && !jpeg::is_whole(path)? {
         return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));
     }
+    let reader = ImageReader::new(BufReader::new(open_image(path)?));
+    let mut reader = reader.with_guessed_format().map_err(Problem::Read)?;
     let mut memory = image::Limits::default();
     memory.max_alloc = Some(limits.pixels.saturating_mul(8).saturating_add(64 << 20));
     reader.limits(memory);

@@ -4,6 +4,7 @@ mod budget;
 mod commands;
 mod denoise;
 mod failures;
+mod farm;
 #[cfg(target_os = "linux")]
 mod faults;
 #[cfg(target_os = "linux")]

@@ -56,7 +56,9 @@ fn a_pipe_is_read_and_written_in_every_format_as_a_file_is() {
             Run::of(&output).assert_done();
             folder.denoise(&[input, "named.exr", "-q"]).assert_done();
             assert!(folder.bytes("again.exr") == folder.bytes("named.exr"), "{input}");
-            ["again.exr", "named.exr"].map(|name| fs::remove_file(folder.path(name)).unwrap());
+            for name in ["again.exr", "named.exr"] {
+                fs::remove_file(folder.path(name)).unwrap();
+            }
         }
     }
 }

@@ -64,7 +64,7 @@ fn a_stopped_sequence_leaves_whole_results_and_goes_on_later() {
     let last = run.stderr.lines().last().unwrap();
     assert!(last.starts_with(&wrote) && last.ends_with(&skipped), "{run:?}");
     assert_eq!(written.iter().map(modified).collect::<Vec<_>>(), before);
-    let bytes = results(&folder).iter().map(|n| fs::read(folder.path("out").join(n)).unwrap());
+    let bytes = results(&folder).into_iter().map(|n| fs::read(folder.path("out").join(n)).unwrap());
     let mut bytes: Vec<_> = bytes.collect();
     assert_eq!(bytes.len(), FRAMES);
     bytes.dedup();
