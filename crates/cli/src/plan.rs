@@ -141,7 +141,8 @@ pub(crate) fn prepare_output(path: &Path, replace: bool, writing: Writing) -> Re
 }
 
 fn format(output: &Path) -> Result<Format, Failure> {
-    let usage = |problem: Problem| Failure::Usage(problem.at(output).to_string());
+    let pipe = if is_stream(output) { "; give - for standard output" } else { "" };
+    let usage = |problem: Problem| Failure::Usage(format!("{}{pipe}", problem.at(output)));
     Format::of_extension(output).map_err(usage)
 }
 

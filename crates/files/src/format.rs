@@ -17,23 +17,23 @@ pub enum Format {
     Jpeg,
 }
 
-/// Opens a file to read. Opening a pipe would wait for its writer, so only regular files are opened.
-///
-/// # Errors
-/// If the file cannot be opened or is not a regular file.
-pub fn open(path: &Path) -> Result<File, Problem> {
-    if path.metadata().map_err(Problem::Read)?.is_file() {
-        return File::open(path).map_err(Problem::Read);
-    }
-    Err(Problem::NotRegular)
-}
-
 /// Opens an image to read: a regular file, or a pipe, which is read whole.
 ///
 /// # Errors
 /// If it cannot be opened, is a device, or a pipe carries too much.
-pub(super) fn open_image(path: &Path) -> Result<File, Problem> {
-    if stream::is_stream(path) { stream::open(path) } else { open(path) }
+pub(super) fn open(path: &Path) -> Result<File, Problem> {
+    if stream::is_stream(path) { stream::open(path) } else { open_file(path) }
+}
+
+/// Opens a file to read. Opening a pipe would wait for its writer, so only regular files are opened.
+///
+/// # Errors
+/// If the file cannot be opened or is not a regular file.
+pub fn open_file(path: &Path) -> Result<File, Problem> {
+    if path.metadata().map_err(Problem::Read)?.is_file() {
+        return File::open(path).map_err(Problem::Read);
+    }
+    Err(Problem::NotRegular)
 }
 
 impl Format {
@@ -46,7 +46,7 @@ impl Format {
             return Err(Problem::Format("is a folder and not an image".into()));
         }
         let mut first = Vec::new();
-        open_image(path)?.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
+        open(path)?.take(8).read_to_end(&mut first).map_err(Problem::Read)?;
         match first.as_slice() {
             [0x76, 0x2f, 0x31, 0x01, ..] => Ok(Self::Exr),
             [0x89, b'P', b'N', b'G', ..] => Ok(Self::Png),

@@ -4,18 +4,18 @@ use std::io::Read;
 use std::path::Path;
 
 use super::Problem;
-use super::format::open_image;
-
-/// Most bytes of a JPEG file, which is read whole: 1 GiB.
-const MOST_BYTES: u64 = 1 << 30;
+use super::format::open;
 
 /// Whether the image has its end marker. That of a thumbnail inside does not count, nor does data
 /// after the end.
-pub(super) fn is_whole(path: &Path) -> Result<bool, Problem> {
+///
+/// # Errors
+/// If the file cannot be read or has more than `most` bytes.
+pub(super) fn is_whole(path: &Path, most: u64) -> Result<bool, Problem> {
     let mut bytes = Vec::new();
-    open_image(path)?.take(MOST_BYTES + 1).read_to_end(&mut bytes).map_err(Problem::Read)?;
-    if bytes.len() as u64 > MOST_BYTES {
-        return Err(Problem::TooLarge(format!("is longer than {MOST_BYTES} bytes")));
+    open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(Problem::Read)?;
+    if bytes.len() as u64 > most {
+        return Err(Problem::TooLarge(format!("is too large: a JPEG may have {most} bytes")));
     }
     Ok(has_end(&bytes))
 }

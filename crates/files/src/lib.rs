@@ -37,7 +37,7 @@ pub use describe::{Description, LayerInfo};
 pub use draft::discard_drafts;
 pub use error::{FileError, Problem};
 pub use escape::{escaped, escaped_json, escaped_lines};
-pub use format::{Format, open};
+pub use format::{Format, open_file};
 pub use identity::Identity;
 pub use limits::Limits;
 pub use output::Out;

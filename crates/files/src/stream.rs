@@ -36,8 +36,8 @@ fn is_pipe(_path: &Path) -> bool {
     false
 }
 
-/// What came through a pipe, from its beginning. All files that are returned for a path share their
-/// position.
+/// What came through a pipe, from its beginning. Outside Linux, all files that are returned for a
+/// path share their position.
 ///
 /// # Errors
 /// If it cannot be read, is longer than [`MOST_BYTES`], or the temporary folder is full.
@@ -59,6 +59,13 @@ pub(super) fn open(path: &Path) -> Result<File, Problem> {
 }
 
 fn again(file: &File) -> Result<File, Problem> {
+    #[cfg(target_os = "linux")]
+    {
+        use std::os::fd::AsRawFd;
+        if let Ok(file) = File::open(format!("/proc/self/fd/{}", file.as_raw_fd())) {
+            return Ok(file);
+        }
+    }
     let mut file = file.try_clone().map_err(Problem::Read)?;
     file.rewind().map_err(Problem::Read)?;
     Ok(file)

@@ -118,7 +118,7 @@ fn what_no_pipe_can_do_is_one_sentence() {
             2,
             "-: a pipe is read for",
         ),
-        (b"", &["karma_like.exr", "/dev/stdout"], 2, "its name must end in"),
+        (b"", &["karma_like.exr", "/dev/stdout"], 2, "give - for standard output"),
     ] {
         Run::of(&folder.pipe(input, args)).assert_failed(code, &[words]);
     }

@@ -17,7 +17,7 @@ use ::exr::meta::header::Header;
 use self::index::Block;
 use super::choice::Pick;
 use super::escape::escaped;
-use super::format::open_image;
+use super::format::open;
 use super::layers::Part;
 use super::limits::Limits;
 use super::{Problem, guard};
@@ -48,7 +48,7 @@ impl ExrFile {
     /// # Errors
     /// If the file cannot be read, is damaged or too large, or uses an unsupported feature.
     pub fn open(path: &Path, limits: Limits) -> Result<Self, Problem> {
-        let mut file = open_image(path)?;
+        let mut file = open(path)?;
         let len = file.metadata().map_err(Problem::Read)?.len();
         let head_len = scan::scan(BufReader::new(&file), len)?;
         let mut head = vec![0; head_len as usize];
