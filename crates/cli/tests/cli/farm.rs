@@ -1,5 +1,6 @@
 //! The job template of `docs/farm.md`: its command, run here as a farm's workers run it.
 
+use std::collections::BTreeSet;
 use std::fs;
 
 use crate::support::{Folder, WEIGHTS, data};
@@ -46,7 +47,7 @@ fn the_command_of_the_job_template_denoises_the_frames_of_a_task_once() {
     let names = || {
         let entries = fs::read_dir(folder.path("clean")).unwrap();
         let names = entries.map(|entry| entry.unwrap().file_name().into_string().unwrap());
-        std::collections::BTreeSet::from_iter(names)
+        names.collect::<BTreeSet<_>>()
     };
     assert_eq!(names(), ["b.-0001.exr", "b.0000.exr"].map(String::from).into());
     run("2-2").assert_done();
