@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::sync::LazyLock;
 
 use libfuzzer_sys::fuzz_target;
-use wgdenoise_files::{Description, LayerChoice, Limits, Picture};
+use wgdenoise_files::{Denoised, Description, LayerChoice, Limits, Picture};
 
 /// A folder in memory, if available.
 static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
@@ -43,9 +43,12 @@ fuzz_target!(init: leave_the_decoders_panics(), |bytes: &[u8]| {
     let described = Description::of(&read, &choice);
     let Ok(picture) = Picture::open(&read, &choice) else { return };
     assert!(described.is_ok(), "{described:?}");
-    if picture.save(&written, picture.color(), true).is_err() {
+    let results: Vec<_> = picture.views().iter().map(|v| Denoised::from(v.color().clone())).collect();
+    if picture.save(&written, &results, true).is_err() {
         return;
     }
     let again = Picture::open(&written, &choice).expect("what was written can be read");
-    assert_eq!(again.color().size(), picture.color().size());
+    let sizes = |picture: &Picture| picture.views().iter().map(|v| v.color().size()).collect();
+    let (before, after): (Vec<_>, Vec<_>) = (sizes(&picture), sizes(&again));
+    assert_eq!(after, before);
 });

@@ -20,7 +20,7 @@ pub(crate) type RunTile<'r> =
 impl Denoiser {
     /// Denoises a frame's color and blocks until the result is ready: linear color at the input's
     /// exposure. Images that the weights were not trained with are ignored, and so are the frame's
-    /// layers.
+    /// layers and alpha.
     ///
     /// If the adapter runs out of memory, the frame starts over with tiles of at most half the
     /// pixels, and later frames keep that size. The result does not change;
@@ -45,7 +45,7 @@ impl Denoiser {
         frame: &Frame<'_>,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Image> {
-        let frame = frame.layers(&[]);
+        let frame = frame.layers(&[]).alpha(None);
         Ok(self.denoise_by(&frame, progress, &mut |tile, done| tile.run(done))?.color)
     }
 
@@ -53,6 +53,10 @@ impl Denoiser {
     /// the same weights: each pixel of a layer is the weighted mean of the same pixels as in the
     /// color. So the result is linear in the layers, and layers that add up to the noisy color add
     /// up to the denoised one within rounding: 10⁻⁵ of the brightest pixels around.
+    ///
+    /// Alpha goes along like a layer, so that premultiplied edges stay consistent over any background.
+    /// Where it is the same within three pixels it stays as it is and the color is scaled to match;
+    /// where nothing is, in neither alpha nor color, the result is 0.
     ///
     /// Bad pixels of a layer are filled. Where the color has bad pixels or outliers, the layers are
     /// mended with it. Where the color is constant and the network is skipped, layers keep their
@@ -66,10 +70,16 @@ impl Denoiser {
         frame: &Frame<'_>,
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Denoised> {
-        if !frame.layers.is_empty() {
+        frame.check()?;
+        if frame.contents().layers {
             self.check_layers()?;
         }
-        self.denoise_by(frame, progress, &mut |tile, done| tile.run(done))
+        let mut denoise =
+            |frame: &Frame<'_>| self.denoise_by(frame, progress, &mut |tile, done| tile.run(done));
+        match frame.alpha {
+            Some(alpha) => self.with_alpha(&frame.alpha(None), alpha, denoise),
+            None => denoise(frame),
+        }
     }
 
     /// Rejects weights that cannot denoise further layers.
@@ -114,7 +124,7 @@ impl Denoiser {
         let network = self.network(contents.inputs)?;
         let empty = || Image::filled(width, height, [0.0; 3]);
         let layers = frame.layers.iter().map(|_| empty()).collect::<Result<_>>()?;
-        let mut result = Denoised { color: empty()?, layers };
+        let mut result = Denoised { color: empty()?, layers, alpha: None };
         let images = (frame, measured);
         while let Err(error) = self.run_plan(images, &plan, &network, &mut result, progress, run) {
             let Error::OutOfMemory(_) = error else { return Err(error) };

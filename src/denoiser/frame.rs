@@ -32,6 +32,8 @@ pub struct Frame<'a> {
     /// Further linear images of the view, to be denoised by the color's weights, for
     /// [`Denoiser::denoise_layers`](crate::Denoiser::denoise_layers).
     pub layers: &'a [&'a Image],
+    /// Alpha, row by row, to be denoised along by the same call. The color is premultiplied by it.
+    pub alpha: Option<&'a [f32]>,
 }
 
 /// A denoised frame.
@@ -42,6 +44,8 @@ pub struct Denoised {
     pub color: Image,
     /// The frame's layers, in its order.
     pub layers: Vec<Image>,
+    /// The frame's alpha.
+    pub alpha: Option<Vec<f32>>,
 }
 
 /// What a frame holds beside its color, on which its memory depends.
@@ -49,7 +53,7 @@ pub struct Denoised {
 pub struct Contents {
     /// The auxiliary images.
     pub inputs: Inputs,
-    /// Whether there are further layers. Their number does not matter.
+    /// Whether there are further layers or alpha. Their number does not matter.
     pub layers: bool,
 }
 
@@ -63,7 +67,15 @@ impl<'a> Frame<'a> {
     /// Color alone, with measured exposure.
     #[must_use]
     pub fn new(color: &'a Image) -> Self {
-        Self { color, albedo: None, normal: None, input_scale: None, panorama: false, layers: &[] }
+        Self {
+            color,
+            albedo: None,
+            normal: None,
+            input_scale: None,
+            panorama: false,
+            layers: &[],
+            alpha: None,
+        }
     }
 
     /// Sets or clears the albedo.
@@ -92,10 +104,16 @@ impl<'a> Frame<'a> {
     }
 
     /// Sets the further layers: images that depend on the color's samples linearly, such as light
-    /// groups, passes of direct and indirect light, or alpha in all three channels.
+    /// groups and passes of direct and indirect light.
     #[must_use]
     pub fn layers(self, layers: &'a [&'a Image]) -> Self {
         Self { layers, ..self }
+    }
+
+    /// Sets or clears the alpha: one value per pixel, row by row.
+    #[must_use]
+    pub fn alpha(self, alpha: impl Into<Option<&'a [f32]>>) -> Self {
+        Self { alpha: alpha.into(), ..self }
     }
 }
 
@@ -106,8 +124,10 @@ impl Frame<'_> {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    pub(crate) fn contents(&self) -> Contents {
-        Contents { inputs: self.inputs(), layers: !self.layers.is_empty() }
+    /// What the frame holds beside its color.
+    #[must_use]
+    pub fn contents(&self) -> Contents {
+        Contents { inputs: self.inputs(), layers: !self.layers.is_empty() || self.alpha.is_some() }
     }
 
     /// Rejects images of different sizes and invalid input scales.
@@ -122,6 +142,13 @@ impl Frame<'_> {
                     "{name} is {aw}×{ah}, but the color is {w}×{h}; they must be the same size"
                 )));
             }
+        }
+        let pixels = self.color.pixels().len();
+        if let Some(alpha) = self.alpha.filter(|alpha| alpha.len() != pixels) {
+            let given = alpha.len();
+            return Err(Error::Image(format!(
+                "alpha has {given} values, but the color has {pixels} pixels"
+            )));
         }
         check_input_scale(self.input_scale)
     }

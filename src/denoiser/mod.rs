@@ -1,5 +1,6 @@
 //! The denoiser: a device, weights and options, ready for images of any size.
 
+mod alpha;
 mod blocking;
 pub(crate) mod frame;
 pub(crate) mod options;

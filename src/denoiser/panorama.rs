@@ -59,7 +59,7 @@ impl Wrapped {
     pub(crate) fn unwrap(&self, wrapped: &Denoised) -> Result<Denoised> {
         let layers =
             wrapped.layers.iter().map(|layer| self.middle(layer)).collect::<Result<_>>()?;
-        Ok(Denoised { color: self.middle(&wrapped.color)?, layers })
+        Ok(Denoised { color: self.middle(&wrapped.color)?, layers, alpha: None })
     }
 
     fn middle(&self, image: &Image) -> Result<Image> {

@@ -14,7 +14,7 @@ fn luminance([r, g, b]: [f32; 3]) -> f64 {
 fn sample(name: &str, finished: bool) -> Image {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("samples").join(name);
     let choice = LayerChoice { finished, ..LayerChoice::default() };
-    Picture::open(&path, &choice).expect("the sample is shipped").color().clone()
+    Picture::open(&path, &choice).expect("the sample is shipped").first().color().clone()
 }
 
 /// The light in the pixels whose reference is brightest: one in a hundred.

@@ -209,3 +209,83 @@ proptest! {
         }
     }
 }
+
+/// The edge of a disc, blurred by motion, at eight samples: premultiplied color with noisy alpha.
+struct Moving {
+    noisy: Image,
+    alpha: Vec<f32>,
+    truth: Image,
+    cover: Vec<f32>,
+}
+
+impl Moving {
+    const SIDE: u32 = 160;
+    const COLOR: [f32; 3] = [0.8, 0.5, 0.2];
+
+    fn new() -> Self {
+        let cover: Vec<_> = (0..Self::SIDE * Self::SIDE).map(Self::cover).collect();
+        let mut random = Random::new(4);
+        let mut hit = |cover: f32| u8::from(random.value() * 0.5 + 0.5 < cover);
+        let alpha: Vec<_> =
+            cover.iter().map(|&c| f32::from((0..8).map(|_| hit(c)).sum::<u8>()) / 8.0).collect();
+        let image = |alpha: &[f32]| {
+            let pixels = alpha.iter().map(|a| Self::COLOR.map(|v| v * a)).collect();
+            Image::new(Self::SIDE, Self::SIDE, pixels).expect("a valid image")
+        };
+        Self { noisy: image(&alpha), truth: image(&cover), alpha, cover }
+    }
+
+    /// Share of the shutter's time in which the disc covers a pixel.
+    fn cover(i: u32) -> f32 {
+        let [x, y] = [i % Self::SIDE, i / Self::SIDE].map(|v| v as f32 - 80.0);
+        let covers = (-16..=16).filter(|step| (x + *step as f32).hypot(y) < 40.0);
+        covers.count() as f32 / 33.0
+    }
+
+    /// The mean difference from the truth over a background, where the disc is blurred.
+    fn error(&self, image: &Image, alpha: &[f32], background: f32) -> f32 {
+        let over = |pixel: [f32; 3], alpha: f32| pixel.map(|v| v + (1.0 - alpha) * background);
+        let edge = (0..self.cover.len()).filter(|&i| (0.05..0.95).contains(&self.cover[i]));
+        let off = edge.map(|i| {
+            let expected = over(self.truth.pixels()[i], self.cover[i]);
+            let found = over(image.pixels()[i], alpha[i]);
+            [0, 1, 2].map(|c| (found[c] - expected[c]).abs()).iter().sum::<f32>()
+        });
+        let errors: Vec<_> = off.collect();
+        errors.iter().sum::<f32>() / errors.len() as f32
+    }
+}
+
+#[test]
+fn premultiplied_edges_get_better_over_any_background() {
+    let moving = Moving::new();
+    for quality in Quality::ALL {
+        let weights = Weights::builtin(quality).expect("it is built in");
+        let denoiser = denoiser_of(&weights, &Options::default());
+        let frame = Frame::new(&moving.noisy).alpha(moving.alpha.as_slice());
+        let found = denoiser.denoise_layers(&frame, &mut |_, _| {}).expect("the frame is fine");
+        let alpha = found.alpha.expect("it was given");
+        for background in [0.0, 0.5, 1.0] {
+            let before = moving.error(&moving.noisy, &moving.alpha, background);
+            let after = moving.error(&found.color, &alpha, background);
+            assert!(after < 0.7 * before, "{quality:?} over {background}: {before} to {after}");
+        }
+        for (i, pixel) in found.color.pixels().iter().enumerate() {
+            // Color and alpha are the same weighted mean, so where alpha is 0 there is no light.
+            let expected = Moving::COLOR.map(|v| v * alpha[i]);
+            let is_off = (0..3).any(|c| (pixel[c] - expected[c]).abs() > 1e-5);
+            assert!(!is_off, "{quality:?}: {pixel:?} at {i}, alpha {}", alpha[i]);
+        }
+        let center = (80 * Moving::SIDE + 80) as usize;
+        assert_eq!((alpha[center], alpha[0]), (1.0, 0.0), "{quality:?}");
+    }
+}
+
+#[test]
+fn alpha_must_have_a_value_per_pixel() {
+    let all = images(32, 32);
+    let frame = Frame::new(&all[0]).alpha([0.5; 31].as_slice());
+    let denoiser = denoiser_of(&tiny_kernels(), &Options::default());
+    let error = denoiser.denoise_layers(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    assert!(error.contains("alpha has 31 values, but the color has 1024 pixels"), "{error}");
+}

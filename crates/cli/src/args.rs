@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
 
 use crate::frames::{self, Frames};
+use crate::request::Alpha;
 use crate::values::{
     FormatArg, KernelsArg, PrecisionArg, QualityArg, memory, pixels, positive, runs, side, stops,
     time,
@@ -108,6 +109,10 @@ pub(crate) struct DenoiseArgs {
     pub(crate) network: NetworkArgs,
     #[command(flatten)]
     pub(crate) layers: LayerArgs,
+    /// What happens to the alpha: keep or denoise [default: denoise if it is fractional anywhere]
+    #[arg(long, value_enum, value_name = "HOW", hide_possible_values = true,
+          hide_short_help = true, help_heading = LAYERS)]
+    pub(crate) alpha: Option<Alpha>,
     /// Frames of a sequence, such as 1-48,60 [default: all]
     ///
     /// A list of frames, ranges, and ranges with a step, such as -3-3,60,70-100x5.
@@ -189,7 +194,7 @@ pub(crate) struct ChoiceArgs {
 /// Which layers to read.
 #[derive(Debug, Default, Args)]
 pub(crate) struct LayerArgs {
-    /// Layer to denoise [default: found by its name]
+    /// Layer to denoise [default: the color of every view]
     #[arg(long, value_name = "LAYER")]
     pub(crate) color: Option<String>,
     /// Layer or file with the albedo [default: found by its name]
@@ -200,6 +205,12 @@ pub(crate) struct LayerArgs {
     #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux", hide_short_help = true,
           help_heading = LAYERS)]
     pub(crate) normal: Option<OsString>,
+    /// Further layers of light to denoise by the color's weights: auto, or names such as RGBA_*
+    ///
+    /// Names are separated by commas and may have *, ? and [...]. With auto, light groups and passes
+    /// that renderers sum up are found by their names; `wgdenoise info` shows which.
+    #[arg(long, value_name = "NAMES|auto", hide_short_help = true, help_heading = LAYERS)]
+    pub(crate) layers: Option<String>,
     /// Use neither albedo nor normal
     #[arg(long, hide_short_help = true, help_heading = LAYERS)]
     pub(crate) no_aux: bool,

@@ -12,10 +12,11 @@ use crate::failure::{Failure, shown};
 use crate::fit;
 use crate::interrupt::{self, Tally};
 use crate::plan::{self, Job, Plan};
+use crate::request::Alpha;
 use crate::request::Denoise;
 use crate::session::Session;
-use wgdenoise::{Frame, Image};
-use wgdenoise_files::{Picture, Selection, escaped, exposed};
+use wgdenoise::Frame;
+use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed};
 
 /// Carries out a request.
 pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
@@ -46,9 +47,10 @@ struct Read {
 }
 
 /// An image that can be written.
-struct Denoised {
+struct Ready {
     picture: Picture,
-    result: Image,
+    /// By view.
+    results: Vec<Denoised>,
     laps: Laps,
 }
 
@@ -65,13 +67,15 @@ fn read(job: &Job) -> Result<Read, Failure> {
     Ok(Read { picture, laps })
 }
 
-fn write(job: &Job, image: Denoised, exposure: Option<f32>) -> Result<Written, Failure> {
-    let Denoised { picture, mut result, mut laps } = image;
+fn write(job: &Job, image: Ready, exposure: Option<f32>) -> Result<Written, Failure> {
+    let Ready { picture, mut results, mut laps } = image;
     laps.resume();
     if job.format.is_display_referred() {
-        result = exposed(result, exposure.unwrap_or(0.0));
+        for result in &mut results {
+            result.color = exposed(result.color.clone(), exposure.unwrap_or(0.0));
+        }
     }
-    let notices = picture.save_as(&job.output, job.format, &result, job.replace)?;
+    let notices = picture.save_as(&job.output, job.format, &results, job.replace)?;
     laps.lap("written");
     Ok(Written { notices, laps })
 }
@@ -124,29 +128,63 @@ impl Batch<'_> {
     }
 
     /// Denoises an image that has been read.
-    fn denoise(&mut self, job: &Job, image: Read) -> Result<Denoised, Failure> {
+    fn denoise(&mut self, job: &Job, image: Read) -> Result<Ready, Failure> {
         let Read { picture, mut laps } = image;
         laps.resume();
         self.tell_reading(job, &picture);
-        self.prepare(job, &picture, &mut laps)?;
-        self.tell_fit(job, &picture)?;
-        let result = self.session.denoise(&self.frame(&picture), self.request.verify)?;
+        let mut results = Vec::new();
+        for view in picture.views() {
+            self.prepare(job, view, !picture.is_display_referred(), &mut laps)?;
+            self.tell_fit(job, &picture, view)?;
+            results.push(self.denoise_view(job, view)?);
+        }
         laps.lap("denoised");
-        Ok(Denoised { picture, result, laps })
+        Ok(Ready { picture, results, laps })
     }
 
-    fn frame<'p>(&self, picture: &'p Picture) -> Frame<'p> {
-        Frame::new(picture.color())
-            .albedo(picture.albedo())
-            .normal(picture.normal())
+    /// Denoises a view with its further layers and its alpha.
+    fn denoise_view(&self, job: &Job, view: &View) -> Result<Denoised, Failure> {
+        let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
+        let alpha = view.alpha().filter(|_| self.denoises_alpha(job, view));
+        let frame = self.frame(view).layers(&layers).alpha(alpha);
+        let found = self.session.denoise(&frame, self.request.verify)?;
+        Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
+    }
+
+    /// Decides about the alpha as asked for, or by what it is, and tells that.
+    fn denoises_alpha(&self, job: &Job, view: &View) -> bool {
+        match (self.request.alpha, view.has_fractional_alpha(), self.session.takes_layers()) {
+            (Some(Alpha::Keep), ..) | (None, false, _) => false,
+            (Some(Alpha::Denoise), ..) => true,
+            (None, true, true) => {
+                self.tell(job, &["alpha is denoised by the color's weights".into()]);
+                true
+            }
+            (None, true, false) => {
+                self.tell(job, &["alpha stays noisy: only a kernel pyramid can denoise it".into()]);
+                false
+            }
+        }
+    }
+
+    fn frame<'p>(&self, view: &'p View) -> Frame<'p> {
+        Frame::new(view.color())
+            .albedo(view.albedo())
+            .normal(view.normal())
             .input_scale(self.request.input_scale)
-            .panorama(picture.is_panorama())
+            .panorama(view.is_panorama())
     }
 
-    /// Makes the denoiser that an image needs, unless the session has it.
-    fn prepare(&mut self, job: &Job, picture: &Picture, laps: &mut Laps) -> Result<(), Failure> {
-        let frame = self.frame(picture);
-        let networks = self.session.networks(frame.inputs(), !picture.is_display_referred())?;
+    /// Makes the denoiser that a view needs, unless the session has it.
+    fn prepare(
+        &mut self,
+        job: &Job,
+        view: &View,
+        hdr: bool,
+        laps: &mut Laps,
+    ) -> Result<(), Failure> {
+        let frame = self.frame(view);
+        let networks = self.session.networks(frame.inputs(), hdr)?;
         self.session.open()?;
         if let Some(networks) = networks {
             let notices = self.session.prepare(networks, &frame)?;
@@ -190,7 +228,7 @@ impl Batch<'_> {
 
     /// Tells which layers are used, and how the file was read.
     fn tell_reading(&self, job: &Job, picture: &Picture) {
-        if let Some(selection) = picture.selection() {
+        for selection in picture.views().iter().filter_map(View::selection) {
             self.tell_selection(job, selection);
         }
         self.tell(job, picture.notices());
@@ -200,10 +238,10 @@ impl Batch<'_> {
     ///
     /// # Errors
     /// If the files cannot hold what the weights are for.
-    fn tell_fit(&self, job: &Job, picture: &Picture) -> Result<(), Failure> {
+    fn tell_fit(&self, job: &Job, picture: &Picture, view: &View) -> Result<(), Failure> {
         let (metadata, named) = (self.session.metadata(), self.session.weights_are_named());
         fit::check(metadata, job, picture)?;
-        for notice in fit::unusable_pixels(metadata, picture.color()) {
+        for notice in fit::unusable_pixels(metadata, view.color()) {
             self.console.notice(&format!("{}{notice}", self.about(job)));
         }
         self.tell(job, &fit::notices(metadata, named, picture));

@@ -27,9 +27,10 @@ pub(crate) fn check(metadata: &Metadata, job: &Job, picture: &Picture) -> Result
 
 /// What a user should know about how the weights and the image differ.
 pub(crate) fn notices(metadata: &Metadata, named: bool, picture: &Picture) -> Vec<String> {
+    let view = picture.first();
     let meant = [meant_for(metadata), other_light(metadata, !picture.is_display_referred())];
     let meant = meant.into_iter().flatten().filter(|_| named);
-    let given = Inputs { albedo: picture.albedo().is_some(), normal: picture.normal().is_some() };
+    let given = Inputs { albedo: view.albedo().is_some(), normal: view.normal().is_some() };
     meant.chain(unread_inputs(metadata, given)).collect()
 }
 

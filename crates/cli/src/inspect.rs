@@ -12,7 +12,9 @@ use crate::plan::prepare_output;
 use crate::request::{Compare, Info, Preview};
 use wgdenoise::wgpu::AdapterInfo;
 use wgdenoise::{Gpu, Inputs, Quality, Weights};
-use wgdenoise_files::{Description, FileError, Identity, LayerInfo, Picture, Problem, escaped};
+use wgdenoise_files::{
+    Description, FileError, Identity, LayerInfo, Picture, Problem, ViewInfo, escaped,
+};
 use wgdenoise_metrics::Metrics;
 
 /// Prints a file's layers, which of them are used, its size and the cost.
@@ -26,14 +28,18 @@ pub(crate) fn info(request: &Info) -> Result<(), Failure> {
     }
 }
 
-/// Billions of floating-point operations per quality.
+/// Billions of floating-point operations per quality, all views together.
 fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
-    let pixels = f64::from(file.width) * f64::from(file.height);
-    let given = Inputs { albedo: file.albedo.is_some(), normal: file.normal.is_some() };
     let cost = |quality: Quality| {
         let weights = Weights::builtin(quality)?;
-        let read = given.intersection(weights.metadata().inputs);
-        Ok((quality.name(), 2.0 * weights.macs_per_pixel_for(read)? * pixels / 1e9))
+        let of_view = |view: &ViewInfo| {
+            let given = Inputs { albedo: view.albedo.is_some(), normal: view.normal.is_some() };
+            let read = given.intersection(weights.metadata().inputs);
+            let pixels = f64::from(view.width) * f64::from(view.height);
+            Ok::<_, Failure>(2.0 * weights.macs_per_pixel_for(read)? * pixels / 1e9)
+        };
+        let views = file.views.iter().flatten();
+        Ok((quality.name(), views.map(of_view).sum::<Result<f64, _>>()?))
     };
     Quality::ALL.into_iter().map(cost).collect()
 }
@@ -41,12 +47,9 @@ fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
 fn info_text(file: &Description, costs: &[(&str, f64)]) -> String {
     let mut lines = vec![format!("{}, {}×{} pixels", file.format, file.width, file.height)];
     lines.extend(file.layers.iter().map(layer_line));
-    match &file.selection {
-        Some(Ok(selection)) => {
-            lines.extend(selection.explanation.iter().chain(&selection.left_out).cloned());
-            lines.extend(other_colors(selection));
-        }
-        _ => lines.push(choice(file)),
+    match &file.views {
+        Ok(views) => lines.extend(views.iter().flat_map(view_lines)),
+        Err(problem) => lines.push(refusal(problem)),
     }
     let costs: Vec<_> =
         costs.iter().map(|(name, gflop)| format!("{name} {}", amount(*gflop))).collect();
@@ -56,20 +59,41 @@ fn info_text(file: &Description, costs: &[(&str, f64)]) -> String {
 
 /// One decimal, or two significant digits of a positive value below 1.
 fn amount(value: f64) -> String {
-    let decimals = if value < 1.0 { 1.0 - value.log10().floor() } else { 1.0 };
+    let decimals = if value > 0.0 && value < 1.0 { 1.0 - value.log10().floor() } else { 1.0 };
     format!("{value:.*}", decimals as usize)
 }
 
-/// Which layers are used and why, on one line, or why the file cannot be denoised.
-fn choice(file: &Description) -> String {
-    match &file.selection {
-        None => "color from the pixels, decoded by the sRGB curve".into(),
-        Some(Ok(selection)) => selection.explanation.join("; "),
-        Some(Err(problem @ Problem::AmbiguousColor(_))) => {
-            format!("cannot be denoised: it {problem}; name one with --color")
-        }
-        Some(Err(problem)) => format!("cannot be denoised: it {problem}"),
+/// What is denoised of a view and why; then what else could be, and what could not.
+fn view_lines(view: &ViewInfo) -> Vec<String> {
+    let Some(selection) = &view.selection else {
+        return vec![FROM_PIXELS.into()];
+    };
+    let mut lines: Vec<_> =
+        view.name.iter().map(|name| format!("view `{}`:", escaped(name))).collect();
+    lines.extend(selection.explanation.iter().chain(&selection.left_out).cloned());
+    lines.extend(other_colors(selection));
+    let name = |name: &String| format!("`{}`", escaped(name));
+    if !view.light.is_empty() {
+        let listed: Vec<_> = view.light.iter().map(|(layer, _)| name(layer)).collect();
+        lines.push(format!("--layers auto denoises along: {}", listed.join(", ")));
     }
+    if !view.data.is_empty() {
+        let item = |(layer, what): &(String, &str)| format!("{} ({what})", name(layer));
+        let listed: Vec<_> = view.data.iter().map(item).collect();
+        lines.push(format!("no light, kept as it is: {}", listed.join(", ")));
+    }
+    lines
+}
+
+const FROM_PIXELS: &str = "color from the pixels, decoded by the sRGB curve";
+
+/// Why the file cannot be denoised.
+fn refusal(problem: &Problem) -> String {
+    let advice = match problem {
+        Problem::AmbiguousColor(_) => "; name one with --color",
+        _ => "",
+    };
+    format!("cannot be denoised: it {problem}{advice}")
 }
 
 fn layer_line(layer: &LayerInfo) -> String {
@@ -82,22 +106,61 @@ fn info_json(file: &Description, costs: &[(&str, f64)]) -> Value {
     let layer = |l: &LayerInfo| {
         let channels: Vec<_> =
             l.channels.iter().map(|(name, kind)| json!({"name": name, "type": kind})).collect();
-        json!({"name": l.name, "part": l.part, "channels": channels, "storage": l.storage})
+        json!({
+            "name": l.name,
+            "part": l.part,
+            "view": l.view,
+            "channels": channels,
+            "storage": l.storage,
+        })
     };
     let layers: Vec<Value> = file.layers.iter().map(layer).collect();
     let costs: serde_json::Map<_, _> =
         costs.iter().map(|(name, gflop)| ((*name).to_string(), json!(gflop))).collect();
+    let views: Vec<_> = file.views.iter().flatten().map(view_json).collect();
+    let choice = match &file.views {
+        Ok(views) => views[0]
+            .selection
+            .as_ref()
+            .map_or(FROM_PIXELS.into(), |selection| selection.explanation.join("; ")),
+        Err(problem) => refusal(problem),
+    };
+    // The keys of the first view are also those of the file.
+    let first = |key: &str| views.first().map_or(&Value::Null, |view| &view[key]);
     json!({
         "format": file.format,
         "width": file.width,
         "height": file.height,
         "layers": layers,
-        "color": file.color,
-        "target": file.target,
-        "albedo": file.albedo,
-        "normal": file.normal,
-        "choice": choice(file),
+        "color": first("color"),
+        "target": first("target"),
+        "albedo": first("albedo"),
+        "normal": first("normal"),
+        "choice": choice,
+        "views": views,
         "gflop": costs,
+    })
+}
+
+fn view_json(view: &ViewInfo) -> Value {
+    let selection = view.selection.as_ref();
+    let light: Vec<_> = view.light.iter().map(|(layer, _)| layer).collect();
+    let data: serde_json::Map<_, _> =
+        view.data.iter().map(|(layer, what)| (layer.clone(), json!(what))).collect();
+    json!({
+        "name": view.name,
+        "width": view.width,
+        "height": view.height,
+        "color": selection.map(|s| &s.color),
+        "target": selection.map(|s| &s.target),
+        "albedo": view.albedo,
+        "normal": view.normal,
+        "alpha": view.alpha,
+        "layers": selection.map(|s| &s.layers),
+        "light": light,
+        "data": data,
+        "reasons": selection.map(|s| &s.explanation),
+        "notices": selection.map(|s| &s.left_out),
     })
 }
 
@@ -122,7 +185,7 @@ pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failur
 pub(crate) fn compare(request: &Compare) -> Result<(), Failure> {
     let image = Picture::open(&request.image, &request.layers)?;
     let reference = Picture::open(&request.reference, &request.layers)?;
-    let metrics = wgdenoise_metrics::compare(image.color(), reference.color())?;
+    let metrics = wgdenoise_metrics::compare(image.first().color(), reference.first().color())?;
     if request.json { print_json(&metrics_json(&metrics)) } else { print(&metrics_text(&metrics)) }
 }
 

@@ -18,7 +18,7 @@ use crate::request::{
 };
 use crate::values::QualityArg;
 use wgdenoise::Quality;
-use wgdenoise_files::{Identity, LayerChoice, Limits, is_standard};
+use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits, is_standard};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the
 /// grammar refuses are printed and end the process.
@@ -135,6 +135,7 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
         skip_existing: args.skip_existing,
         format: args.format.map(Into::into),
         overlap: !args.no_overlap,
+        alpha: args.alpha,
         verify: args.verify,
         exposure: args.exposure,
         writing: writing(&args.writing, args.in_place),
@@ -244,6 +245,7 @@ fn layers(args: LayerArgs) -> LayerChoice {
         albedo: args.albedo,
         normal: args.normal,
         no_aux: args.no_aux,
+        layers: args.layers.as_deref().map(LayersWish::parse),
         finished: false,
         limits: limits(args.limits),
     }

@@ -49,11 +49,22 @@ pub(crate) struct Denoise {
     pub(crate) format: Option<Format>,
     /// Read the next image and write the last one while one is denoised.
     pub(crate) overlap: bool,
+    /// What happens to the alpha; by default it is denoised if it is fractional.
+    pub(crate) alpha: Option<Alpha>,
     /// Compare part of each result with the CPU reference.
     pub(crate) verify: bool,
     /// Stops to brighten PNG and JPEG outputs by.
     pub(crate) exposure: Option<f32>,
     pub(crate) writing: Writing,
+}
+
+/// What happens to the alpha of a picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub(crate) enum Alpha {
+    /// It stays as it is.
+    Keep,
+    /// It is denoised by the color's weights.
+    Denoise,
 }
 
 /// What may happen to existing files and missing folders.

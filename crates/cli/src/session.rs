@@ -9,7 +9,8 @@ use crate::failure::Failure;
 use crate::request::{DeviceChoice, WeightsChoice};
 use crate::weights::{Source, Subject};
 use wgdenoise::{
-    Denoiser, Frame, Gpu, Image, Inputs, MainImage, MatrixShape, Metadata, Options, Weights,
+    Denoised, Denoiser, Frame, Gpu, Inputs, MainImage, MatrixShape, Metadata, Options, Topology,
+    Weights,
 };
 
 /// Opens the adapter, with the engine's defaults except for what was chosen.
@@ -149,9 +150,9 @@ impl<'a> Session<'a> {
         Ok(denoiser)
     }
 
-    /// Denoises a frame. With `verify`, part of each network's result is compared with the CPU
-    /// reference.
-    pub(crate) fn denoise(&self, frame: &Frame<'_>, verify: bool) -> Result<Image, Failure> {
+    /// Denoises a frame with its layers and alpha. With `verify`, part of each network's result is
+    /// compared with the CPU reference.
+    pub(crate) fn denoise(&self, frame: &Frame<'_>, verify: bool) -> Result<Denoised, Failure> {
         let engine = self.engine();
         let Some(prefilter) = &engine.prefilter else {
             return self.run(&engine.denoiser, frame, verify, (0, 1));
@@ -161,7 +162,7 @@ impl<'a> Session<'a> {
             let alone = images[i].map(Frame::new);
             alone.map(|frame| self.run(&prefilter[i], &frame, verify, (i, 3))).transpose()
         };
-        let [albedo, normal] = [clean(0)?, clean(1)?];
+        let [albedo, normal] = [clean(0)?, clean(1)?].map(|image| image.map(|image| image.color));
         let frame = frame.albedo(albedo.as_ref()).normal(normal.as_ref());
         self.run(&engine.denoiser, &frame, verify, (2, 3))
     }
@@ -173,22 +174,27 @@ impl<'a> Session<'a> {
         frame: &Frame<'_>,
         verify: bool,
         (stage, stages): (usize, usize),
-    ) -> Result<Image, Failure> {
+    ) -> Result<Denoised, Failure> {
         let plan = plan(denoiser, frame)?;
         self.console.detail(|| plan);
         let progress = &mut |done: usize, total: usize| {
             let fraction = done as f64 / total.max(1) as f64;
             self.console.within_item((stage as f64 + fraction) / stages as f64);
         };
-        let result = denoiser.denoise_with_progress(frame, progress);
+        let result = denoiser.denoise_layers(frame, progress);
         denoiser.take_notices().iter().for_each(|notice| self.console.notice(notice));
         let result = result?;
         if verify {
-            let verified = denoiser.verify(frame, &result)?;
+            let verified = denoiser.verify(frame, &result.color)?;
             let told = verified.map_or(NOTHING_TO_VERIFY.into(), |verified| verified.to_string());
             self.console.notice(&told);
         }
         Ok(result)
+    }
+
+    /// Whether the weights can denoise further layers and alpha along with the color.
+    pub(crate) fn takes_layers(&self) -> bool {
+        self.metadata().topology == Topology::KernelPyramid
     }
 
     /// The metadata of the weights for color.
@@ -218,9 +224,10 @@ const NOTHING_TO_VERIFY: &str = "nothing to verify: the image has no noise";
 /// How a frame is cut into tiles, and the memory that takes.
 fn plan(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<String, Failure> {
     let (width, height) = frame.color.size();
-    let inputs = frame.inputs().intersection(denoiser.weights().metadata().inputs);
-    let plan = denoiser.tile_plan(width, height, inputs)?;
-    let memory = denoiser.memory_bytes(width, height, inputs)?.div_ceil(1 << 20);
+    let mut contents = frame.contents();
+    contents.inputs = contents.inputs.intersection(denoiser.weights().metadata().inputs);
+    let plan = denoiser.tile_plan(width, height, contents)?;
+    let memory = denoiser.memory_bytes(width, height, contents)?.div_ceil(1 << 20);
     let (count, [w, h]) = (plan.tiles.len(), plan.tile);
     let tiles = if count == 1 { "tile" } else { "tiles" };
     Ok(format!("{width}×{height} pixels in {count} {tiles} of {w}×{h}, {memory} MiB of GPU memory"))

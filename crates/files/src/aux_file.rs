@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::choice::{self, Kind};
 use super::exr::ExrFile;
+use super::features::{self, Kind};
 use super::format::Format;
 use super::limits::Limits;
 use super::{FileError, Problem, ldr, window};
@@ -23,8 +23,8 @@ fn read(path: &Path, kind: Kind, limits: Limits) -> Result<Image, Problem> {
     match (Format::of_content(path)?, kind) {
         (Format::Exr, _) => {
             let file = ExrFile::open(path, limits)?;
-            let pick = choice::choose_single(&file.parts(), kind)?;
-            Ok(file.read(&[&pick])?.remove(0))
+            let pick = features::choose_single(&file.parts(), kind)?;
+            Ok(file.read(&[&pick], &[])?.0.remove(0))
         }
         (_, Kind::Albedo) => ldr::LdrFile::read(path, limits).map(|(_, image)| image),
         (_, Kind::Normal) => ldr::read_normals(path, limits),

@@ -1,15 +1,16 @@
-//! Which layers of an EXR file are color, albedo and normal: decided from names alone.
+//! Which layers of an EXR file are color, albedo and normal: decided from names alone, for each view.
 //!
 //! `Noisy Image` is read rather than the combined layer, and the result goes into the combined
 //! layer of the same view layer where there is one.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 
 use super::Problem;
-use super::conventions::{self, Convention};
+use super::conventions;
 use super::escape::escaped;
-use super::layers::{Layer, Part, layers, list, named, not_three};
-use super::selection::Selection;
+use super::features::{Features, Kind};
+use super::layers::{Layer, Part, Place, channel, layers, list, listed, named, not_three};
+use super::light::{self, LayersWish, Matched};
 
 /// How to choose a layer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -23,238 +24,404 @@ pub enum Wish {
     Named(String),
 }
 
-/// Three channels of a layer, and why the layer was chosen.
+/// How to choose all layers.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Wishes {
+    /// The color; `None` for that of every view, by the names that renderers use.
+    pub color: Option<String>,
+    /// The albedo.
+    pub albedo: Wish,
+    /// The normal.
+    pub normal: Wish,
+    /// The further layers of light; none by default.
+    pub layers: Option<LayersWish>,
+}
+
+/// Channels of a layer, and why the layer was chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pick {
     /// The layer's name as messages show it.
     pub layer: String,
-    /// Index of the part.
-    pub part: usize,
-    /// Indices within the part of red, green and blue, or of x, y and z.
-    pub channels: [usize; 3],
+    /// Red, green and blue, or x, y and z, or one channel three times, which is gray.
+    pub channels: [Place; 3],
     /// What the layer was recognized as.
-    pub reason: &'static str,
+    pub reason: String,
 }
 
-/// The layers to read, and the one to write.
+/// The layers to read of one view, and the ones to write.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
+    /// The view's name; `None` if the file has only one.
+    pub view: Option<String>,
     /// The noisy color.
     pub color: Pick,
     /// Where the denoised color goes.
     pub target: Pick,
+    /// The alpha to read, and the one to write.
+    pub alpha: Option<(Place, Place)>,
     /// The albedo, if any.
     pub albedo: Option<Pick>,
     /// The normal, if any.
     pub normal: Option<Pick>,
+    /// Why there is no albedo and no normal, if a layer might be expected to be it.
+    pub missing: [Option<String>; 2],
+    /// The further layers of light.
+    pub layers: Vec<Pick>,
     /// Other layers that could be the color.
     pub other_colors: Vec<String>,
     /// Why a layer that was found is not used, a sentence each.
     pub left_out: Vec<String>,
 }
 
-/// Decides which layers to read and which to write.
+/// Decides which layers to read and which to write, view by view.
 ///
 /// # Errors
-/// If a named layer is missing or lacks three channels, or no layer can be the color.
-pub fn choose(
-    parts: &[Part],
-    color: Option<&str>,
-    albedo: &Wish,
-    normal: &Wish,
-) -> Result<Choice, Problem> {
+/// If a named layer is missing or has the wrong channels, or no layer can be the color.
+pub fn choose(parts: &[Part], wishes: &Wishes) -> Result<Vec<Choice>, Problem> {
     let layers = layers(parts);
-    let (noisy, reason, others) = match color {
-        Some(name) => (named(&layers, name)?, ASKED_FOR, Vec::new()),
-        None => find_color(&layers)?,
+    let views = views(&layers)?;
+    let (colors, left_out) = match &wishes.color {
+        Some(name) => (named_colors(parts, &layers, &views, name)?, Vec::new()),
+        None => found_colors(&views)?,
     };
-    let channels = noisy.rgb().or_else(|| noisy.xyz()).ok_or_else(|| not_three(noisy))?;
-    let color = Pick::new(noisy, channels, reason);
-    let target = combined_beside(&layers, noisy).unwrap_or_else(|| color.clone());
-    let aux = |wish: &Wish, table| match wish {
-        Wish::Without => Ok(None),
-        Wish::Auto => Ok(find_aux(&layers, table, noisy)),
-        Wish::Named(name) => {
-            let layer = named(&layers, name)?;
-            let channels = layer.triple().ok_or_else(|| not_three(layer))?;
-            Ok(Some(Pick::new(layer, channels, ASKED_FOR)))
+    let mut matched = Matched::of(wishes.layers.as_ref());
+    let only = colors.len() == 1;
+    let choices = colors.iter().map(|color| color.choice(&layers, wishes, only, &mut matched));
+    let mut choices = choices.collect::<Result<Vec<_>, _>>()?;
+    matched.check(&layers)?;
+    choices[0].left_out.extend(left_out);
+    if wishes.color.is_some() {
+        choices[0].other_colors.extend(colors_of_others(&views, &colors));
+    }
+    Ok(choices)
+}
+
+/// The layers of one view.
+struct View<'a> {
+    name: Option<&'a str>,
+    layers: Vec<&'a Layer>,
+}
+
+/// The views in the file's order.
+fn views(layers: &[Layer]) -> Result<Vec<View<'_>>, Problem> {
+    let mut views: Vec<View<'_>> = Vec::new();
+    let mut known = HashMap::new();
+    for layer in layers {
+        let name = layer.view.as_deref();
+        let index = *known.entry(name).or_insert(views.len());
+        if index == views.len() {
+            views.push(View { name, layers: Vec::new() });
         }
-    };
-    let (albedo, normal) = (aux(albedo, conventions::ALBEDO)?, aux(normal, conventions::NORMAL)?);
-    let other_colors = others.into_iter().map(|l| l.shown().to_string()).collect();
-    Ok(Choice { color, target, albedo, normal, other_colors, left_out: Vec::new() })
+        views[index].layers.push(layer);
+    }
+    if views.len() > MOST_VIEWS {
+        let found = views.len();
+        return Err(Problem::TooLarge(format!(
+            "has {found} views, and at most {MOST_VIEWS} are accepted"
+        )));
+    }
+    Ok(views)
+}
+
+/// Most views of a file; cameras for light fields have some hundred.
+const MOST_VIEWS: usize = 512;
+
+/// A color to denoise.
+struct Color<'a> {
+    view: &'a View<'a>,
+    layer: &'a Layer,
+    pick: Pick,
+    /// Other layers of the same convention.
+    others: Vec<&'a Layer>,
 }
 
 /// The reason for a layer that the caller named.
-const ASKED_FOR: &str = "as asked for";
-
-/// What a separate file holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Albedo.
-    Albedo,
-    /// Normals.
-    Normal,
-}
-
-/// The albedo or normal of a separate file: by its name, or else the plain or only layer.
-///
-/// # Errors
-/// If no layer can be it.
-pub fn choose_single(parts: &[Part], kind: Kind) -> Result<Pick, Problem> {
-    let layers = layers(parts);
-    let table = match kind {
-        Kind::Albedo => conventions::ALBEDO,
-        Kind::Normal => conventions::NORMAL,
-    };
-    let by_name = table.iter().find_map(|c| layers.iter().find(|l| l.is(c)));
-    let usable: Vec<_> = layers.iter().filter(|l| l.triple().is_some()).collect();
-    let plain = usable.iter().find(|l| l.name.is_empty() || usable.len() == 1).copied();
-    let layer = by_name.or(plain).ok_or_else(|| not_single(&layers, kind, usable.len()))?;
-    let channels = layer.triple().ok_or_else(|| not_three(layer))?;
-    Ok(Pick::new(layer, channels, "from a file of its own"))
-}
-
-fn not_single(layers: &[Layer], kind: Kind, candidates: usize) -> Problem {
-    let what = if kind == Kind::Albedo { "albedo" } else { "normal" };
-    let listed = list(layers);
-    Problem::Layers(match candidates {
-        0 => format!("has no layer with three channels; its layers are {listed}"),
-        n => format!(
-            "has {n} layers that could be the {what}; give a file with one, or name the layer \
-             `{what}`; its layers are {listed}"
-        ),
-    })
-}
+pub(super) const ASKED_FOR: &str = "as asked for";
 
 impl Pick {
-    fn new(layer: &Layer, channels: [usize; 3], reason: &'static str) -> Self {
-        Self { layer: layer.shown().to_string(), part: layer.part, channels, reason }
+    pub(super) fn new(layer: &Layer, channels: [Place; 3], reason: impl Into<String>) -> Self {
+        Self { layer: layer.shown().to_string(), channels, reason: reason.into() }
     }
 
     /// Channels that the caller named.
-    pub(super) fn named(layer: &str, part: usize, channels: [usize; 3]) -> Self {
-        Self { layer: layer.to_string(), part, channels, reason: ASKED_FOR }
+    pub(super) fn named(layer: &str, channels: [Place; 3]) -> Self {
+        Self { layer: layer.to_string(), channels, reason: ASKED_FOR.into() }
+    }
+
+    /// The part whose window is the layer's.
+    #[must_use]
+    pub fn part(&self) -> usize {
+        self.channels[0].part
+    }
+
+    /// Whether it is one channel.
+    #[must_use]
+    pub fn is_gray(&self) -> bool {
+        self.channels[0] == self.channels[1]
     }
 }
 
-impl Choice {
-    /// Drops an albedo or normal that was found by its name and does not pass `check`. One that the
-    /// caller named stays.
-    pub(super) fn leave_out_unusable(&mut self, check: impl Fn(&Pick) -> Result<(), Problem>) {
-        for aux in [&mut self.albedo, &mut self.normal] {
-            let Some(pick) = aux.as_ref().filter(|pick| pick.reason != ASKED_FOR) else { continue };
-            if let Err(problem) = check(pick) {
-                self.left_out.push(format!("`{}` is left out: {problem}", escaped(&pick.layer)));
-                *aux = None;
-            }
-        }
-    }
-
-    /// The choice as a user reads it. Albedo and normal may come from files instead, whose names
-    /// are given.
-    #[must_use]
-    pub fn selection(&self, albedo_file: Option<&str>, normal_file: Option<&str>) -> Selection {
-        let aux = |pick: &Option<Pick>, file: Option<&str>| pick.is_some() || file.is_some();
-        Selection {
-            color: self.color.layer.clone(),
-            target: self.target.layer.clone(),
-            albedo: aux(&self.albedo, albedo_file),
-            normal: aux(&self.normal, normal_file),
-            explanation: self.explain(albedo_file, normal_file),
-            other_colors: self.other_colors.clone(),
-            left_out: self.left_out.clone(),
-        }
-    }
-
-    fn explain(&self, albedo_file: Option<&str>, normal_file: Option<&str>) -> [String; 3] {
-        let aux = |what: &str, pick: &Option<Pick>, file: Option<&str>| match (pick, file) {
-            (_, Some(file)) => format!("{what} from the file {}", escaped(file)),
-            (Some(pick), None) => {
-                format!("{what} from `{}` ({})", escaped(&pick.layer), pick.reason)
-            }
-            (None, None) => format!("no {what}"),
+impl<'a> Color<'a> {
+    fn choice(
+        &self,
+        layers: &[Layer],
+        wishes: &Wishes,
+        only: bool,
+        matched: &mut Matched,
+    ) -> Result<Choice, Problem> {
+        let target = combined_beside(&self.view.layers, self.layer);
+        let written = target.as_ref().map_or(self.layer, |(layer, _)| layer);
+        let others = || self.view.layers.iter().filter(|l| **l != self.layer && **l != written);
+        let features = Features::of(others().copied());
+        let aux = |wish: &Wish, kind| match wish {
+            Wish::Without => Ok(None),
+            Wish::Auto => Ok(features.near(self.layer, kind)),
+            Wish::Named(name) => match self.named_aux(layers, name, only)? {
+                Some(pick) => Ok(Some(pick)),
+                None => Ok(features.near(self.layer, kind)),
+            },
         };
-        let [color, target] = [&self.color, &self.target].map(|pick| escaped(&pick.layer));
-        let reason = self.color.reason;
-        [
-            format!("color from `{color}` ({reason}), written to `{target}`"),
-            aux("albedo", &self.albedo, albedo_file),
-            aux("normal", &self.normal, normal_file),
-        ]
+        let albedo = aux(&wishes.albedo, Kind::Albedo)?;
+        let normal = aux(&wishes.normal, Kind::Normal)?;
+        let missing = |pick: &Option<Pick>, wish: &Wish, kind| {
+            let sought = pick.is_none() && *wish == Wish::Auto;
+            sought.then(|| Features::elsewhere(layers, self.layer, kind)).flatten()
+        };
+        let missing = [
+            missing(&albedo, &wishes.albedo, Kind::Albedo),
+            missing(&normal, &wishes.normal, Kind::Normal),
+        ];
+        let light = light::choose(others().copied(), self.layer, wishes.layers.as_ref(), matched)?;
+        Ok(Choice {
+            view: self.view.name.map(Into::into),
+            color: self.pick.clone(),
+            target: target.map_or_else(|| self.pick.clone(), |(_, pick)| pick),
+            alpha: self.alpha(written),
+            albedo,
+            normal,
+            missing,
+            layers: light.picks,
+            other_colors: self.others.iter().map(|l| l.shown().to_string()).collect(),
+            left_out: light.left_out,
+        })
     }
+
+    /// The alpha of the color's layer, or else a layer `alpha` beside it, and that of the layer that
+    /// is written.
+    fn alpha(&self, written: &Layer) -> Option<(Place, Place)> {
+        let beside = || {
+            let home = self.layer.pass_name().0;
+            let is_alpha = |l: &&&Layer| {
+                let (prefix, pass) = l.pass_name();
+                prefix == home && pass.eq_ignore_ascii_case("alpha") && l.channels.len() == 1
+            };
+            self.view.layers.iter().find(is_alpha).and_then(|l| l.alpha())
+        };
+        let place = |layer: &Layer| layer.alpha().or_else(beside);
+        let (read, write) = (place(self.layer)?, place(written)?);
+        (!self.pick.channels.contains(&read)).then_some((read, write))
+    }
+
+    /// The layer of this name for the color's view; `None` if it belongs to another of several views.
+    fn named_aux(&self, layers: &[Layer], name: &str, only: bool) -> Result<Option<Pick>, Problem> {
+        let found = named(layers, name)?;
+        let own = found.iter().find(|layer| layer.view.as_deref() == self.view.name);
+        let Some(layer) = own.or_else(|| found.first().filter(|_| only)) else { return Ok(None) };
+        let channels = layer.triple().ok_or_else(|| not_three(layer))?;
+        Ok(Some(Pick::new(layer, channels, ASKED_FOR)))
+    }
+}
+
+/// The colors of this name: a layer's, that of a layer in each view, a view's or a channel's.
+fn named_colors<'a>(
+    parts: &[Part],
+    layers: &'a [Layer],
+    views: &'a [View<'a>],
+    name: &str,
+) -> Result<Vec<Color<'a>>, Problem> {
+    let view_of = |layer: &Layer| {
+        let is_its = |view: &&View<'_>| view.name == layer.view.as_deref();
+        views.iter().find(is_its).expect("every layer is in a view")
+    };
+    let color = |layer: &'a Layer, channels: [Place; 3]| {
+        let reason = if channels == [channels[0]; 3] { AS_GRAY } else { ASKED_FOR };
+        let pick = Pick::new(layer, channels, reason);
+        Color { view: view_of(layer), layer, pick, others: Vec::new() }
+    };
+    let missing = match named(layers, name) {
+        Ok(found) => {
+            let named = |layer: &&'a Layer| Ok(color(layer, color_channels(layer)?));
+            return found.iter().map(named).collect();
+        }
+        Err(problem) => problem,
+    };
+    if let Some(view) = views.iter().find(|view| view.name == Some(name)) {
+        return find_color(view).map(|color| vec![color]);
+    }
+    let (layer, place) = channel(parts, layers, name).ok_or(missing)?;
+    let letter = name.rsplit('.').next().unwrap_or(name);
+    check_gray(letter).map_err(|what| {
+        Problem::Layers(format!("channel `{}` holds {what}, not light", escaped(name)))
+    })?;
+    let mut color = color(layer, [place; 3]);
+    color.pick.layer = name.to_string();
+    Ok(vec![color])
+}
+
+/// The reason for a single channel.
+const AS_GRAY: &str = "as asked for, as gray";
+
+/// The channels to denoise of a layer that the caller named.
+fn color_channels(layer: &Layer) -> Result<[Place; 3], Problem> {
+    if let Some(channels) = layer.rgb().or_else(|| layer.xyz()) {
+        return Ok(channels);
+    }
+    let place = layer.single().ok_or_else(|| not_three(layer))?;
+    let pass = layer.pass_name().1;
+    check_gray(if pass.is_empty() { layer.shown() } else { pass }).map_err(|what| {
+        let letters: Vec<_> = layer.channels.iter().map(|(letter, _)| escaped(letter)).collect();
+        Problem::Layers(format!(
+            "layer `{}` has the channels {} and holds {what}, not light",
+            escaped(layer.shown()),
+            letters.join(", ")
+        ))
+    })?;
+    Ok([place; 3])
+}
+
+/// Refuses to take a channel for gray light if its name tells that it holds something without noise.
+fn check_gray(name: &str) -> Result<(), &'static str> {
+    let noisy = ["occlusion", "shadows", "mist", "alpha"];
+    conventions::data(name).filter(|what| !noisy.contains(what)).map_or(Ok(()), Err)
+}
+
+/// The color of every view that has one, and which views have none.
+fn found_colors<'a>(views: &'a [View<'a>]) -> Result<(Vec<Color<'a>>, Vec<String>), Problem> {
+    let (mut colors, mut left_out, mut first) = (Vec::new(), Vec::new(), None);
+    for view in views {
+        match find_color(view) {
+            Ok(color) => colors.push(color),
+            Err(problem) => {
+                let has_rgb = view.layers.iter().any(|layer| layer.rgb().is_some());
+                if let Some(name) = view.name.filter(|_| has_rgb) {
+                    let name = escaped(name);
+                    left_out.push(format!("the view `{name}` stays as it is: it {problem}"));
+                }
+                first.get_or_insert(problem);
+            }
+        }
+    }
+    match first {
+        Some(problem) if colors.is_empty() => Err(problem),
+        _ => Ok((colors, left_out)),
+    }
+}
+
+/// The colors of the views that stay as they are because the caller named one.
+fn colors_of_others(views: &[View<'_>], chosen: &[Color<'_>]) -> Vec<String> {
+    let denoised: HashSet<_> = chosen.iter().map(|color| color.view.name).collect();
+    let others = views.iter().filter(|view| !denoised.contains(&view.name));
+    others.filter_map(|view| find_color(view).ok()).map(|color| color.pick.layer).collect()
 }
 
 /// The color's layer, the reason, and the other layers of the same convention.
-fn find_color(layers: &[Layer]) -> Result<(&Layer, &'static str, Vec<&Layer>), Problem> {
-    let has_rgb = |l: &&Layer| l.rgb().is_some();
-    let homes = homes_with_aux(layers);
+fn find_color<'a>(view: &'a View<'a>) -> Result<Color<'a>, Problem> {
+    let layers = &view.layers;
+    let with_rgb = || layers.iter().filter_map(|layer| Some((*layer, layer.rgb()?)));
+    let homes = homes_with_features(layers);
     for convention in conventions::COLOR {
-        let meeting = || layers.iter().filter(has_rgb).filter(|l| l.is(convention));
-        if let Some(layer) = meeting().min_by_key(|l| rank(&homes, l)) {
-            return Ok((layer, convention.whose, meeting().filter(|l| *l != layer).collect()));
+        let meeting = || with_rgb().filter(|(layer, _)| layer.is(convention));
+        if let Some((layer, channels)) = meeting().min_by_key(|(layer, _)| rank(&homes, layer)) {
+            let pick = Pick::new(layer, channels, convention.whose);
+            let others = meeting().map(|(other, _)| other).filter(|other| *other != layer);
+            return Ok(Color { view, layer, pick, others: others.collect() });
         }
     }
-    let rest: Vec<_> = layers.iter().filter(has_rgb).filter(|l| !l.is_known_data()).collect();
-    let has_alpha = |l: &&&Layer| l.find(["r", "g", "a"]).is_some();
-    let with_alpha: Vec<_> = rest.iter().filter(has_alpha).collect();
-    match (rest.as_slice(), with_alpha.as_slice()) {
-        ([only], _) => Ok((only, "the only layer that can be the color", Vec::new())),
-        (_, [only]) => Ok((only, "the only layer with R, G, B and alpha", Vec::new())),
-        _ => Err(no_color(layers, rest.len())),
-    }
+    let rest: Vec<_> = with_rgb().filter(|(layer, _)| layer.data().is_none()).collect();
+    let with_alpha: Vec<_> = rest.iter().filter(|(layer, _)| layer.alpha().is_some()).collect();
+    let ((layer, channels), reason) = match (rest.as_slice(), with_alpha.as_slice()) {
+        ([only], _) => (*only, "the only layer that can be the color"),
+        (_, [only]) => (**only, "the only layer with R, G, B and alpha"),
+        _ => return Err(no_color(layers, &rest.iter().map(|(l, _)| *l).collect::<Vec<_>>())),
+    };
+    Ok(Color { view, layer, pick: Pick::new(layer, channels, reason), others: Vec::new() })
 }
 
 /// The view layers that have an albedo or a normal by name.
-fn homes_with_aux(layers: &[Layer]) -> HashSet<&str> {
-    let is_aux = |l: &&Layer| {
+fn homes_with_features<'a>(layers: &[&'a Layer]) -> HashSet<&'a str> {
+    let is_feature = |l: &&&Layer| {
         conventions::ALBEDO.iter().chain(conventions::NORMAL).any(|convention| l.is(convention))
     };
-    layers.iter().filter(is_aux).map(|l| l.pass_name().0).collect()
+    layers.iter().filter(is_feature).map(|l| l.pass_name().0).collect()
 }
 
 /// Orders layers of one convention, the preferred first: a view layer with albedo or normal is the
 /// one meant for denoising, and Blender's compositor may have filtered its output.
-fn rank(homes_with_aux: &HashSet<&str>, color: &Layer) -> (bool, bool) {
+fn rank(homes_with_features: &HashSet<&str>, color: &Layer) -> (bool, bool) {
     let home = color.pass_name().0;
-    (conventions::simple(home) == "composite", !homes_with_aux.contains(home))
+    (conventions::simple(home) == "composite", !homes_with_features.contains(home))
 }
 
-fn no_color(layers: &[Layer], candidates: usize) -> Problem {
-    let gray = layers.iter().any(|l| l.channels.iter().any(|(c, _)| c == "Y"));
-    let listed = list(layers);
-    match candidates {
-        0 if gray => Problem::Layers(format!(
-            "has luminance (Y) but no layer with R, G and B, and only three channels can be \
-             denoised; its layers are {listed}"
+fn no_color(layers: &[&Layer], candidates: &[&Layer]) -> Problem {
+    let can_be_gray = |l: &&&Layer| l.single().is_some() && l.data().is_none();
+    let has_luminance = layers.iter().any(|l| l.channels.iter().any(|(letter, _)| letter == "Y"));
+    let all = list(layers.iter().copied());
+    match candidates.len() {
+        0 if has_luminance => Problem::AmbiguousColor(format!(
+            "has luminance (Y) but no layer with R, G and B; a single channel is denoised as gray \
+             on request; its layers are {all}"
         )),
-        0 => Problem::Layers(format!("has no layer with R, G and B; its layers are {listed}")),
+        0 if layers.iter().any(|l| can_be_gray(&l)) => Problem::AmbiguousColor(format!(
+            "has no layer with R, G and B; a single channel is denoised as gray on request; its \
+             layers are {all}"
+        )),
+        0 => Problem::Layers(format!("has no layer with R, G and B; its layers are {all}")),
         n => Problem::AmbiguousColor(format!(
-            "has {n} layers that could be the color; its layers are {listed}"
+            "has {n} layers that could be the color: {}",
+            listed(candidates.iter().map(|layer| layer.shown()))
         )),
     }
 }
 
-/// The first convention that a layer next to the color meets; for plain color, any layer.
-fn find_aux(layers: &[Layer], table: &[Convention], color: &Layer) -> Option<Pick> {
-    let home = color.pass_name().0;
-    let near = |l: &&Layer| home.is_empty() || l.pass_name().0 == home;
-    table.iter().find_map(|convention| {
-        let layer = layers.iter().filter(near).find(|l| l.is(convention) && *l != color)?;
-        layer.triple().map(|channels| Pick::new(layer, channels, convention.whose))
-    })
-}
-
 /// The combined layer of the same view layer, if the color is its noisy image.
-fn combined_beside(layers: &[Layer], noisy: &Layer) -> Option<Pick> {
+fn combined_beside<'a>(layers: &[&'a Layer], noisy: &Layer) -> Option<(&'a Layer, Pick)> {
     let (home, pass) = noisy.pass_name();
-    let is_combined = |l: &&Layer| {
+    let is_combined = |l: &&&Layer| {
         let (prefix, name) = l.pass_name();
         prefix == home && conventions::simple(name) == "combined"
     };
     let combined = layers.iter().filter(|_| conventions::simple(pass) == "noisyimage");
     let combined = combined.into_iter().find(is_combined)?;
-    combined.rgb().map(|channels| Pick::new(combined, channels, "Blender's combined pass"))
+    let channels = combined.rgb()?;
+    Some((combined, Pick::new(combined, channels, "Blender's combined pass")))
+}
+
+impl Choice {
+    /// Drops layers that were found by their names and do not pass `check`. Those that the caller
+    /// named stay.
+    pub(super) fn leave_out_unusable(&mut self, check: impl Fn(&Pick) -> Result<(), Problem>) {
+        let left_out = &mut self.left_out;
+        let mut usable = |pick: &Pick| match check(pick) {
+            Err(problem) if pick.reason != ASKED_FOR => {
+                left_out.push(format!("`{}` is left out: {problem}", escaped(&pick.layer)));
+                false
+            }
+            _ => true,
+        };
+        self.albedo.take_if(|pick| !usable(pick));
+        self.normal.take_if(|pick| !usable(pick));
+        self.layers.retain(usable);
+    }
+
+    /// All layers to read: the color first, then albedo, normal and the further ones.
+    pub(super) fn picks(&self) -> impl Iterator<Item = &Pick> {
+        [&self.color].into_iter().chain(&self.albedo).chain(&self.normal).chain(&self.layers)
+    }
+
+    /// All layers of color to write: the target first, then the further ones.
+    pub(super) fn targets(&self) -> impl Iterator<Item = &Pick> {
+        [&self.target].into_iter().chain(&self.layers)
+    }
 }
 
 #[cfg(test)]

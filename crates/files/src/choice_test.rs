@@ -1,4 +1,7 @@
 use super::*;
+use crate::features::choose_single;
+use crate::selection::Selection;
+use crate::wanted::Files;
 
 struct Case {
     renderer: &'static str,
@@ -141,12 +144,30 @@ fn parts(named: &[(&str, &str)]) -> Vec<Part> {
     let part = |&(name, channels): &(&str, &str)| Part {
         name: (!name.is_empty()).then(|| blank(name)),
         channels: channels.split_whitespace().map(blank).collect(),
+        ..Part::default()
     };
     named.iter().map(part).collect()
 }
 
+/// The choice for a file with one view.
+fn choose_one(
+    parts: &[Part],
+    color: Option<&str>,
+    albedo: &Wish,
+    normal: &Wish,
+) -> Result<Choice, Problem> {
+    let (color, albedo, normal) = (color.map(Into::into), albedo.clone(), normal.clone());
+    let mut choices = choose(parts, &Wishes { color, albedo, normal, layers: None })?;
+    assert_eq!(choices.len(), 1);
+    Ok(choices.remove(0))
+}
+
 fn automatic(parts: &[Part]) -> Result<Choice, Problem> {
-    choose(parts, None, &Wish::Auto, &Wish::Auto)
+    choose_one(parts, None, &Wish::Auto, &Wish::Auto)
+}
+
+fn selection(choice: &Choice, albedo: Option<&str>) -> Selection {
+    Selection::of(choice, &Files { albedo: albedo.map(Into::into), normal: None })
 }
 
 #[test]
@@ -164,9 +185,9 @@ fn every_renderers_names_are_known() {
 #[test]
 fn red_green_blue_and_x_y_z_are_found_in_any_order() {
     let choice = automatic(&parts(&[("C", "A B G R"), ("N", "Y X Z")])).unwrap();
-    assert_eq!((choice.color.part, choice.color.channels), (0, [3, 2, 1]));
+    assert_eq!(choice.color.channels, [3, 2, 1].map(|channel| Place { part: 0, channel }));
     let normal = choice.normal.unwrap();
-    assert_eq!((normal.part, normal.channels), (1, [1, 0, 2]));
+    assert_eq!(normal.channels, [1, 0, 2].map(|channel| Place { part: 1, channel }));
 }
 
 #[test]
@@ -175,7 +196,7 @@ fn a_named_layer_is_found_exactly_or_by_its_last_word() {
     for (wish, layer) in
         [("a.light", "a.light"), ("A.LIGHT", "a.light"), ("gloss", "b.gloss"), ("RGB", "RGB")]
     {
-        let choice = choose(&parts, Some(wish), &Wish::Auto, &Wish::Without).unwrap();
+        let choice = choose_one(&parts, Some(wish), &Wish::Auto, &Wish::Without).unwrap();
         assert_eq!((choice.color.layer.as_str(), choice.target.layer.as_str()), (layer, layer));
     }
 }
@@ -184,9 +205,10 @@ fn a_named_layer_is_found_exactly_or_by_its_last_word() {
 fn an_unknown_layer_is_refused_with_a_list_of_the_layers() {
     let parts = parts(&[("", "R G B albedo.R albedo.G albedo.B depth.Z")]);
     let wish = Wish::Named("albido".into());
-    let error = choose(&parts, None, &wish, &Wish::Auto).unwrap_err().to_string();
+    let error = choose_one(&parts, None, &wish, &Wish::Auto).unwrap_err().to_string();
     assert!(error.contains("no layer `albido`") && error.contains("`RGB`, `albedo`, `depth`"));
-    let error = choose(&parts, Some("depth"), &Wish::Auto, &Wish::Auto).unwrap_err().to_string();
+    let error =
+        choose_one(&parts, Some("depth"), &Wish::Auto, &Wish::Auto).unwrap_err().to_string();
     assert!(error.contains("layer `depth` has the channels Z"), "{error}");
 }
 
@@ -207,10 +229,10 @@ fn a_view_layer_is_preferred_to_the_compositors_output_and_the_others_are_named(
         "Composite.Combined.B Composite.Combined.G Composite.Combined.R \
          Fog.Combined.B Fog.Combined.G Fog.Combined.R",
     )]);
-    let said = automatic(&parts).unwrap().selection(None, None);
+    let said = selection(&automatic(&parts).unwrap(), None);
     assert!(said.explanation[0].starts_with("color from `Fog.Combined`"), "{said:?}");
     assert_eq!(said.other_colors, ["Composite.Combined"]);
-    let named = choose(&parts, Some("Fog.Combined"), &Wish::Auto, &Wish::Auto).unwrap();
+    let named = choose_one(&parts, Some("Fog.Combined"), &Wish::Auto, &Wish::Auto).unwrap();
     assert!(named.other_colors.is_empty() && named.left_out.is_empty(), "{named:?}");
 }
 
@@ -218,10 +240,10 @@ fn a_view_layer_is_preferred_to_the_compositors_output_and_the_others_are_named(
 fn an_unusable_albedo_is_left_out_unless_it_was_named() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
     let named = Wish::Named("N".into());
-    let mut choice = choose(&parts, None, &Wish::Auto, &named).unwrap();
+    let mut choice = choose_one(&parts, None, &Wish::Auto, &named).unwrap();
     choice.leave_out_unusable(|_| Err(Problem::Unsupported("it holds integers".into())));
     assert_eq!((choice.albedo.is_some(), choice.normal.is_some()), (false, true));
-    let said = choice.selection(None, None).left_out;
+    let said = selection(&choice, None).left_out;
     assert_eq!(said, ["`albedo` is left out: it holds integers"]);
 }
 
@@ -239,12 +261,12 @@ fn a_separate_file_with_two_candidates_is_refused_with_advice() {
 #[test]
 fn no_aux_leaves_both_out_and_the_choice_is_explained() {
     let parts = parts(&[("C", "R G B"), ("albedo", "R G B"), ("N", "X Y Z")]);
-    let choice = choose(&parts, None, &Wish::Without, &Wish::Without).unwrap();
+    let choice = choose_one(&parts, None, &Wish::Without, &Wish::Without).unwrap();
     assert_eq!(
-        choice.selection(None, None).explanation,
+        selection(&choice, None).explanation,
         ["color from `C` (Karma's beauty), written to `C`", "no albedo", "no normal"]
     );
-    let with_file = choice.selection(Some("a.exr"), None);
+    let with_file = selection(&choice, Some("a.exr"));
     assert!(with_file.explanation[1..] == ["albedo from the file a.exr", "no normal"]);
     assert!(with_file.albedo && !with_file.normal, "{with_file:?}");
 }

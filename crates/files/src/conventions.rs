@@ -1,4 +1,5 @@
-//! Renderers' names for color, albedo and normal layers, the preferred name first.
+//! Renderers' names for layers: color, albedo and normal, the preferred name first; light that adds up
+//! to the color; and what is no light.
 
 /// A layer's name, and the renderer that uses it.
 #[derive(Clone, Copy, Debug)]
@@ -27,6 +28,9 @@ pub(super) const COLOR: &[Convention] = &[
     of("rgb", "the beauty by its name"),
     of("beauty", "the beauty by its name"),
     of("color", "the beauty by its name"),
+    of("image", "the image by its name"),
+    of("finalimage", "Unreal's final image"),
+    of("rgbimagepipeline", "LuxCore's image pipeline"),
 ];
 
 /// Albedo.
@@ -37,6 +41,9 @@ pub(super) const ALBEDO: &[Convention] = &[
     of("diffusealbedo", "Arnold's diffuse albedo"),
     of("diffusefilter", "Redshift's diffuse filter"),
     of("vraydiffusefilter", "V-Ray's diffuse filter"),
+    of("diffusefilter(beauty)", "Octane's diffuse filter"),
+    of("cshadingsourcecolor", "Corona's source color"),
+    of("finalimagepwbasecolor", "Unreal's base color"),
     Convention { pass: "diffuse", words: true, whose: "V-Ray's diffuse filter" },
 ];
 
@@ -46,19 +53,211 @@ pub(super) const NORMAL: &[Convention] = &[
     of("bumpnormals", "V-Ray's bump normals"),
     of("ns", "pbrt's shading normal"),
     of("shnormal", "Mitsuba's shading normal"),
+    of("shadingnormal", "Octane's shading normal"),
+    of("avgshadingnormal", "LuxCore's shading normal"),
+    of("cgeometrynormalsshading", "Corona's shading normal"),
+    of("finalimagepwworldnormal", "Unreal's world normal"),
     of("n", "the normal by its name"),
     of("normal", "the normal by its name"),
     of("normals", "the normal by its name"),
 ];
 
-/// Whether a layer of this name holds data or finished images, never noisy color.
-pub(super) fn is_data(pass: &str) -> bool {
+/// Parts of names, as [`simple`] leaves them, and what such layers hold.
+const DATA_WITHIN: &[(&str, &str)] = &[
+    ("crypto", "cryptomatte"),
+    ("variance", "variance"),
+    ("albedo", "albedo"),
+    ("normal", "normals"),
+    ("filter", "surface color"),
+    ("basecolor", "surface color"),
+    ("sourcecolor", "surface color"),
+    ("depth", "depth"),
+    ("position", "positions"),
+    ("motion", "motion vectors"),
+    ("velocity", "motion vectors"),
+    ("multimatte", "masks"),
+    ("roughness", "roughness"),
+    ("samplecount", "sample counts"),
+    ("samplerate", "sample counts"),
+    ("occlusion", "occlusion"),
+    ("shadow", "shadows"),
+    ("objectid", "IDs"),
+    ("materialid", "IDs"),
+    ("effectsresult", "a finished picture"),
+    ("denoised", "a finished picture"),
+];
+
+/// Names, as [`simple`] leaves them, and what such layers hold.
+const DATA: &[(&str, &str)] = &[
+    ("diffcol", "surface color"),
+    ("diffusecolor", "surface color"),
+    ("glosscol", "surface color"),
+    ("glossycolor", "surface color"),
+    ("transcol", "surface color"),
+    ("transmissioncolor", "surface color"),
+    ("subsurfacecolor", "surface color"),
+    ("z", "depth"),
+    ("deep", "depth"),
+    ("mist", "mist"),
+    ("p", "positions"),
+    ("pworld", "positions"),
+    ("pref", "positions"),
+    ("n", "normals"),
+    ("ng", "normals"),
+    ("uv", "texture coordinates"),
+    ("st", "texture coordinates"),
+    ("vector", "motion vectors"),
+    ("ao", "occlusion"),
+    ("indexob", "IDs"),
+    ("indexma", "IDs"),
+    ("objectindex", "IDs"),
+    ("materialindex", "IDs"),
+    ("id", "IDs"),
+    ("mask", "masks"),
+    ("matte", "masks"),
+    ("alpha", "alpha"),
+];
+
+/// What a layer of this name holds, if that is no light to sum up.
+pub(super) fn data(pass: &str) -> Option<&'static str> {
     let pass = simple(pass);
-    let known = ["variance", "position", "p", "uv", "vector", "motionvectors", "effectsresult"];
-    pass.contains("crypto") || known.contains(&pass.as_str())
+    let within = DATA_WITHIN.iter().find(|(name, _)| pass.contains(name));
+    within.or_else(|| DATA.iter().find(|(name, _)| pass == *name)).map(|(_, what)| *what)
+}
+
+/// How names of light groups begin, in lower case.
+const LIGHT_GROUPS: &[(&str, &str)] = &[
+    ("combined_", "Blender's light group"),
+    ("rgba_", "Arnold's light group"),
+    ("vraylightselect", "V-Ray's light select"),
+    ("vray_lightselect", "V-Ray's light select"),
+    ("cshading_lightselect", "Corona's light select"),
+    ("lightselect", "a light select"),
+    ("lightgroup", "a light group by its name"),
+    ("light_group", "a light group by its name"),
+    ("lpe:", "a light path expression"),
+    ("lpe_", "a light path expression"),
+];
+
+/// The words that names of direct light, reflections and the like consist of, in the spelling of
+/// Blender, Arnold, V-Ray, RenderMan, Karma, Redshift, Octane and Mitsuba.
+const LIGHT_WORDS: &[&str] = &[
+    "vray",
+    "direct",
+    "dir",
+    "indirect",
+    "ind",
+    "combined",
+    "diffuse",
+    "diff",
+    "specular",
+    "spec",
+    "glossy",
+    "gloss",
+    "transmission",
+    "transmissive",
+    "trans",
+    "reflections",
+    "reflection",
+    "refractions",
+    "refraction",
+    "subsurface",
+    "sss",
+    "singlescatter",
+    "clearcoat",
+    "coat",
+    "sheen",
+    "volume",
+    "volumetric",
+    "emission",
+    "emissive",
+    "emit",
+    "environment",
+    "env",
+    "background",
+    "globalillumination",
+    "gi",
+    "selfillumination",
+    "caustics",
+    "lighting",
+    "light",
+    "lobe",
+    "primary",
+    "rough",
+    "user",
+];
+
+/// Longer names are not taken apart.
+const MOST_LETTERS: usize = 64;
+
+/// What light a layer of this name holds, if it adds up to the color by a renderer's convention.
+pub(super) fn light(pass: &str) -> Option<&'static str> {
+    let lower = pass.trim().to_lowercase();
+    let group = LIGHT_GROUPS.iter().find(|(start, _)| lower.starts_with(start));
+    if let Some((_, whose)) = group {
+        return Some(whose);
+    }
+    let letters = simple(pass);
+    let named = !letters.is_empty() && letters != "combined" && letters.len() <= MOST_LETTERS;
+    (named && is_made_of(&letters, LIGHT_WORDS)).then_some("a light pass by its name")
+}
+
+/// Whether a text is some of the words in a row.
+fn is_made_of(text: &str, words: &[&str]) -> bool {
+    let mut reached = vec![false; text.len() + 1];
+    reached[0] = true;
+    for at in 0..text.len() {
+        if !reached[at] {
+            continue;
+        }
+        for word in words.iter().filter(|word| text[at..].starts_with(**word)) {
+            reached[at + word.len()] = true;
+        }
+    }
+    reached[text.len()]
 }
 
 /// A name in lower case, without blanks and underscores.
 pub(super) fn simple(name: &str) -> String {
     name.chars().filter(|c| !matches!(c, ' ' | '_')).collect::<String>().to_lowercase()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn passes_that_add_up_are_known_in_every_spelling() {
+        let names = "Combined_key DiffDir GlossInd TransDir VolumeInd Emit Env RGBA_rim \
+                     direct_diffuse indirect_emission diffuse_direct sss_indirect VRayLightSelect_sun \
+                     VRayLighting VRayGlobalIllumination VRayReflection VRaySelfIllumination \
+                     directDiffuse indirectSpecular lpe:C<RD>[<L.>O] directdiffuse \
+                     combinedglossyreflection DiffuseLighting Refractions";
+        for name in names.split_whitespace().chain(["Diffuse Direct", "Glossy Indirect"]) {
+            assert!(light(name).is_some() && data(name).is_none(), "{name}");
+        }
+    }
+
+    #[test]
+    fn what_is_no_light_is_known_by_what_it_holds() {
+        for (name, what) in [
+            ("DiffCol", "surface color"),
+            ("diffuse_albedo", "albedo"),
+            ("VRayZDepth", "depth"),
+            ("Z", "depth"),
+            ("AO", "occlusion"),
+            ("Shadow", "shadows"),
+            ("CryptoObject00", "cryptomatte"),
+            ("IndexOB", "IDs"),
+            ("UV", "texture coordinates"),
+            ("Vector", "motion vectors"),
+            ("Mist", "mist"),
+            ("Ng", "normals"),
+        ] {
+            assert_eq!((data(name), light(name)), (Some(what), None), "{name}");
+        }
+        for other in ["Combined", "beauty", "key", "dirt", "", &"light".repeat(13)] {
+            assert_eq!(light(other), None, "{other}");
+        }
+    }
 }

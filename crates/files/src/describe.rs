@@ -1,41 +1,56 @@
 //! What a file holds, without reading its pixels.
 
-use std::ffi::OsString;
+use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
 
 use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 
-use super::choice::{self, Choice, Pick};
+use super::choice::{Choice, Pick};
 use super::exr::ExrFile;
 use super::format::Format;
-use super::layers::{self, Layer};
+use super::layers::{self, Layer, Place};
 use super::selection::Selection;
-use super::wanted::{LayerChoice, wish};
-use super::{FileError, Problem, ldr};
+use super::wanted::{Files, LayerChoice};
+use super::{FileError, Problem, ldr, light, picture};
 
 /// A file's format, size and layers, and which of them would be denoised.
 #[derive(Debug)]
 pub struct Description {
     /// Such as `EXR with 2 parts` or `PNG, 8-bit RGB`.
     pub format: String,
-    /// Pixels per row of the color.
+    /// Pixels per row of the first color.
     pub width: u32,
-    /// Rows of the color.
+    /// Rows of the first color.
     pub height: u32,
     /// The layers; none for PNG and JPEG.
     pub layers: Vec<LayerInfo>,
-    /// The layer that would be read as color.
-    pub color: Option<String>,
-    /// The layer that the result would be written to.
-    pub target: Option<String>,
+    /// The views to denoise, or why the file cannot be denoised.
+    pub views: Result<Vec<ViewInfo>, Problem>,
+}
+
+/// What would be denoised of one view.
+#[derive(Debug)]
+pub struct ViewInfo {
+    /// The view's name; `None` if the file has only one.
+    pub name: Option<String>,
+    /// Pixels per row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
     /// The layer or file that would be read as albedo.
     pub albedo: Option<String>,
     /// The layer or file that would be read as normals.
     pub normal: Option<String>,
-    /// Which layers are used and why, or why the file cannot be denoised; `None` for PNG and JPEG.
-    pub selection: Option<Result<Selection, Problem>>,
+    /// The layer whose alpha would be read.
+    pub alpha: Option<String>,
+    /// Which layers are used and why; `None` for PNG and JPEG.
+    pub selection: Option<Selection>,
+    /// Further layers that add up to the color by renderers' conventions, and what they are.
+    pub light: Vec<(String, String)>,
+    /// Other layers beside the color, and what they hold instead of light.
+    pub data: Vec<(String, &'static str)>,
 }
 
 /// One layer.
@@ -43,8 +58,10 @@ pub struct Description {
 pub struct LayerInfo {
     /// The layer's name, as the file has it.
     pub name: String,
-    /// Index of its part.
+    /// Index of its part, or of the first one.
     pub part: usize,
+    /// The view that it belongs to, if the file has several.
+    pub view: Option<String>,
     /// Names of the channels, and the type of their samples.
     pub channels: Vec<(String, &'static str)>,
     /// Window, tiling and compression of its part.
@@ -67,68 +84,85 @@ impl Description {
 
     fn of_ldr(path: &Path, name: &str, wanted: &LayerChoice) -> Result<Self, Problem> {
         let (kind, (width, height)) = ldr::describe(path, wanted.limits)?;
-        let format = format!("{name}, {kind}");
-        let shown = |name: &Option<OsString>| name.as_ref().map(|n| n.to_string_lossy().into());
-        let (albedo, normal) = (shown(&wanted.albedo), shown(&wanted.normal));
-        let (layers, color, target, selection) = (Vec::new(), None, None, None);
-        Ok(Self { format, width, height, layers, color, target, albedo, normal, selection })
+        let view = ViewInfo {
+            name: None,
+            width,
+            height,
+            albedo: wanted.albedo.as_deref().map(shown),
+            normal: wanted.normal.as_deref().map(shown),
+            alpha: None,
+            selection: None,
+            light: Vec::new(),
+            data: Vec::new(),
+        };
+        let (format, layers) = (format!("{name}, {kind}"), Vec::new());
+        Ok(Self { format, width, height, layers, views: Ok(vec![view]) })
     }
 
     fn of_exr(path: &Path, wanted: &LayerChoice) -> Result<Self, Problem> {
         let file = ExrFile::open(path, wanted.limits)?;
         let parts = file.parts();
-        let (albedo, albedo_file) = wish(&parts, wanted.albedo.as_deref(), wanted)?;
-        let (normal, normal_file) = wish(&parts, wanted.normal.as_deref(), wanted)?;
-        let shown = |file: PathBuf| file.to_string_lossy().into_owned();
-        let (albedo_file, normal_file) = (albedo_file.map(shown), normal_file.map(shown));
-        let choice = choice::choose(&parts, wanted.color.as_deref(), &albedo, &normal)
-            .and_then(|choice| file.check(&choice.target).map(|()| choice))
-            .map(|mut choice| {
-                choice.leave_out_unusable(|pick| file.check(pick));
-                choice
-            });
-        let files = (albedo_file.as_deref(), normal_file.as_deref());
-        let select = |choice: &Choice| choice.selection(files.0, files.1);
-        let (choice, selection) = match choice {
-            Ok(choice) => {
-                let selection = select(&choice);
-                (Some(choice), Ok(selection))
-            }
-            Err(problem) => (None, Err(problem)),
-        };
-        let size = file.window(choice.as_ref().map_or(0, |c| c.color.part)).size;
-        let name = |pick: Option<&Pick>| pick.map(|p| p.layer.clone());
+        // A name that no layer has is an error; that no layer can be the color is not.
+        wanted.wishes(&parts)?;
         let all = layers::layers(&parts);
+        let views = picture::choose(&file, wanted).map(|(choices, files)| {
+            choices.iter().map(|choice| view_info(&file, &all, choice, &files)).collect::<Vec<_>>()
+        });
+        let first = views.as_ref().ok().and_then(|views| views.first());
+        let size = file.window(0).size;
+        let plural = if parts.len() == 1 { "" } else { "s" };
         Ok(Self {
-            format: format!(
-                "EXR with {} part{}",
-                parts.len(),
-                if parts.len() == 1 { "" } else { "s" }
-            ),
-            width: size.width() as u32,
-            height: size.height() as u32,
-            layers: all.iter().map(|l| layer_info(l, &file.headers()[l.part])).collect(),
-            color: name(choice.as_ref().map(|c| &c.color)),
-            target: name(choice.as_ref().map(|c| &c.target)),
-            albedo: albedo_file.or_else(|| name(choice.as_ref().and_then(|c| c.albedo.as_ref()))),
-            normal: normal_file.or_else(|| name(choice.as_ref().and_then(|c| c.normal.as_ref()))),
-            selection: Some(selection),
+            format: format!("EXR with {} part{plural}", parts.len()),
+            width: first.map_or(size.width() as u32, |view| view.width),
+            height: first.map_or(size.height() as u32, |view| view.height),
+            layers: all.iter().map(|l| layer_info(l, file.headers())).collect(),
+            views,
         })
     }
 }
 
-fn layer_info(layer: &Layer, header: &Header) -> LayerInfo {
-    let kind = |index: usize| match header.channels.list[index].sample_type {
+/// The name of a layer or file.
+fn shown(name: &OsStr) -> String {
+    name.to_string_lossy().into_owned()
+}
+
+fn view_info(file: &ExrFile, all: &[Layer], choice: &Choice, files: &Files) -> ViewInfo {
+    let size = file.window(choice.color.part()).size;
+    let file = |file: &Option<PathBuf>| file.as_ref().map(|file| shown(file.as_os_str()));
+    let name = |pick: &Option<Pick>| pick.as_ref().map(|p| p.layer.clone());
+    let used = [&choice.color.layer, &choice.target.layer];
+    let color = all.iter().find(|layer| layer.shown() == choice.color.layer);
+    let others = all.iter().filter(|layer| layer.view == choice.view);
+    let others = others.filter(|layer| used.iter().all(|name| *name != layer.shown()));
+    let (light, data) = color.map(|color| light::known(others, color)).unwrap_or_default();
+    let features = [name(&choice.albedo), name(&choice.normal)];
+    let is_used = |layer: &String| features.iter().flatten().any(|name| name == layer);
+    ViewInfo {
+        name: choice.view.clone(),
+        width: size.width() as u32,
+        height: size.height() as u32,
+        albedo: file(&files.albedo).or_else(|| name(&choice.albedo)),
+        normal: file(&files.normal).or_else(|| name(&choice.normal)),
+        alpha: choice.alpha.map(|_| choice.color.layer.clone()),
+        selection: Some(Selection::of(choice, files)),
+        light: light.into_iter().map(|pick| (pick.layer, pick.reason)).collect(),
+        data: data.into_iter().filter(|(layer, _)| !is_used(layer)).collect(),
+    }
+}
+
+fn layer_info(layer: &Layer, headers: &[Header]) -> LayerInfo {
+    let kind = |place: &Place| match headers[place.part].channels.list[place.channel].sample_type {
         SampleType::F16 => "half",
         SampleType::F32 => "float",
         SampleType::U32 => "uint",
     };
-    let channels = layer.channels.iter().map(|(name, index)| (name.clone(), kind(*index)));
+    let channels = layer.channels.iter().map(|(name, place)| (name.clone(), kind(place)));
     LayerInfo {
         name: layer.shown().to_string(),
-        part: layer.part,
+        part: layer.part(),
+        view: layer.view.clone(),
         channels: channels.collect(),
-        storage: storage(header),
+        storage: storage(&headers[layer.part()]),
     }
 }
 

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::choice::{self, Pick, Wish};
+use super::choice::{self, Pick, Wishes};
 use super::exr::ExrFile;
 use super::format::Format;
 use super::layers::{self, Part};
 use super::ldr::{self, LdrFile};
 use super::limits::Limits;
+use super::picture::no_layers;
 use super::{FileError, Problem, output};
 use wgdenoise::Image;
 
@@ -28,7 +29,7 @@ impl Preview {
         let opened = match (Format::of_content(path), name) {
             (Err(problem), _) => Err(problem),
             (Ok(Format::Exr), _) => Self::of_exr(path, name, limits),
-            (Ok(_), Some(name)) => Err(super::no_layers(name)),
+            (Ok(_), Some(name)) => Err(no_layers(name)),
             (Ok(_), None) => {
                 LdrFile::read(path, limits).map(|(_, image)| Self { image, layer: None })
             }
@@ -41,9 +42,9 @@ impl Preview {
         let parts = file.parts();
         let pick = match name {
             Some(name) => pick(&parts, name)?,
-            None => choice::choose(&parts, None, &Wish::Without, &Wish::Without)?.target,
+            None => choice::choose(&parts, &Wishes::default())?.remove(0).target,
         };
-        let mut image = file.read(&[&pick])?.remove(0);
+        let mut image = file.read(&[&pick], &[])?.0.remove(0);
         let [_, green, blue] = pick.channels;
         if green == blue && pick.channels[0] != green {
             image.pixels_mut().iter_mut().for_each(|pixel| pixel[2] = 0.0);
@@ -101,20 +102,17 @@ pub fn exposed(mut image: Image, stops: f32) -> Image {
 fn pick(parts: &[Part], name: &str) -> Result<Pick, Problem> {
     let all = layers::layers(parts);
     let missing = match layers::named(&all, name) {
-        Ok(layer) => {
-            let indices: Vec<_> = layer.channels.iter().map(|(_, index)| *index).collect();
-            let last = indices.len() - 1;
-            let first = [0, 1, 2].map(|i: usize| indices[i.min(last)]);
+        Ok(found) => {
+            let layer = found[0];
+            let places: Vec<_> = layer.channels.iter().map(|(_, place)| *place).collect();
+            let first = [0, 1, 2].map(|i: usize| places[i.min(places.len() - 1)]);
             let channels = layer.rgb().or_else(|| layer.xyz()).unwrap_or(first);
-            return Ok(Pick::named(layer.shown(), layer.part, channels));
+            return Ok(Pick::named(layer.shown(), channels));
         }
         Err(problem) => problem,
     };
-    let channel = |(index, part): (usize, &Part)| {
-        let channel = part.channels.iter().position(|full| full == name)?;
-        Some(Pick::named(name, index, [channel; 3]))
-    };
-    parts.iter().enumerate().find_map(channel).ok_or(missing)
+    let (_, place) = layers::channel(parts, &all, name).ok_or(missing)?;
+    Ok(Pick::named(name, [place; 3]))
 }
 
 #[cfg(test)]
@@ -125,8 +123,8 @@ mod tests {
     fn any_number_of_channels_can_be_shown() {
         let names = "R G B A depth.Z motion.X motion.Y id.r id.a uvw.u uvw.v uvw.w uvw.q";
         let channels = names.split(' ').map(String::from).collect();
-        let parts = [Part { name: None, channels }];
-        let of = |name: &str| pick(&parts, name).unwrap().channels;
+        let parts = [Part { channels, ..Part::default() }];
+        let of = |name: &str| pick(&parts, name).unwrap().channels.map(|place| place.channel);
         assert_eq!((of("RGB"), of("depth"), of("motion")), ([0, 1, 2], [4; 3], [5, 6, 6]));
         assert_eq!((of("uvw"), of("A"), of("id.a")), ([9, 10, 11], [3; 3], [8; 3]));
         let error = pick(&parts, "nothing").unwrap_err().to_string();

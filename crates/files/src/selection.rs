@@ -1,12 +1,18 @@
 //! Which layers are used, in words for a user.
 
+use std::path::Path;
+
 use std::fmt::Write as _;
 
-use crate::escape::escaped;
+use super::choice::{Choice, Pick};
+use super::escape::escaped;
+use super::wanted::Files;
 
 /// The layers of an EXR file that are used, or the files that stand in for them.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Selection {
+    /// The view, if the file has several.
+    pub view: Option<String>,
     /// The layer read as color.
     pub color: String,
     /// The layer that the result is written to.
@@ -15,8 +21,11 @@ pub struct Selection {
     pub albedo: bool,
     /// Whether normals are used.
     pub normal: bool,
-    /// Color, albedo and normal with the reasons they were chosen, a line each.
-    pub explanation: [String; 3],
+    /// Further layers of light that are denoised along.
+    pub layers: Vec<String>,
+    /// Color, albedo and normal with the reasons they were chosen, a line each; then alpha and further
+    /// layers, if there are any.
+    pub explanation: Vec<String>,
     /// Other layers that could be the color; they stay as they are.
     pub other_colors: Vec<String>,
     /// Why a layer that was found is not used, a sentence each.
@@ -24,6 +33,21 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// A choice as a user reads it. Albedo and normal may come from files instead.
+    pub(super) fn of(choice: &Choice, files: &Files) -> Self {
+        Self {
+            view: choice.view.clone(),
+            color: choice.color.layer.clone(),
+            target: choice.target.layer.clone(),
+            albedo: choice.albedo.is_some() || files.albedo.is_some(),
+            normal: choice.normal.is_some() || files.normal.is_some(),
+            layers: choice.layers.iter().map(|pick| pick.layer.clone()).collect(),
+            explanation: explain(choice, files),
+            other_colors: choice.other_colors.clone(),
+            left_out: choice.left_out.clone(),
+        }
+    }
+
     /// One line of at most `width` characters, unless there is no room for four of each name.
     #[must_use]
     pub fn summary(&self, width: usize) -> String {
@@ -48,12 +72,61 @@ impl Selection {
         if self.writes_elsewhere() {
             let _ = write!(text, " into `{target}`");
         }
-        text + match (self.albedo, self.normal) {
+        text += match (self.albedo, self.normal) {
             (true, true) => " with albedo and normal",
             (true, false) => " with albedo, no normal",
             (false, true) => " with normal, no albedo",
             (false, false) => " without albedo and normal",
+        };
+        match self.layers.len() {
+            0 => text,
+            1 => text + ", and 1 layer",
+            n => text + &format!(", and {n} layers"),
         }
+    }
+}
+
+fn explain(choice: &Choice, files: &Files) -> Vec<String> {
+    let [color, target] = [&choice.color, &choice.target].map(|pick| escaped(&pick.layer));
+    let reason = &choice.color.reason;
+    let [no_albedo, no_normal] = &choice.missing;
+    let mut lines = vec![
+        format!("color from `{color}` ({reason}), written to `{target}`"),
+        explain_one(
+            "albedo",
+            choice.albedo.as_ref(),
+            files.albedo.as_deref().map(Path::to_string_lossy).as_deref(),
+            no_albedo.as_deref(),
+        ),
+        explain_one(
+            "normal",
+            choice.normal.as_ref(),
+            files.normal.as_deref().map(Path::to_string_lossy).as_deref(),
+            no_normal.as_deref(),
+        ),
+    ];
+    if choice.alpha.is_some() {
+        lines.push(format!("alpha of `{color}`"));
+    }
+    for pick in &choice.layers {
+        lines.push(format!("denoised along: `{}` ({})", escaped(&pick.layer), pick.reason));
+    }
+    lines
+}
+
+fn explain_one(
+    what: &str,
+    pick: Option<&Pick>,
+    file: Option<&str>,
+    missing: Option<&str>,
+) -> String {
+    match (pick, file, missing) {
+        (_, Some(file), _) => format!("{what} from the file {}", escaped(file)),
+        (Some(pick), None, _) => {
+            format!("{what} from `{}` ({})", escaped(&pick.layer), pick.reason)
+        }
+        (None, None, Some(why)) => format!("no {what}: {why}"),
+        (None, None, None) => format!("no {what}"),
     }
 }
 
@@ -75,11 +148,13 @@ mod tests {
 
     fn selection(color: &str, target: &str) -> Selection {
         Selection {
+            view: None,
             color: color.into(),
             target: target.into(),
             albedo: true,
             normal: true,
-            explanation: Default::default(),
+            layers: Vec::new(),
+            explanation: Vec::new(),
             other_colors: Vec::new(),
             left_out: Vec::new(),
         }
@@ -91,6 +166,8 @@ mod tests {
         assert_eq!(blender, "denoising `Noisy Image` into `Combined` with albedo and normal");
         let alone = Selection { albedo: false, normal: false, ..selection("C", "C") };
         assert_eq!(alone.summary(69), "denoising `C` without albedo and normal");
+        let groups = Selection { layers: vec!["a".into(); 12], ..selection("C", "C") };
+        assert_eq!(groups.summary(69), "denoising `C` with albedo and normal, and 12 layers");
         for (color, target) in [
             (&*"c".repeat(255), &*"t".repeat(255)),
             (&*"c".repeat(255), "t"),

@@ -7,6 +7,8 @@ use wgdenoise::Image as Pixels;
 
 mod damage;
 mod kinds;
+mod names;
+mod views;
 
 type AnyImage = ::exr::image::Image<Layers<AnyChannels<FlatSamples>>>;
 
@@ -148,17 +150,20 @@ fn check_round_trip(image: &AnyImage, compression: Compression, part: usize) {
     let folder = Folder::new();
     let input = folder.with(image);
     let picture = open(&input);
-    assert!(picture.albedo().is_some() && picture.normal().is_some());
+    assert!(picture.first().albedo().is_some() && picture.first().normal().is_some());
     let output = folder.path("out.exr");
-    let denoised = painted(picture.color());
-    let notices = picture.save(&output, &denoised, false).unwrap();
+    let denoised = painted(picture.first().color());
+    let notices = picture.save(&output, &[denoised.clone().into()], false).unwrap();
 
     // B44 changes half channels such as alpha; to DWA, alpha is neither color nor luminance.
     let b44 = matches!(compression, Compression::B44 | Compression::B44A);
     let lossy = b44 || matches!(compression, Compression::DWAA(_) | Compression::DWAB(_));
     assert_eq!(notices.len(), usize::from(b44), "{compression}: {notices:?}");
     let (before, mut after) = (read(&input), read(&output));
-    assert!(planes(picture.color()) == colors(&before, part), "{compression}: other colors");
+    assert!(
+        planes(picture.first().color()) == colors(&before, part),
+        "{compression}: other colors"
+    );
     if !lossy {
         assert!(colors(&before, part) == colors(image, part), "{compression}: other colors");
         assert!(colors(&after, part) == planes(&denoised), "{compression}: not as painted");
@@ -178,7 +183,7 @@ fn check_round_trip(image: &AnyImage, compression: Compression, part: usize) {
 fn albedo_in_another_window_is_moved_to_the_color_with_a_notice() {
     let folder = Folder::new();
     let picture = open(&folder.with(&karma(Compression::ZIP16, Blocks::ScanLines)));
-    let albedo = picture.albedo().unwrap();
+    let albedo = picture.first().albedo().unwrap();
     assert_eq!(albedo.size(), (37, 41));
     // The color's corner is (−3, 5), the albedo's (0, 0): column 3 of row 0 is its row 5.
     let expected = f16::from_f32(noise(6, 5 * 20)).to_f32();
@@ -208,8 +213,8 @@ fn smaller_mip_levels_stay_as_they_were_with_a_notice() {
     Image::from_layer(layer).write().to_file(&path).unwrap();
 
     let picture = open(&path);
-    let denoised = painted(picture.color());
-    let notices = picture.save(&folder.path("out.exr"), &denoised, false).unwrap();
+    let denoised = painted(picture.first().color());
+    let notices = picture.save(&folder.path("out.exr"), &[denoised.clone().into()], false).unwrap();
     assert_eq!(notices, ["only the largest mip level was denoised"]);
     let read = |path: PathBuf| {
         let reader = ::exr::prelude::read().no_deep_data().all_resolution_levels().all_channels();
@@ -226,9 +231,9 @@ fn smaller_mip_levels_stay_as_they_were_with_a_notice() {
 fn values_too_large_for_half_are_clamped_and_counted() {
     let folder = Folder::new();
     let picture = open(&folder.with(&karma(Compression::PIZ, Blocks::ScanLines)));
-    let mut denoised = painted(picture.color());
+    let mut denoised = painted(picture.first().color());
     denoised.pixels_mut()[7] = [1e6, 65504.0, f32::INFINITY];
-    let notices = picture.save(&folder.path("out.exr"), &denoised, false).unwrap();
+    let notices = picture.save(&folder.path("out.exr"), &[denoised.clone().into()], false).unwrap();
     assert!(notices[0].starts_with("2 values exceed 65504"), "{notices:?}");
     let written = read(&folder.path("out.exr"));
     assert_eq!((color(&written, 0, "R")[7], color(&written, 0, "B")[7]), (65504.0, 65504.0));

@@ -4,9 +4,10 @@ use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
 
 use super::Problem;
-use super::choice::Wish;
+use super::choice::{Wish, Wishes};
 use super::escape::escaped;
-use super::layers::{self, Part};
+use super::layers::{self, Layer, Part};
+use super::light::LayersWish;
 use super::limits::Limits;
 use super::stream::is_stream;
 
@@ -14,7 +15,7 @@ use super::stream::is_stream;
 /// renderers give them.
 #[derive(Clone, Debug, Default)]
 pub struct LayerChoice {
-    /// The layer to denoise.
+    /// The layer to denoise; by default the color of every view.
     pub color: Option<String>,
     /// The layer or the file with the albedo.
     pub albedo: Option<OsString>,
@@ -22,30 +23,50 @@ pub struct LayerChoice {
     pub normal: Option<OsString>,
     /// Ignore albedo and normal.
     pub no_aux: bool,
+    /// Further layers of light to denoise along.
+    pub layers: Option<LayersWish>,
     /// Read the layer that results are written to instead of the noisy one.
     pub finished: bool,
     /// How large the images may be.
     pub limits: Limits,
 }
 
-/// What `name` stands for: a layer, or else a file or a pipe.
-pub(super) fn wish(
-    parts: &[Part],
-    name: Option<&OsStr>,
-    wanted: &LayerChoice,
-) -> Result<(Wish, Option<PathBuf>), Problem> {
-    let is_there = |name: &OsStr| Path::new(name).exists() || is_stream(Path::new(name));
-    match name {
-        _ if wanted.no_aux => Ok((Wish::Without, None)),
-        None => Ok((Wish::Auto, None)),
-        Some(name) => match layers::named(&layers::layers(parts), &name.to_string_lossy()) {
-            Ok(_) => Ok((Wish::Named(name.to_string_lossy().into()), None)),
-            Err(_) if is_there(name) => Ok((Wish::Without, Some(name.into()))),
-            Err(Problem::Layers(text)) => {
-                let name = escaped(&name.to_string_lossy());
-                Err(Problem::Layers(format!("{text}, and there is no file `{name}`")))
+/// Files or pipes that stand in for layers.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Files {
+    pub(super) albedo: Option<PathBuf>,
+    pub(super) normal: Option<PathBuf>,
+}
+
+impl LayerChoice {
+    /// What the names stand for in a file with these parts: layers, or else files.
+    pub(super) fn wishes(&self, parts: &[Part]) -> Result<(Wishes, Files), Problem> {
+        let layers = layers::layers(parts);
+        let (albedo, albedo_file) = self.wish(&layers, self.albedo.as_deref())?;
+        let (normal, normal_file) = self.wish(&layers, self.normal.as_deref())?;
+        let (color, further) = (self.color.clone(), self.layers.clone());
+        let wishes = Wishes { color, albedo, normal, layers: further };
+        Ok((wishes, Files { albedo: albedo_file, normal: normal_file }))
+    }
+
+    fn wish(
+        &self,
+        layers: &[Layer],
+        name: Option<&OsStr>,
+    ) -> Result<(Wish, Option<PathBuf>), Problem> {
+        let is_there = |path: &Path| path.exists() || is_stream(path);
+        let Some(name) = name.filter(|_| !self.no_aux) else {
+            return Ok((if self.no_aux { Wish::Without } else { Wish::Auto }, None));
+        };
+        let text = name.to_string_lossy();
+        match layers::named(layers, &text) {
+            Ok(_) => Ok((Wish::Named(text.into()), None)),
+            Err(_) if is_there(Path::new(name)) => Ok((Wish::Without, Some(name.into()))),
+            Err(Problem::Layers(what)) => {
+                let name = escaped(&text);
+                Err(Problem::Layers(format!("{what}, and there is no file `{name}`")))
             }
             Err(problem) => Err(problem),
-        },
+        }
     }
 }

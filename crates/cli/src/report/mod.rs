@@ -48,13 +48,14 @@ pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Fa
     if let Some(folder) = &request.out {
         prepare(folder, request.force)?;
     }
-    let before = wgdenoise_metrics::compare(picture.color(), truth.color())?;
+    let (view, truth) = (picture.first(), truth.first().color());
+    let before = wgdenoise_metrics::compare(view.color(), truth)?;
     let (gpu, options) = session::open(&request.device)?;
-    let (width, height) = picture.color().size();
-    let frame = Frame::new(picture.color())
-        .albedo(picture.albedo())
-        .normal(picture.normal())
-        .panorama(picture.is_panorama());
+    let (width, height) = view.color().size();
+    let frame = Frame::new(view.color())
+        .albedo(view.albedo())
+        .normal(view.normal())
+        .panorama(view.is_panorama());
     let report = Report {
         noisy: name(&request.noisy),
         reference: name(&request.reference),
@@ -63,7 +64,7 @@ pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Fa
         device: device(&gpu, &kernels(&gpu, &options, console)?),
         runs: request.runs,
         before,
-        rows: measure::rows(&gpu, &options, &frame, truth.color(), request.runs, console),
+        rows: measure::rows(&gpu, &options, &frame, truth, request.runs, console),
     };
     cache::keep_pipelines(&gpu, &options);
     report.deliver(request, console)

@@ -73,7 +73,7 @@ fn only_the_color_changes_and_everything_else_comes_out_as_it_came_in() {
     for case in CASES {
         let folder = Folder::new();
         folder.copy(case.file);
-        let run = folder.denoise(&[case.file, "out.exr"]);
+        let run = folder.denoise(&[case.file, "out.exr", "--alpha", "keep"]);
         run.assert_done();
         let lines: Vec<_> = run.stderr.lines().collect();
         assert_eq!(lines[0], format!("wgdenoise: {}", case.summary), "{run:?}");

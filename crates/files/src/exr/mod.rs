@@ -1,9 +1,10 @@
 //! EXR files, block by block.
 //!
-//! A file is patched, not rebuilt: its header and every block without the denoised color are copied
+//! A file is patched, not rebuilt: its header and every block without a denoised channel are copied
 //! byte for byte, so other parts, attributes, previews and smaller mip levels come out as they came
-//! in. Only the blocks with the color are unpacked, changed and packed again.
+//! in. Only the blocks with denoised channels are unpacked, changed and packed again.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufReader, Read, Seek, SeekFrom};
 use std::path::Path;
@@ -18,7 +19,7 @@ use self::index::Block;
 use super::choice::Pick;
 use super::escape::escaped;
 use super::format::open;
-use super::layers::Part;
+use super::layers::{Part, Place};
 use super::limits::Limits;
 use super::{Problem, guard};
 use wgdenoise::Image;
@@ -30,7 +31,7 @@ mod scan;
 pub(crate) mod text;
 mod write;
 
-pub(super) use write::write_rgb;
+pub(super) use write::{Change, Samples, write_rgb};
 
 /// An open EXR file: its header and the positions of its blocks, but no pixels.
 #[derive(Debug)]
@@ -63,9 +64,14 @@ impl ExrFile {
     /// The names of parts and channels.
     #[must_use]
     pub fn parts(&self) -> Vec<Part> {
-        let part = |header: &Header| Part {
-            name: header.own_attributes.layer_name.as_ref().map(name),
-            channels: header.channels.list.iter().map(|c| name(&c.name)).collect(),
+        let part = |header: &Header| {
+            let own = &header.own_attributes;
+            Part {
+                name: own.layer_name.as_ref().map(name),
+                channels: header.channels.list.iter().map(|c| name(&c.name)).collect(),
+                view: own.view_name.as_ref().map(name),
+                views: own.multi_view_names.iter().flatten().map(name).collect(),
+            }
         };
         self.meta.headers.iter().map(part).collect()
     }
@@ -93,63 +99,104 @@ impl ExrFile {
         map == Some(EnvironmentMap::LatitudeLongitude) && data == display
     }
 
-    /// Reads layers at full size, each in its own part's window.
+    /// Reads layers and single channels at full size, each in its own part's window. Every part is
+    /// unpacked once.
     ///
     /// # Errors
     /// If a channel is neither half nor float, is subsampled, or a block is damaged.
-    pub fn read(&self, picks: &[&Pick]) -> Result<Vec<Image>, Problem> {
-        let mut images: Vec<Option<Image>> = vec![None; picks.len()];
-        for part in 0..self.meta.headers.len() {
-            let here: Vec<usize> = (0..picks.len()).filter(|&i| picks[i].part == part).collect();
-            if here.is_empty() {
-                continue;
+    pub fn read(
+        &self,
+        picks: &[&Pick],
+        planes: &[Place],
+    ) -> Result<(Vec<Image>, Vec<Vec<f32>>), Problem> {
+        picks.iter().try_for_each(|pick| self.check(pick))?;
+        let places: Vec<_> = picks.iter().flat_map(|p| p.channels).chain(planes.to_vec()).collect();
+        let mut images: Vec<_> = picks.iter().map(|p| self.blank(p)).collect::<Result<_, _>>()?;
+        let area = |place: &Place| self.meta.headers[place.part].layer_size.area();
+        let mut values: Vec<_> = planes.iter().map(|place| vec![0.0; area(place)]).collect();
+        self.for_each_block(&places, |i, width, bounds, samples| {
+            let pixels = bounds_in(width, bounds).zip(samples);
+            match i.checked_sub(3 * images.len()) {
+                Some(plane) => pixels.for_each(|(at, v)| values[plane][at] = *v),
+                None => {
+                    let image = images[i / 3].pixels_mut();
+                    pixels.for_each(|(at, v)| image[at][i % 3] = *v);
+                }
             }
-            here.iter().try_for_each(|&i| self.check(picks[i]))?;
-            let channels: Vec<_> = here.iter().map(|&i| picks[i].channels).collect();
-            for (i, image) in here.into_iter().zip(self.read_part(part, &channels)?) {
-                images[i] = Some(image);
-            }
-        }
-        Ok(images.into_iter().flatten().collect())
+        })?;
+        Ok((images, values))
+    }
+
+    fn blank(&self, pick: &Pick) -> Result<Image, Problem> {
+        let size = self.meta.headers[pick.part()].layer_size;
+        let blank = Image::filled(size.width() as u32, size.height() as u32, [0.0; 3]);
+        blank.map_err(|error| Problem::TooLarge(error.to_string()))
     }
 
     /// Refuses layers that cannot be read or written.
     ///
     /// # Errors
-    /// If a channel holds integers or the part is subsampled.
+    /// If a channel holds integers, a part is subsampled, or the channels are in parts that cover
+    /// different rectangles.
     pub fn check(&self, pick: &Pick) -> Result<(), Problem> {
-        let header = &self.meta.headers[pick.part];
-        guard::check_sampling(header)?;
-        let mut channels = pick.channels.iter().map(|&c| &header.channels.list[c]);
-        match channels.find(|c| c.sample_type == SampleType::U32) {
-            Some(channel) => Err(Problem::Unsupported(format!(
-                "channel `{}` holds integers (uint), and only half and float are supported",
-                escaped(&name(&channel.name))
-            ))),
-            None => Ok(()),
+        pick.channels.iter().try_for_each(|place| self.check_channel(*place))?;
+        let window = self.window(pick.part());
+        if pick.channels.iter().all(|place| self.window(place.part) == window) {
+            return Ok(());
         }
+        let layer = escaped(&pick.layer);
+        Err(Problem::Unsupported(format!(
+            "the channels of `{layer}` are in parts that cover different rectangles of the picture"
+        )))
     }
 
-    fn read_part(&self, part: usize, channels: &[[usize; 3]]) -> Result<Vec<Image>, Problem> {
-        let header = &self.meta.headers[part];
-        let blocks = self.full_size_blocks(part)?;
-        let (width, height) = (header.layer_size.width(), header.layer_size.height());
-        let blank = Image::filled(width as u32, height as u32, [0.0; 3]);
-        let mut images = vec![blank.map_err(|e| Problem::Damaged(e.to_string()))?; channels.len()];
-        for batch in blocks.chunks(parallel::batch(header)) {
-            let unpacked = parallel::map(self.load(batch)?, |(block, packed)| {
-                let (bounds, bytes) = pixels::unpack(header, block, packed)?;
-                let area = |c: &[usize; 3]| pixels::extract(header, bounds, &bytes, *c);
-                Ok((bounds, channels.iter().map(area).collect::<Vec<_>>()))
-            });
-            for result in unpacked {
-                let (bounds, areas) = result?;
-                for (image, area) in images.iter_mut().zip(&areas) {
-                    pixels::place(image, bounds, area);
+    /// Refuses a channel that cannot be read or written.
+    ///
+    /// # Errors
+    /// If it holds integers or its part is subsampled.
+    pub fn check_channel(&self, place: Place) -> Result<(), Problem> {
+        let header = &self.meta.headers[place.part];
+        guard::check_sampling(header)?;
+        let channel = &header.channels.list[place.channel];
+        if channel.sample_type != SampleType::U32 {
+            return Ok(());
+        }
+        Err(Problem::Unsupported(format!(
+            "channel `{}` holds integers (uint), and only half and float are supported",
+            escaped(&name(&channel.name))
+        )))
+    }
+
+    /// Unpacks all blocks at full size that hold `places`. `put` gets the index of a place, the width
+    /// of its part, and a block's bounds and samples.
+    fn for_each_block(
+        &self,
+        places: &[Place],
+        mut put: impl FnMut(usize, usize, IntegerBounds, &[f32]),
+    ) -> Result<(), Problem> {
+        let mut of_part: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
+        for (i, place) in places.iter().enumerate() {
+            of_part.entry(place.part).or_default().push(i);
+        }
+        for (part, wanted) in of_part {
+            let header = &self.meta.headers[part];
+            let blocks = self.full_size_blocks(part)?;
+            for batch in blocks.chunks(parallel::batch(header)) {
+                let unpacked = parallel::map(self.load(batch)?, |(block, packed)| {
+                    let (bounds, bytes) = pixels::unpack(header, block, packed)?;
+                    let samples =
+                        |&i: &usize| pixels::extract(header, bounds, &bytes, places[i].channel);
+                    Ok((bounds, wanted.iter().map(samples).collect::<Vec<_>>()))
+                });
+                for result in unpacked {
+                    let (bounds, channels) = result?;
+                    for (&i, samples) in wanted.iter().zip(&channels) {
+                        put(i, header.layer_size.width(), bounds, samples);
+                    }
                 }
             }
         }
-        Ok(images)
+        Ok(())
     }
 
     /// The packed pixels of some blocks.
@@ -192,6 +239,13 @@ impl ExrFile {
         }
         Ok(blocks)
     }
+}
+
+/// The indices of a block's pixels in a picture of that width, row by row.
+fn bounds_in(width: usize, bounds: IntegerBounds) -> impl Iterator<Item = usize> {
+    let (x, y) = (bounds.position.x() as usize, bounds.position.y() as usize);
+    let rows = (0..bounds.size.height()).map(move |row| (y + row) * width + x);
+    rows.flat_map(move |start| start..start + bounds.size.width())
 }
 
 fn read_meta(head: &[u8]) -> Result<MetaData, Problem> {

@@ -6,7 +6,6 @@ use half::f16;
 
 use super::index::Block;
 use crate::{Problem, guard};
-use wgdenoise::Image;
 use wgdenoise::panics::caught;
 
 /// The largest half.
@@ -46,49 +45,32 @@ pub(super) fn pack(
     packed.map_err(|e| Problem::Unsupported(format!("cannot be compressed again: {e}")))
 }
 
-/// Three channels of a block, row by row.
+/// One channel of a block, row by row.
 pub(super) fn extract(
     header: &Header,
     bounds: IntegerBounds,
     bytes: &[u8],
-    channels: [usize; 3],
-) -> Vec<[f32; 3]> {
-    let mut area = vec![[0.0; 3]; bounds.size.area()];
-    for (c, channel) in channels.into_iter().enumerate() {
-        let samples = Samples::of(header, bounds, channel);
-        for (i, pixel) in area.iter_mut().enumerate() {
-            pixel[c] = samples.get(bytes, i);
-        }
-    }
-    area
+    channel: usize,
+) -> Vec<f32> {
+    let samples = Samples::of(header, bounds, channel);
+    (0..bounds.size.area()).map(|i| samples.get(bytes, i)).collect()
 }
 
-/// Copies a block's pixels to their place in the image of the whole part.
-pub(super) fn place(image: &mut Image, bounds: IntegerBounds, area: &[[f32; 3]]) {
-    let stride = image.width() as usize;
-    let (x, y) = (bounds.position.x() as usize, bounds.position.y() as usize);
-    for (row, pixels) in area.chunks_exact(bounds.size.width()).enumerate() {
-        let start = (y + row) * stride + x;
-        image.pixels_mut()[start..][..pixels.len()].copy_from_slice(pixels);
-    }
-}
-
-/// Replaces three channels of a block wherever `color` has a value; returns how many values were too
-/// large for half.
+/// Replaces one channel of a block wherever `value` has one for the pixel; returns how many values
+/// were too large for half.
 pub(super) fn replace(
     header: &Header,
     bounds: IntegerBounds,
     bytes: &mut [u8],
-    channels: [usize; 3],
-    color: impl Fn(usize, usize) -> Option<[f32; 3]>,
+    channel: usize,
+    value: impl Fn(usize, usize) -> Option<f32>,
 ) -> u64 {
-    let samples = channels.map(|channel| Samples::of(header, bounds, channel));
+    let samples = Samples::of(header, bounds, channel);
     let mut clamped = 0;
     for i in 0..bounds.size.area() {
         let x = bounds.position.x() as usize + i % bounds.size.width();
         let y = bounds.position.y() as usize + i / bounds.size.width();
-        let Some(pixel) = color(x, y) else { continue };
-        for (samples, value) in samples.iter().zip(pixel) {
+        if let Some(value) = value(x, y) {
             clamped += u64::from(samples.set(bytes, i, value));
         }
     }

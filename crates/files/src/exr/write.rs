@@ -1,5 +1,6 @@
-//! Writing: the same file with three channels replaced, or a plain new file.
+//! Writing: the same file with some channels replaced, or a plain new file.
 
+use std::collections::{HashMap, HashSet};
 use std::io::{Seek, SeekFrom, Write};
 
 use ::exr::meta::attribute::{
@@ -13,37 +14,83 @@ use super::index::Block;
 use super::{ExrFile, parallel, pixels};
 use crate::Problem;
 use crate::choice::Pick;
+use crate::layers::Place;
 use wgdenoise::Image;
 
+/// New samples for one channel.
+pub(crate) struct Change<'a> {
+    pub(crate) place: Place,
+    /// The rectangle that the samples cover.
+    pub(crate) window: IntegerBounds,
+    pub(crate) samples: Samples<'a>,
+}
+
+/// Where new samples come from.
+pub(crate) enum Samples<'a> {
+    /// A component of each pixel.
+    Component(&'a Image, usize),
+    /// The mean of each pixel's components.
+    Gray(&'a Image),
+    /// Single values, row by row.
+    Plane(&'a [f32]),
+}
+
+impl<'a> Change<'a> {
+    /// A layer replaced by an image; one channel gets the mean of three.
+    pub(crate) fn of_image(pick: &Pick, window: IntegerBounds, image: &'a Image) -> Vec<Self> {
+        if pick.is_gray() {
+            return vec![Self { place: pick.channels[0], window, samples: Samples::Gray(image) }];
+        }
+        let components = pick.channels.into_iter().enumerate();
+        let samples = |component| Samples::Component(image, component);
+        components.map(|(i, place)| Self { place, window, samples: samples(i) }).collect()
+    }
+
+    /// The new sample at a position of the whole picture.
+    fn at(&self, x: i64, y: i64) -> Option<f32> {
+        let (corner, size) = (self.window.position, self.window.size);
+        let x = usize::try_from(x - i64::from(corner.x())).ok().filter(|x| *x < size.width())?;
+        let y = usize::try_from(y - i64::from(corner.y())).ok().filter(|y| *y < size.height())?;
+        let i = y * size.width() + x;
+        Some(match self.samples {
+            Samples::Component(image, component) => image.pixels()[i][component],
+            Samples::Gray(image) => image.pixels()[i].iter().sum::<f32>() / 3.0,
+            Samples::Plane(values) => values[i],
+        })
+    }
+}
+
+/// The changes of each part.
+type Changes<'a> = HashMap<usize, Vec<&'a Change<'a>>>;
+
 impl ExrFile {
-    /// Writes this file with the pixels of `target` replaced by `color`, whose top left pixel
-    /// is that of `window`. Returns how many values were too large for half and clamped.
+    /// Writes this file with some channels replaced. Returns how many values were too large for half
+    /// and clamped.
     ///
-    /// Every other block is copied. Smaller mip levels stay as they were.
+    /// Every block without such a channel is copied. Smaller mip levels stay as they were.
     ///
     /// # Errors
     /// If reading or writing fails.
-    pub fn write(
+    pub(crate) fn write(
         &self,
         out: &mut (impl Write + Seek),
-        target: &Pick,
-        window: IntegerBounds,
-        color: &Image,
+        changes: &[Change<'_>],
     ) -> Result<u64, Problem> {
+        let changes = by_part(changes);
         let mut table = vec![0_u8; 8 * self.blocks.len()];
         out.write_all(&self.head).map_err(Problem::Write)?;
         out.write_all(&table).map_err(Problem::Write)?;
         let mut position = (self.head.len() + table.len()) as u64;
         let mut clamped = 0;
-        let most = parallel::batch(&self.meta.headers[target.part]);
+        let batches = changes.keys().map(|&part| parallel::batch(&self.meta.headers[part]));
+        let most = batches.min().unwrap_or(1);
         let mut rest = self.blocks.as_slice();
         while !rest.is_empty() {
-            // The blocks of other parts may be larger than those of the target's.
+            // The blocks of other parts may be larger than those of the changed ones.
             let count = parallel::leading(rest.iter().map(|b| b.stored), most);
             let (batch, later) = rest.split_at(count);
             rest = later;
-            let changed = self.change(batch, target, window, color)?;
-            for (block, (bytes, count)) in batch.iter().zip(changed) {
+            for (block, (bytes, count)) in batch.iter().zip(self.change(batch, &changes)?) {
                 table[8 * block.slot..][..8].copy_from_slice(&position.to_le_bytes());
                 out.write_all(&bytes).map_err(Problem::Write)?;
                 position += bytes.len() as u64;
@@ -55,14 +102,18 @@ impl ExrFile {
         Ok(clamped)
     }
 
-    /// Whether writing `target` changes other channels of its part slightly, because they share
-    /// blocks with the color and go through lossy compression again.
-    #[must_use]
-    pub fn rewrites_others_lossily(&self, target: &Pick) -> bool {
-        let header = &self.meta.headers[target.part];
-        let mut channels = header.channels.list.iter().enumerate();
-        channels
-            .any(|(i, channel)| !target.channels.contains(&i) && loses(header.compression, channel))
+    /// The parts in which changes alter other channels slightly, because they share blocks with the
+    /// changed ones and go through lossy compression again.
+    pub(crate) fn rewritten_lossily(&self, changes: &[Change<'_>]) -> Vec<usize> {
+        let mut parts: Vec<_> = by_part(changes).into_iter().collect();
+        parts.sort_unstable_by_key(|(part, _)| *part);
+        let loses_others = |(part, changes): &(usize, Vec<&Change<'_>>)| {
+            let changed: HashSet<_> = changes.iter().map(|change| change.place.channel).collect();
+            let header = &self.meta.headers[*part];
+            let mut channels = header.channels.list.iter().enumerate();
+            channels.any(|(i, channel)| !changed.contains(&i) && loses(header.compression, channel))
+        };
+        parts.into_iter().filter(loses_others).map(|(part, _)| part).collect()
     }
 
     /// Whether the part has smaller mip levels, which are not denoised.
@@ -77,19 +128,16 @@ impl ExrFile {
     fn change(
         &self,
         blocks: &[Block],
-        target: &Pick,
-        window: IntegerBounds,
-        color: &Image,
+        changes: &Changes<'_>,
     ) -> Result<Vec<(Vec<u8>, u64)>, Problem> {
         let load = |b: &Block| self.bytes(b.offset, b.head + b.stored);
         let loaded: Result<Vec<_>, _> = blocks.iter().map(load).collect();
         let pairs = blocks.iter().zip(loaded?).collect();
         let changed = parallel::map(pairs, |(block, bytes): (&Block, Vec<u8>)| {
             let at_full_size = block.tile.level_index.0 == 0 && block.tile.level_index.1 == 0;
-            if block.part == target.part && at_full_size {
-                self.repaint(block, bytes, target, window, color)
-            } else {
-                Ok((bytes, 0))
+            match changes.get(&block.part) {
+                Some(changes) if at_full_size => self.repaint(block, bytes, changes),
+                _ => Ok((bytes, 0)),
             }
         });
         changed.into_iter().collect()
@@ -99,20 +147,19 @@ impl ExrFile {
         &self,
         block: &Block,
         mut bytes: Vec<u8>,
-        target: &Pick,
-        window: IntegerBounds,
-        color: &Image,
+        changes: &[&Change<'_>],
     ) -> Result<(Vec<u8>, u64), Problem> {
         let header = &self.meta.headers[block.part];
         let packed = bytes.split_off(block.head);
         let (bounds, mut samples) = pixels::unpack(header, block, packed)?;
-        let shift = header.own_attributes.layer_position - window.position;
-        let pixel = |x: usize, y: usize| {
-            let at = (x as i64 + i64::from(shift.x()), y as i64 + i64::from(shift.y()));
-            let (x, y) = (u32::try_from(at.0).ok()?, u32::try_from(at.1).ok()?);
-            (x < color.width() && y < color.height()).then(|| color.row(y)[x as usize])
-        };
-        let clamped = pixels::replace(header, bounds, &mut samples, target.channels, pixel);
+        let corner = header.own_attributes.layer_position;
+        let (left, top) = (i64::from(corner.x()), i64::from(corner.y()));
+        let mut clamped = 0;
+        for change in changes {
+            let value = |x: usize, y: usize| change.at(left + x as i64, top + y as i64);
+            let channel = change.place.channel;
+            clamped += pixels::replace(header, bounds, &mut samples, channel, value);
+        }
         let packed = pixels::pack(header, bounds, samples)?;
         let size = i32::try_from(packed.len())
             .map_err(|_| Problem::TooLarge("has a block of over 2 GiB".into()))?;
@@ -120,6 +167,14 @@ impl ExrFile {
         bytes.extend(packed);
         Ok((bytes, clamped))
     }
+}
+
+fn by_part<'a>(changes: &'a [Change<'a>]) -> Changes<'a> {
+    let mut parts = Changes::new();
+    for change in changes {
+        parts.entry(change.place.part).or_default().push(change);
+    }
+    parts
 }
 
 /// Whether a compression changes a channel each time: B44 changes half, DWA what is named like color

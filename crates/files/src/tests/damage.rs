@@ -32,8 +32,8 @@ fn an_albedo_of_integers_is_left_out_with_a_notice_unless_it_was_named() {
     }
     let path = folder.with(&image);
     let picture = open(&path);
-    assert!(picture.albedo().is_none() && picture.normal().is_some());
-    let explained = &picture.selection().unwrap().explanation;
+    assert!(picture.first().albedo().is_none() && picture.first().normal().is_some());
+    let explained = &picture.first().selection().unwrap().explanation;
     assert_eq!(explained[1], "no albedo");
     let said = &picture.notices()[0];
     assert!(said.contains("`albedo` is left out: channel"), "{said}");

@@ -26,6 +26,7 @@ fn the_command_line_finds_all_layers_by_their_names() {
     ];
     write(&path, [3, 2], &layers).expect("the file is written");
     let picture = Picture::open(&path, &LayerChoice::default()).expect("the file is read");
+    let picture = picture.first();
     assert_eq!(picture.color().size(), (3, 2));
     assert_eq!(picture.color().pixels(), rgb(&color));
     assert_eq!(picture.albedo().expect("an albedo").pixels(), rgb(&albedo));

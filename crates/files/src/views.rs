@@ -1,0 +1,74 @@
+//! Which view each layer of a stereo or multi-view file belongs to.
+//!
+//! A part's attribute `view` names its view. In a part with the attribute `multiView`, a layer's
+//! first or last word is its view (`right.albedo`, Blender's `ViewLayer.Combined.right`), and what
+//! names none belongs to the first one. Without either, `left` and `right` are views if every layer
+//! of color has one of them for its first or last word.
+
+use std::collections::{HashMap, HashSet};
+
+use super::layers::{Layer, Part};
+
+/// The views of a file.
+pub(super) struct Views {
+    /// The names of all views, by their lower case.
+    names: HashMap<String, String>,
+    /// The view of layers that name none.
+    default: Option<String>,
+}
+
+impl Views {
+    pub(super) fn of(parts: &[Part], layers: &[Layer]) -> Self {
+        let declared = parts.iter().flat_map(|part| part.view.iter().chain(&part.views));
+        let names: HashMap<_, _> =
+            declared.map(|view| (view.to_lowercase(), view.clone())).collect();
+        let default = parts.iter().find_map(|part| part.views.first().cloned());
+        if names.is_empty() { Self::by_words(layers) } else { Self { names, default } }
+    }
+
+    /// The views of a file that declares none.
+    fn by_words(layers: &[Layer]) -> Self {
+        let pairs = |words: &[&str]| words.iter().map(|w| ((*w).into(), (*w).into())).collect();
+        for words in [&["left", "right"][..], &["main"]] {
+            let views = Self { names: pairs(words), default: None };
+            let color = layers.iter().filter(|layer| layer.rgb().is_some());
+            let found: Vec<_> = color.map(|layer| views.split(&layer.name)).collect();
+            let named: HashSet<_> = found.iter().flatten().map(|(view, _)| *view).collect();
+            if named.len() == words.len() && found.iter().all(Option::is_some) {
+                return views;
+            }
+        }
+        Self { names: HashMap::new(), default: None }
+    }
+
+    /// Gives every layer its view. The layers of a file with one view have none.
+    pub(super) fn assign(&self, parts: &[Part], layers: &mut [Layer]) {
+        for layer in layers.iter_mut() {
+            let (view, base) = match (&parts[layer.part()].view, self.split(&layer.name)) {
+                (Some(view), split) => {
+                    let own = split.filter(|(named, _)| *named == view);
+                    (Some(view.clone()), own.map(|(_, base)| base))
+                }
+                (None, Some((view, base))) => (Some(view.to_string()), Some(base)),
+                (None, None) => (self.default.clone(), None),
+            };
+            layer.view = view;
+            layer.base = base.unwrap_or_else(|| layer.name.clone());
+        }
+        let views: HashSet<_> = layers.iter().filter_map(|layer| layer.view.as_deref()).collect();
+        if views.len() == 1 {
+            layers.iter_mut().for_each(|layer| layer.view = None);
+        }
+    }
+
+    /// The view that a layer's name has for its last or its first word, and the rest of the name.
+    fn split<'a>(&'a self, name: &str) -> Option<(&'a str, String)> {
+        let view = |word: &str| self.names.get(&word.to_lowercase()).map(String::as_str);
+        let end = name.rfind(['.', '_']).map_or(0, |dot| dot + 1);
+        if let Some(view) = view(&name[end..]) {
+            return Some((view, name[..end].trim_end_matches(['.', '_']).into()));
+        }
+        let (first, rest) = name.split_once('.')?;
+        view(first).map(|view| (view, rest.into()))
+    }
+}

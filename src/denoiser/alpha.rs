@@ -1,0 +1,103 @@
+//! Alpha, denoised as a further layer of the picture.
+
+use super::Denoiser;
+use super::frame::{Denoised, Frame};
+use crate::error::Result;
+use crate::image::Image;
+
+/// Alpha that is the same within this distance is settled: it has no noise.
+const SETTLED: usize = 3;
+
+impl Denoiser {
+    /// Denoises a frame with its alpha; `denoise` takes the alpha as the last of the layers.
+    pub(super) fn with_alpha(
+        &self,
+        frame: &Frame<'_>,
+        alpha: &[f32],
+        denoise: impl FnOnce(&Frame<'_>) -> Result<Denoised>,
+    ) -> Result<Denoised> {
+        let (width, height) = frame.color.size();
+        let gray = Image::new(width, height, alpha.iter().map(|&a| [a; 3]).collect())?;
+        let layers: Vec<_> = frame.layers.iter().copied().chain([&gray]).collect();
+        let mut found = denoise(&frame.layers(&layers))?;
+        let found_alpha = found.layers.pop().expect("the alpha is a layer");
+        found.alpha = Some(found_alpha.pixels().iter().map(|pixel| pixel[0]).collect());
+        settle(&mut found, frame.color, alpha);
+        Ok(found)
+    }
+}
+
+/// Restores what is settled in the noisy picture: alpha, with the color that it premultiplies, and
+/// black where nothing is.
+fn settle(found: &mut Denoised, color: &Image, alpha: &[f32]) {
+    let width = color.width() as usize;
+    let [least, most] = [f32::min, f32::max].map(|f| around(alpha, width, f));
+    let brightness = |pixel: &[f32; 3]| pixel.iter().fold(0.0_f32, |most, v| most.max(v.abs()));
+    let lights: Vec<_> = color.pixels().iter().map(brightness).collect();
+    let lights = around(&lights, width, f32::max);
+    let found_alpha = found.alpha.iter_mut().flatten();
+    for (i, (pixel, a)) in found.color.pixels_mut().iter_mut().zip(found_alpha).enumerate() {
+        if least[i].to_bits() != most[i].to_bits() {
+            continue;
+        }
+        let settled = alpha[i];
+        if settled == 0.0 && lights[i] == 0.0 {
+            *pixel = [0.0; 3];
+        } else if settled > 0.0 && *a > 0.0 {
+            *pixel = pixel.map(|v| v / *a * settled);
+        }
+        *a = settled;
+    }
+}
+
+/// Folds the values within [`SETTLED`] of each, first along rows, then along columns.
+fn around(values: &[f32], width: usize, fold: fn(f32, f32) -> f32) -> Vec<f32> {
+    let near = |at: usize, end: usize| at.saturating_sub(SETTLED)..(at + SETTLED + 1).min(end);
+    let height = values.len() / width;
+    let along_row = |i: usize| {
+        let row = i / width * width;
+        near(i % width, width).map(|x| values[row + x]).reduce(fold).expect("it has itself")
+    };
+    let rows: Vec<_> = (0..values.len()).map(along_row).collect();
+    let along_column =
+        |i: usize| near(i / width, height).map(|y| rows[y * width + i % width]).reduce(fold);
+    (0..values.len()).map(|i| along_column(i).expect("it has itself")).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_value_is_seen_three_pixels_around_it_and_no_further() {
+        let mut values = vec![0.0; 12 * 9];
+        values[4 * 12 + 5] = 1.0;
+        let found = around(&values, 12, f32::max);
+        for (i, value) in found.into_iter().enumerate() {
+            let is_near = (i % 12).abs_diff(5) <= 3 && (i / 12).abs_diff(4) <= 3;
+            assert_eq!(value, f32::from(u8::from(is_near)), "{i}");
+        }
+    }
+
+    #[test]
+    fn settled_alpha_comes_back_with_its_color_and_so_does_what_is_empty() {
+        let mut color = Image::filled(20, 1, [0.0; 3]).expect("a valid image");
+        let mut alpha = vec![0.0; 20];
+        alpha[10..].fill(1.0);
+        color.pixels_mut()[1] = [5.0; 3];
+        let denoised = Image::filled(20, 1, [0.25; 3]).expect("a valid image");
+        let mut found =
+            Denoised { color: denoised, layers: Vec::new(), alpha: Some(vec![0.5; 20]) };
+        settle(&mut found, &color, &alpha);
+        let expected = |i| if (7..13).contains(&i) { 0.5 } else { alpha[i] };
+        assert_eq!(found.alpha.unwrap(), (0..20).map(expected).collect::<Vec<_>>());
+        let expected = |i| match i {
+            5..7 => 0.0,
+            13.. => 0.5,
+            _ => 0.25,
+        };
+        for (i, pixel) in found.color.pixels().iter().enumerate() {
+            assert_eq!(*pixel, [expected(i); 3], "{i}");
+        }
+    }
+}
