@@ -22,7 +22,7 @@ fn check_frames(text: &str) {
 
 /// The name made from a pattern parses back to the same frame and is not much longer.
 fn check_pattern(pattern: &str) {
-    for frame in [0, 7, 1234, u32::MAX] {
+    for frame in [0, 7, 1234, -7, -1234, i64::from(u32::MAX)] {
         let Ok(Some((name, back))) = name_and_back(pattern, frame) else { return };
         assert_eq!(back, Some(frame), "{pattern:?} made {name:?}");
         assert!(name.len() <= pattern.len() + 32, "{pattern:?} made {name:?}");

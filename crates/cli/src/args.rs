@@ -1,5 +1,6 @@
 //! The command line's grammar.
 
+use std::ffi::OsString;
 use std::path::PathBuf;
 use std::time::Duration;
 
@@ -9,7 +10,8 @@ use clap_complete::Shell;
 use crate::frames::{self, Frames};
 use crate::request::Alpha;
 use crate::values::{
-    KernelsArg, PrecisionArg, QualityArg, memory, pixels, positive, runs, side, stops, time,
+    FormatArg, KernelsArg, PrecisionArg, QualityArg, memory, pixels, positive, runs, side, stops,
+    time,
 };
 
 /// Below the long help.
@@ -20,6 +22,8 @@ are found by the names that renderers give them; `wgdenoise info IN` shows which
 Several images go into a folder: wgdenoise renders/*.exr clean/
 In the file names of a sequence, #### or %04d stands for the frame number:
 wgdenoise beauty.####.exr clean.####.exr --frames 1-48
+There, [#] and [%] are a plain # and %. A run that was stopped goes on with --skip-existing.
+A pipe: render | wgdenoise - - | view
 Images may replace themselves: wgdenoise renders/*.exr --in-place
 Everything is checked before the first image is denoised. An image that fails is reported and the
 batch continues.
@@ -34,7 +38,8 @@ Exit codes:
   1  an input could not be read, or an output could not be written
   2  the command line was wrong
   3  no usable adapter (GPU or CPU driver), or it lacks what the flags need
-  4  the device was lost, hangs or computes wrong results";
+  4  the device was lost, hangs or computes wrong results
+  130, 143  stopped by Ctrl-C or by SIGTERM; what was written is whole";
 
 const USAGE: &str = "wgdenoise [OPTIONS] <IN>... <OUT>\n       wgdenoise <COMMAND>";
 
@@ -97,7 +102,7 @@ pub(crate) enum Command {
 #[derive(Debug, Args)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct DenoiseArgs {
-    /// The noisy images (EXR, PNG or JPEG), and where the results go
+    /// The noisy images (EXR, PNG or JPEG), and where the results go; - is standard input or output
     #[arg(value_name = "FILE", required = true, hide_short_help = true)]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]
@@ -110,8 +115,8 @@ pub(crate) struct DenoiseArgs {
     pub(crate) alpha: Option<Alpha>,
     /// Frames of a sequence, such as 1-48,60 [default: all]
     ///
-    /// A list of frames, ranges, and ranges with a step, such as 1-48,60,70-100x5.
-    #[arg(long, value_name = "RANGES", value_parser = frames::parse)]
+    /// A list of frames, ranges, and ranges with a step, such as -3-3,60,70-100x5.
+    #[arg(long, value_name = "RANGES", value_parser = frames::parse, allow_hyphen_values = true)]
     pub(crate) frames: Option<Frames>,
     /// Brighten PNG and JPEG output by stops, such as 1.5
     #[arg(long, value_name = "EV", value_parser = stops, allow_negative_numbers = true)]
@@ -123,6 +128,14 @@ pub(crate) struct DenoiseArgs {
     /// The last FILE is OUT if it is a folder, does not exist or is one of the inputs.
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) in_place: bool,
+    /// Leave out images whose output exists, to go on where a run was stopped
+    #[arg(long, hide_short_help = true, help_heading = OUTPUT,
+          conflicts_with_all = ["force", "in_place"])]
+    pub(crate) skip_existing: bool,
+    /// Format of standard output: exr, png or jpg [default: that of IN]
+    #[arg(long, value_name = "FORMAT", value_enum, hide_possible_values = true,
+          hide_short_help = true, help_heading = OUTPUT)]
+    pub(crate) format: Option<FormatArg>,
     /// Read, denoise and write one image at a time: slower, but in a third of the memory
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) no_overlap: bool,
@@ -187,11 +200,11 @@ pub(crate) struct LayerArgs {
     /// Layer or file with the albedo [default: found by its name]
     #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux", hide_short_help = true,
           help_heading = LAYERS)]
-    pub(crate) albedo: Option<String>,
+    pub(crate) albedo: Option<OsString>,
     /// Layer or file with the normals [default: found by its name]
     #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux", hide_short_help = true,
           help_heading = LAYERS)]
-    pub(crate) normal: Option<String>,
+    pub(crate) normal: Option<OsString>,
     /// Further layers of light to denoise by the color's weights: auto, or names such as RGBA_*
     ///
     /// Names are separated by commas and may have *, ? and [...]. With auto, light groups and passes

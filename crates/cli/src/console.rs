@@ -11,6 +11,7 @@ use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressState, P
 use serde_json::Value;
 
 use crate::failure::Failure;
+use crate::interrupt::Tally;
 use wgdenoise_files::{escaped_json, escaped_lines};
 
 /// How much to tell.
@@ -78,7 +79,9 @@ impl Console {
 
     /// Says what was held back.
     pub(crate) fn say_all(&self, held: &[String]) {
-        held.iter().for_each(|text| self.say(text));
+        for text in held {
+            self.say(text);
+        }
     }
 
     /// A message that nobody can read is no reason to lose the work.
@@ -113,6 +116,17 @@ impl Console {
     pub(crate) fn within_item(&self, done: f64) {
         if let Some(progress) = &*self.progress.borrow() {
             progress.within_item(done);
+        }
+    }
+
+    /// Says, once the bar is gone, that a run of so many images has been stopped.
+    pub(crate) fn last_words(&self, tally: Tally, images: usize) -> impl FnOnce() + Send + use<> {
+        let bar = self.progress.borrow().as_ref().map(|progress| progress.bar.clone());
+        move || {
+            if let Some(bar) = bar {
+                bar.finish_and_clear();
+            }
+            let _ = writeln!(std::io::stderr(), "wgdenoise: {}", tally.last_words(images));
         }
     }
 

@@ -10,20 +10,30 @@ use std::time::{Duration, Instant};
 use crate::console::{Console, Verbosity};
 use crate::failure::{Failure, shown};
 use crate::fit;
-use crate::plan::{self, Job};
+use crate::interrupt::{self, Tally};
+use crate::plan::{self, Job, Plan};
 use crate::request::Alpha;
 use crate::request::Denoise;
 use crate::session::Session;
 use wgdenoise::Frame;
-use wgdenoise_files::{Denoised, Format, Picture, Selection, View, escaped, exposed};
+use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed};
 
 /// Carries out a request.
 pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
-    let jobs = plan::jobs(request)?;
+    let Plan { jobs, skipped, notices } = plan::plan(request)?;
+    for notice in &notices {
+        console.notice(notice);
+    }
+    if jobs.is_empty() {
+        console.notice(&format!("nothing to do: skipped {}", existing(skipped)));
+        return Ok(());
+    }
     let session = Session::new(&request.device, &request.weights, console)?;
     let (images, failed, start) = (jobs.len(), 0, Instant::now());
-    let mut batch = Batch { request, console, session, images, failed, start };
-    console.begin(jobs.len());
+    let tally = Tally::default();
+    let mut batch = Batch { request, console, session, images, skipped, failed, tally, start };
+    console.begin(images);
+    interrupt::watch(console.last_words(batch.tally.clone(), images));
     let outcome = batch.images(&jobs);
     console.end();
     outcome?;
@@ -60,12 +70,12 @@ fn read(job: &Job) -> Result<Read, Failure> {
 fn write(job: &Job, image: Ready, exposure: Option<f32>) -> Result<Written, Failure> {
     let Ready { picture, mut results, mut laps } = image;
     laps.resume();
-    if Format::of_extension(&job.output).is_ok_and(Format::is_display_referred) {
+    if job.format.is_display_referred() {
         for result in &mut results {
             result.color = exposed(result.color.clone(), exposure.unwrap_or(0.0));
         }
     }
-    let notices = picture.save(&job.output, &results, job.replace)?;
+    let notices = picture.save_as(&job.output, job.format, &results, job.replace)?;
     laps.lap("written");
     Ok(Written { notices, laps })
 }
@@ -76,7 +86,10 @@ struct Batch<'a> {
     console: &'a Console,
     session: Session<'a>,
     images: usize,
+    /// Images that were done before.
+    skipped: usize,
     failed: usize,
+    tally: Tally,
     start: Instant,
 }
 
@@ -188,6 +201,7 @@ impl Batch<'_> {
         let later = self.console.release();
         match outcome {
             Ok(Written { notices, laps }) => {
+                self.tally.add();
                 self.tell(job, &notices);
                 self.console.detail(|| self.about(job) + &laps.to_string());
             }
@@ -269,11 +283,16 @@ impl Batch<'_> {
         let time = seconds(self.start.elapsed());
         let (all, failed) = (self.images, self.failed);
         if failed < all {
-            self.console.notice(&match (jobs, failed) {
+            let wrote = match (jobs, failed) {
                 ([job], _) => format!("wrote {} in {time}", shown(&job.output)),
                 (_, 0) => format!("wrote {all} images in {time}"),
                 _ => format!("wrote {} of {all} images in {time}", all - failed),
-            });
+            };
+            let skipped = match self.skipped {
+                0 => String::new(),
+                skipped => format!("; skipped {}", existing(skipped)),
+            };
+            self.console.notice(&(wrote + &skipped));
         }
         match failed {
             0 => Ok(()),
@@ -299,6 +318,14 @@ pub(crate) fn other_colors(selection: &Selection) -> Option<String> {
 /// The file name of an input.
 fn name(job: &Job) -> String {
     escaped(&job.input.file_name().unwrap_or_default().to_string_lossy())
+}
+
+/// Images that `--skip-existing` leaves out.
+fn existing(count: usize) -> String {
+    match count {
+        1 => "1 image whose output exists".into(),
+        _ => format!("{count} images whose outputs exist"),
+    }
 }
 
 /// `3.2 s`, or `4min 12s` for long runs.

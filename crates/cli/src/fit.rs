@@ -3,15 +3,14 @@
 use crate::failure::Failure;
 use crate::plan::Job;
 use wgdenoise::{Image, Inputs, MainImage, Metadata, Topology, TransferFunction};
-use wgdenoise_files::{Format, Picture};
+use wgdenoise_files::Picture;
 
 /// Refuses files that cannot hold what the weights are for.
 pub(crate) fn check(metadata: &Metadata, job: &Job, picture: &Picture) -> Result<(), Failure> {
     if metadata.transfer_function != TransferFunction::Signed {
         return Ok(());
     }
-    let output = Format::of_extension(&job.output).is_ok_and(Format::is_display_referred);
-    let file = match (picture.is_display_referred(), output) {
+    let file = match (picture.is_display_referred(), job.format.is_display_referred()) {
         (true, _) => &job.input,
         (_, true) => &job.output,
         _ => return Ok(()),

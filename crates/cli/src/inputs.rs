@@ -1,6 +1,7 @@
 //! What an IN of the command line stands for: a file, a sequence of frames, or a pattern.
 
-use std::collections::BTreeSet;
+use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::{fs, io};
 
@@ -8,12 +9,12 @@ use glob::MatchOptions;
 
 use crate::failure::{Failure, shown};
 use crate::frames::{self, Frames, Pattern};
-use wgdenoise_files::Problem;
+use wgdenoise_files::{Problem, is_stream};
 
 /// One IN.
 #[derive(Debug)]
 pub(crate) enum Source {
-    /// A file, whether it exists or not.
+    /// A file, whether it exists or not, a pipe, or `-` for standard input.
     File(PathBuf),
     Sequence(Sequence),
     /// All files that match, for shells that do not expand patterns.
@@ -50,21 +51,32 @@ impl Source {
     pub(crate) fn files(
         &self,
         frames: Option<&Frames>,
-    ) -> Result<Vec<(PathBuf, Option<u32>)>, Failure> {
+    ) -> Result<Vec<(PathBuf, Option<i64>)>, Failure> {
         match self {
             Self::File(path) => check_file(path).map(|()| vec![(path.clone(), None)]),
             Self::Glob(pattern) => {
                 Ok(matching(pattern)?.into_iter().map(|path| (path, None)).collect())
             }
             Self::Sequence(sequence) => {
-                let frames = sequence.frames(frames)?;
-                Ok(frames.into_iter().map(|f| (sequence.file(f), Some(f))).collect())
+                let files = sequence.files(frames)?;
+                Ok(files.into_iter().map(|(frame, file)| (file, Some(frame))).collect())
             }
+        }
+    }
+
+    /// A sentence on files of a sequence that are no frames by their numbers, such as subframes.
+    pub(crate) fn left_out(&self) -> Result<Option<String>, Failure> {
+        match self {
+            Self::Sequence(sequence) => sequence.left_out(),
+            Self::File(_) | Self::Glob(_) => Ok(None),
         }
     }
 }
 
 fn check_file(path: &Path) -> Result<(), Failure> {
+    if is_stream(path) {
+        return Ok(());
+    }
     match path.metadata() {
         Err(error) => Err(Failure::of(path, format_args!("cannot be read: {error}"))),
         Ok(metadata) if metadata.is_dir() => Err(Failure::of(path, "is a folder and not an image")),
@@ -97,32 +109,40 @@ pub(crate) struct Sequence {
 impl Sequence {
     /// `None` for a path that names one file.
     pub(crate) fn of(path: &Path) -> Result<Option<Self>, Failure> {
-        let name = path.file_name().and_then(|name| name.to_str()).unwrap_or_default();
-        let pattern = Pattern::parse(name)
+        let pattern = Pattern::parse(path.file_name().unwrap_or_default())
             .map_err(|why| Failure::Usage(format!("{}: {why}", shown(path))))?;
         Ok(pattern.map(|pattern| Self { path: path.to_path_buf(), pattern }))
     }
 
-    /// The file of a frame.
-    pub(crate) fn file(&self, frame: u32) -> PathBuf {
+    /// The name of a frame's file if it is written, or one that exists.
+    pub(crate) fn file(&self, frame: i64) -> PathBuf {
         self.path.with_file_name(self.pattern.name(frame))
     }
 
     /// The wanted frames, all of which must exist, or else every frame that exists.
-    fn frames(&self, wanted: Option<&Frames>) -> Result<Vec<u32>, Failure> {
+    pub(crate) fn files(&self, wanted: Option<&Frames>) -> Result<BTreeMap<i64, PathBuf>, Failure> {
+        let mut existing = self.existing()?;
         match wanted {
-            Some(Frames(wanted)) => self.check(wanted).map(|()| wanted.clone()),
-            None => match self.existing()? {
-                frames if frames.is_empty() => Err(Failure::of(&self.path, NOT_FOUND)),
-                frames => Ok(frames.into_iter().collect()),
-            },
+            Some(Frames(wanted)) => {
+                self.check(wanted, &existing)?;
+                existing.retain(|frame, _| wanted.binary_search(frame).is_ok());
+            }
+            None if existing.is_empty() => return Err(self.not_found()?),
+            None => {}
         }
+        Ok(existing)
+    }
+
+    /// That there is no frame, and which files are near.
+    fn not_found(&self) -> Result<Failure, Failure> {
+        let near = self.near()?.map(|names| format!(", but {names} with another number of digits"));
+        Ok(Failure::of(&self.path, format_args!("{NOT_FOUND}{}", near.unwrap_or_default())))
     }
 
     /// Refuses frames without a file.
-    pub(crate) fn check(&self, wanted: &[u32]) -> Result<(), Failure> {
-        let existing = self.existing()?;
-        let missing: Vec<_> = wanted.iter().copied().filter(|f| !existing.contains(f)).collect();
+    fn check(&self, wanted: &[i64], existing: &BTreeMap<i64, PathBuf>) -> Result<(), Failure> {
+        let is_missing = |frame: &i64| !existing.contains_key(frame);
+        let missing: Vec<_> = wanted.iter().copied().filter(is_missing).collect();
         match missing.as_slice() {
             [] => Ok(()),
             [one] => Err(Failure::of(&self.path, format_args!("frame {one} is missing"))),
@@ -133,15 +153,51 @@ impl Sequence {
         }
     }
 
-    fn existing(&self) -> Result<BTreeSet<u32>, Failure> {
+    /// The files of all frames. Of two for one frame, that with the pattern's own padding counts.
+    fn existing(&self) -> Result<BTreeMap<i64, PathBuf>, Failure> {
+        let frame = |name: OsString| Some((self.pattern.frame(&name)?, name));
+        let mut frames = BTreeMap::new();
+        for (frame, name) in self.names()?.into_iter().filter_map(frame) {
+            let file = self.path.with_file_name(name);
+            if file == self.file(frame) || !frames.contains_key(&frame) {
+                frames.insert(frame, file);
+            }
+        }
+        Ok(frames)
+    }
+
+    /// The names in its folder.
+    fn names(&self) -> Result<Vec<OsString>, Failure> {
         let folder = self.path.parent().filter(|parent| *parent != Path::new(""));
-        let frame = |entry: io::Result<fs::DirEntry>| {
-            entry.map(|entry| self.pattern.frame(entry.file_name().to_str()?)).transpose()
-        };
+        let name = |entry: io::Result<fs::DirEntry>| entry.map(|entry| entry.file_name());
         let entries = fs::read_dir(folder.unwrap_or(Path::new(".")));
-        let frames = entries.and_then(|entries| entries.filter_map(frame).collect());
-        frames.map_err(|error| {
+        entries.and_then(|entries| entries.map(name).collect()).map_err(|error| {
             Failure::of(&self.path, format_args!("its folder cannot be read: {error}"))
         })
     }
+
+    fn left_out(&self) -> Result<Option<String>, Failure> {
+        let near = self.near()?;
+        Ok(near.map(|names| {
+            let pattern = shown(&self.path);
+            format!("{pattern}: left out {names}: no whole frames with this number of digits")
+        }))
+    }
+
+    /// Names of files whose numbers are no frames of this sequence, such as subframes.
+    fn near(&self) -> Result<Option<String>, Failure> {
+        let mut names = self.names()?;
+        names.retain(|name| self.pattern.is_near(name));
+        names.sort();
+        let more = match names.len().saturating_sub(MOST_LISTED) {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        let listed = names.iter().take(MOST_LISTED).map(|name| shown(Path::new(name)));
+        let listed = listed.collect::<Vec<_>>().join(", ");
+        Ok((!names.is_empty()).then(|| listed + &more))
+    }
 }
+
+/// Most names in one message.
+const MOST_LISTED: usize = 5;

@@ -13,6 +13,7 @@ mod fit;
 mod frames;
 mod inputs;
 mod inspect;
+mod interrupt;
 mod parse;
 mod plan;
 mod report;
@@ -26,8 +27,7 @@ use crate::failure::Failure;
 use crate::request::Request;
 
 /// Runs the program and returns its exit code: 0 done, 1 an input or output failed, 2 wrong usage,
-/// 3 no
-/// usable adapter, or it lacks what the flags need, 4 the device failed.
+/// 3 no usable adapter, or it lacks what the flags need, 4 the device failed.
 #[must_use]
 pub fn main() -> ExitCode {
     wgdenoise::Gpu::silence_device_select();
@@ -61,6 +61,8 @@ fn run(request: Request) -> Result<(), Failure> {
 /// Entry points of the fuzz targets; not part of the interface.
 #[doc(hidden)]
 pub mod fuzzing {
+    use std::ffi::OsString;
+
     use clap::Parser as _;
 
     use crate::args::Cli;
@@ -68,7 +70,7 @@ pub mod fuzzing {
 
     /// Whether the grammar accepts the words of a command line, the program's name first.
     pub fn accepts<'a>(words: impl IntoIterator<Item = &'a str>) -> bool {
-        let words = words.into_iter().map(std::ffi::OsString::from);
+        let words = words.into_iter().map(OsString::from);
         Cli::try_parse_from(words).map_err(|error| error.to_string()).is_ok()
     }
 
@@ -76,7 +78,7 @@ pub mod fuzzing {
     ///
     /// # Errors
     /// If the text is no list of frames, or names too many.
-    pub fn parse_frames(text: &str) -> Result<Vec<u32>, String> {
+    pub fn parse_frames(text: &str) -> Result<Vec<i64>, String> {
         frames::parse(text).map(|frames| frames.0)
     }
 
@@ -87,13 +89,13 @@ pub mod fuzzing {
     /// If the pattern cannot be used.
     pub fn name_and_back(
         pattern: &str,
-        frame: u32,
-    ) -> Result<Option<(String, Option<u32>)>, String> {
+        frame: i64,
+    ) -> Result<Option<(OsString, Option<i64>)>, String> {
         let name_and_back = |pattern: Pattern| {
             let name = pattern.name(frame);
             let back = pattern.frame(&name);
             (name, back)
         };
-        Pattern::parse(pattern).map(|pattern| pattern.map(name_and_back))
+        Pattern::parse(pattern.as_ref()).map(|pattern| pattern.map(name_and_back))
     }
 }

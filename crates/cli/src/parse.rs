@@ -18,7 +18,7 @@ use crate::request::{
 };
 use crate::values::QualityArg;
 use wgdenoise::Quality;
-use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits};
+use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits, is_standard};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the
 /// grammar refuses are printed and end the process.
@@ -132,6 +132,8 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
         weights,
         device: device(args.device, args.network.precision.map(Into::into)),
         input_scale: args.choice.input_scale,
+        skip_existing: args.skip_existing,
+        format: args.format.map(Into::into),
         overlap: !args.no_overlap,
         alpha: args.alpha,
         verify: args.verify,
@@ -171,7 +173,7 @@ fn is_input(last: &Path, others: &[PathBuf]) -> bool {
 fn without_output(word: &Path) -> Result<String, Failure> {
     let name = shown(word);
     Ok(match Source::of(word)? {
-        Source::File(path) if !path.exists() => {
+        Source::File(path) if !path.exists() && !is_standard(&path) => {
             format!("`{name}` is neither a file nor a command; see --help")
         }
         _ => format!("`{name}` has no output; write wgdenoise {name} OUT, or see --help"),

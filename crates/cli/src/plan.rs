@@ -1,30 +1,47 @@
 //! Which images are denoised and where each result goes, checked before any work is done.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
+use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf, is_separator};
 
 use crate::failure::{Failure, shown};
+use crate::frames::{self, Frames, PLAIN_CHARACTERS};
 use crate::inputs::{Sequence, Source};
 use crate::request::{Denoise, Writing};
-use wgdenoise_files::{Format, Identity, LayerChoice, Problem};
+use wgdenoise_files::{Format, Identity, LayerChoice, Problem, is_standard, is_stream};
+
+/// What a request comes to.
+#[derive(Debug)]
+pub(crate) struct Plan {
+    /// The images, in their order.
+    pub(crate) jobs: Vec<Job>,
+    /// How many more are done already.
+    pub(crate) skipped: usize,
+    /// What a user should know, a sentence each.
+    pub(crate) notices: Vec<String>,
+}
 
 /// One image to denoise.
 #[derive(Debug)]
 pub(crate) struct Job {
+    /// A file, a pipe, or `-` for standard input.
     pub(crate) input: PathBuf,
+    /// A file, or `-` for standard output.
     pub(crate) output: PathBuf,
+    /// Of the output.
+    pub(crate) format: Format,
     pub(crate) layers: LayerChoice,
     /// Whether the output may exist already.
     pub(crate) replace: bool,
 }
 
-/// The jobs of a request, in their order.
+/// Plans a request.
 ///
 /// # Errors
 /// If the request contradicts itself, an input is missing, or an output cannot be written, would
 /// replace an input, or is that of two inputs.
-pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
+pub(crate) fn plan(request: &Denoise) -> Result<Plan, Failure> {
     let sources =
         request.inputs.iter().map(|input| Source::of(input)).collect::<Result<Vec<_>, _>>()?;
     if request.frames.is_some() && !sources.iter().any(Source::is_sequence) {
@@ -32,25 +49,34 @@ pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
             "--frames needs an IN with a place for the frame number, such as beauty.####.exr";
         return Err(Failure::Usage(what.into()));
     }
+    let mut jobs = jobs(request, &sources)?;
+    check_conflicts(&mut jobs, request.writing.in_place)?;
+    check_streams(&jobs)?;
+    if request.exposure.is_some() {
+        jobs.iter().try_for_each(Job::check_exposure)?;
+    }
+    let all = jobs.len();
+    jobs.retain(|job| !(request.skip_existing && job.output.is_file()));
+    for job in &jobs {
+        prepare_output(&job.output, job.replace, request.writing)?;
+    }
+    Ok(Plan { skipped: all - jobs.len(), jobs, notices: left_out(request, &sources)? })
+}
+
+/// The jobs of a request, in their order.
+fn jobs(request: &Denoise, sources: &[Source]) -> Result<Vec<Job>, Failure> {
     // A missing input is reported before a missing folder.
     let files: Vec<_> = sources
         .iter()
         .map(|source| source.files(request.frames.as_ref()))
         .collect::<Result<_, _>>()?;
     let target = match &request.output {
-        Some(output) => Target::of(output, &sources, request.writing.parents)?,
+        Some(output) => Target::of(output, sources, request.writing.parents)?,
         None => Target::Input,
     };
     let mut jobs = Vec::new();
     for (source, files) in sources.iter().zip(files) {
         jobs.extend(jobs_of(source, files, &target, request)?);
-    }
-    check_conflicts(&mut jobs, request.writing.in_place)?;
-    if request.exposure.is_some() {
-        jobs.iter().try_for_each(Job::check_exposure)?;
-    }
-    for job in &jobs {
-        prepare_output(&job.output, job.replace, request.writing)?;
     }
     Ok(jobs)
 }
@@ -58,35 +84,65 @@ pub(crate) fn jobs(request: &Denoise) -> Result<Vec<Job>, Failure> {
 /// The jobs of one IN, from its files and their frames.
 fn jobs_of(
     source: &Source,
-    files: Vec<(PathBuf, Option<u32>)>,
+    files: Vec<(PathBuf, Option<i64>)>,
     target: &Target,
     request: &Denoise,
 ) -> Result<Vec<Job>, Failure> {
-    let layers = Layers::of(&request.layers, source.is_sequence())?;
-    layers.check(&files.iter().filter_map(|(_, frame)| *frame).collect::<Vec<_>>())?;
-    let job = |(input, frame): (PathBuf, Option<u32>)| Job {
-        output: target.path(&input, frame),
-        layers: layers.at(frame),
-        replace: request.writing.force,
-        input,
+    let frames: Vec<_> = files.iter().filter_map(|(_, frame)| *frame).collect();
+    let layers = Layers::of(&request.layers, source.is_sequence(), &Frames(frames))?;
+    let job = |(input, frame): (PathBuf, Option<i64>)| {
+        let output = target.path(&input, frame)?;
+        let format = output_format(&output, &input, request.format)?;
+        let (layers, replace) = (layers.at(frame), request.writing.force);
+        Ok(Job { input, output, format, layers, replace })
     };
-    Ok(files.into_iter().map(job).collect())
+    files.into_iter().map(job).collect()
+}
+
+/// The format of a result: by its name, or on standard output the wanted one or else the input's.
+fn output_format(output: &Path, input: &Path, wanted: Option<Format>) -> Result<Format, Failure> {
+    match (is_standard(output), wanted) {
+        (true, Some(format)) => Ok(format),
+        (true, None) => Ok(Format::of_content(input).map_err(|problem| problem.at(input))?),
+        (false, None) => format(output),
+        (false, Some(_)) => {
+            let what = "--format is for standard output; elsewhere the name of OUT decides";
+            Err(Failure::Usage(format!("{}: {what}", shown(output))))
+        }
+    }
+}
+
+/// Refuses a pipe among several images: it could not be read again for each.
+fn check_streams(jobs: &[Job]) -> Result<(), Failure> {
+    let streams = jobs.iter().flat_map(Job::inputs).find(|path| is_stream(path));
+    match streams {
+        Some(stream) if jobs.len() > 1 => {
+            let what = "a pipe is read for one image, and there are several";
+            Err(Failure::Usage(format!("{}: {what}", shown(stream))))
+        }
+        _ => Ok(()),
+    }
+}
+
+/// What sequences leave out, unless frames were chosen.
+fn left_out(request: &Denoise, sources: &[Source]) -> Result<Vec<String>, Failure> {
+    let whole = sources.iter().filter(|_| request.frames.is_none());
+    whole.filter_map(|source| source.left_out().transpose()).collect()
 }
 
 /// Checks that an output can be written, and creates its folder if asked to.
 pub(crate) fn prepare_output(path: &Path, replace: bool, writing: Writing) -> Result<(), Failure> {
-    // An output that will be refused leaves no folder behind.
-    format(path)?;
     if let Some(folder) = path.parent().filter(|_| writing.parents) {
         let failed = |error| Failure::of(folder, format_args!("cannot be created: {error}"));
         fs::create_dir_all(folder).map_err(failed)?;
     }
-    wgdenoise_files::check_output(path, replace)?;
+    wgdenoise_files::check_place(path, replace)?;
     Ok(())
 }
 
 fn format(output: &Path) -> Result<Format, Failure> {
-    let usage = |problem: Problem| Failure::Usage(problem.at(output).to_string());
+    let pipe = if is_stream(output) { "; give - for standard output" } else { "" };
+    let usage = |problem: Problem| Failure::Usage(format!("{}{pipe}", problem.at(output)));
     Format::of_extension(output).map_err(usage)
 }
 
@@ -95,7 +151,7 @@ fn format(output: &Path) -> Result<Format, Failure> {
 fn check_conflicts(jobs: &mut [Job], in_place: bool) -> Result<(), Failure> {
     let readers = readers(jobs);
     let mut written = HashMap::new();
-    for (index, job) in jobs.iter_mut().enumerate() {
+    for (index, job) in jobs.iter_mut().enumerate().filter(|(_, job)| !is_standard(&job.output)) {
         let identity = Identity::of(&job.output);
         if let Some(readers) = readers.get(&identity) {
             let other = readers.iter().find(|(reader, _)| *reader != index);
@@ -115,7 +171,7 @@ fn check_conflicts(jobs: &mut [Job], in_place: bool) -> Result<(), Failure> {
 fn readers(jobs: &[Job]) -> HashMap<Identity, Vec<(usize, PathBuf)>> {
     let mut readers: HashMap<_, Vec<_>> = HashMap::new();
     for (index, job) in jobs.iter().enumerate() {
-        for file in job.files() {
+        for file in job.inputs() {
             readers.entry(Identity::of(file)).or_default().push((index, file.to_path_buf()));
         }
     }
@@ -123,16 +179,16 @@ fn readers(jobs: &[Job]) -> HashMap<Identity, Vec<(usize, PathBuf)>> {
 }
 
 impl Job {
-    /// The files it reads.
-    fn files(&self) -> impl Iterator<Item = &Path> {
+    /// The files and pipes it reads.
+    fn inputs(&self) -> impl Iterator<Item = &Path> {
         let aux = [&self.layers.albedo, &self.layers.normal].into_iter().flatten();
-        let files = aux.map(Path::new).filter(|path| path.is_file());
-        [self.input.as_path()].into_iter().chain(files)
+        let aux = aux.map(Path::new).filter(|path| path.is_file() || is_stream(path));
+        [self.input.as_path()].into_iter().chain(aux)
     }
 
     /// Refuses `--exposure` for an EXR file.
     fn check_exposure(&self) -> Result<(), Failure> {
-        if format(&self.output)?.is_display_referred() {
+        if self.format.is_display_referred() {
             return Ok(());
         }
         let what = "--exposure changes PNG and JPEG only; EXR keeps the light as it was rendered";
@@ -141,10 +197,9 @@ impl Job {
 
     /// Refuses an image that would change its format by replacing itself.
     fn check_extension(&self) -> Result<(), Failure> {
-        let named = format(&self.output)?;
         match Format::of_content(&self.input) {
-            Ok(content) if content != named => {
-                let (content, named) = (content.name(), named.name());
+            Ok(content) if content != self.format => {
+                let (content, named) = (content.name(), self.format.name());
                 let what = format!("is {content}, but its name means {named}; give another OUT");
                 Err(Failure::of(&self.input, what))
             }
@@ -170,31 +225,26 @@ impl Job {
 #[derive(Debug)]
 struct Layers {
     choice: LayerChoice,
-    albedo: Option<Sequence>,
-    normal: Option<Sequence>,
+    albedo: Option<BTreeMap<i64, PathBuf>>,
+    normal: Option<BTreeMap<i64, PathBuf>>,
 }
 
 impl Layers {
-    fn of(choice: &LayerChoice, in_sequence: bool) -> Result<Self, Failure> {
-        let sequence = |name: &Option<String>| match name {
-            Some(name) if in_sequence => Sequence::of(Path::new(name)),
-            _ => Ok(None),
+    /// Refuses frames without a file.
+    fn of(choice: &LayerChoice, in_sequence: bool, frames: &Frames) -> Result<Self, Failure> {
+        let files = |name: &Option<OsString>| {
+            let name = name.as_ref().filter(|_| in_sequence);
+            let sequence = name.map(|name| Sequence::of(Path::new(name))).transpose()?.flatten();
+            sequence.map(|sequence| sequence.files(Some(frames))).transpose()
         };
-        let (albedo, normal) = (sequence(&choice.albedo)?, sequence(&choice.normal)?);
+        let (albedo, normal) = (files(&choice.albedo)?, files(&choice.normal)?);
         Ok(Self { choice: choice.clone(), albedo, normal })
     }
 
-    /// Refuses frames without a file.
-    fn check(&self, frames: &[u32]) -> Result<(), Failure> {
-        let sequences = [&self.albedo, &self.normal].into_iter().flatten();
-        sequences.into_iter().try_for_each(|sequence| sequence.check(frames))
-    }
-
     /// The layers of one image.
-    fn at(&self, frame: Option<u32>) -> LayerChoice {
-        let file = |sequence: &Option<Sequence>| {
-            let file = sequence.as_ref().zip(frame).map(|(sequence, frame)| sequence.file(frame));
-            file.map(|file| file.to_string_lossy().into_owned())
+    fn at(&self, frame: Option<i64>) -> LayerChoice {
+        let file = |files: &Option<BTreeMap<i64, PathBuf>>| {
+            files.as_ref()?.get(&frame?).cloned().map(PathBuf::into_os_string)
         };
         let choice = self.choice.clone();
         LayerChoice {
@@ -225,22 +275,30 @@ impl Target {
             return Ok(Self::Folder(path.to_path_buf()));
         }
         let usage = |what: &str| Err(Failure::Usage(format!("{}: {what}", shown(path))));
+        let name = path.file_name().unwrap_or_default();
+        let file = || Ok(Self::File(path.with_file_name(frames::plain(name))));
+        match sources {
+            [Source::File(_)] if is_standard(path) => return Ok(Self::File(path.to_path_buf())),
+            _ if is_standard(path) => return usage("standard output takes the result of one file"),
+            // A file may really have such a name, and so may its result.
+            [Source::File(input)] if input.exists() && Sequence::of(input)?.is_some() => {
+                return Ok(Self::File(path.to_path_buf()));
+            }
+            [Source::File(_)] if !ends_as_folder && !frames::has_padded_place(name) => {
+                return file();
+            }
+            _ => {}
+        }
         match (Sequence::of(path)?, sources) {
             (Some(sequence), [Source::Sequence(_)]) => Ok(Self::Sequence(sequence)),
-            // A file may really have such a name, and so may its result.
-            (Some(_), [Source::File(input)])
-                if input.exists() && Sequence::of(input)?.is_some() =>
-            {
-                Ok(Self::File(path.to_path_buf()))
-            }
-            (Some(_), _) => {
-                usage("has a place for a frame number, which needs exactly one IN that has one too")
-            }
+            (Some(_), _) => usage(&format!(
+                "has a place for a frame number, which needs exactly one IN that has one too\
+                 {PLAIN_CHARACTERS}"
+            )),
             (None, [Source::Sequence(_)]) => usage(
                 "needs a place for the frame number as IN has, such as clean.####.exr, or must be \
                  an existing folder",
             ),
-            (None, [Source::File(_)]) if !ends_as_folder => Ok(Self::File(path.to_path_buf())),
             (None, _) if parents => Ok(Self::Folder(path.to_path_buf())),
             (None, _) => Err(Failure::of(
                 path,
@@ -251,13 +309,17 @@ impl Target {
     }
 
     /// The output of an input.
-    fn path(&self, input: &Path, frame: Option<u32>) -> PathBuf {
-        match (self, frame) {
+    fn path(&self, input: &Path, frame: Option<i64>) -> Result<PathBuf, Failure> {
+        Ok(match (self, frame) {
             (Self::Sequence(sequence), Some(frame)) => sequence.file(frame),
             (Self::Sequence(_), None) => unreachable!("an OUT with frames has an IN with frames"),
-            (Self::Folder(folder), _) => folder.join(input.file_name().unwrap_or_default()),
             (Self::File(path), _) => path.clone(),
+            _ if is_standard(input) => {
+                let what = "standard input has no name; name OUT, or give - for standard output";
+                return Err(Failure::Usage(format!("{}: {what}", shown(input))));
+            }
+            (Self::Folder(folder), _) => folder.join(input.file_name().unwrap_or_default()),
             (Self::Input, _) => input.to_path_buf(),
-        }
+        })
     }
 }

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use wgdenoise::{KernelSet, MatrixShape, Precision, Quality};
-use wgdenoise_files::{LayerChoice, Limits};
+use wgdenoise_files::{Format, LayerChoice, Limits};
 
 use crate::console::Verbosity;
 use crate::frames::Frames;
@@ -43,6 +43,10 @@ pub(crate) struct Denoise {
     pub(crate) device: DeviceChoice,
     /// The factor that brings color to the exposure of the network's training; measured by default.
     pub(crate) input_scale: Option<f32>,
+    /// Leave out images whose output exists.
+    pub(crate) skip_existing: bool,
+    /// The format of standard output; that of the input by default.
+    pub(crate) format: Option<Format>,
     /// Read the next image and write the last one while one is denoised.
     pub(crate) overlap: bool,
     /// What happens to the alpha; by default it is denoised if it is fractional.

@@ -8,6 +8,7 @@ use clap::builder::{RangedI64ValueParser, RangedU64ValueParser};
 
 use crate::request::Kernels;
 use wgdenoise::{KernelSet, Precision, Quality};
+use wgdenoise_files::Format;
 
 /// [`Quality`] on the command line.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
@@ -27,6 +28,18 @@ pub(crate) enum PrecisionArg {
     F32,
     /// 16-bit float: half the memory
     F16,
+}
+
+/// [`Format`] on the command line.
+#[derive(Clone, Copy, Debug, ValueEnum)]
+pub(crate) enum FormatArg {
+    /// Light of any brightness
+    Exr,
+    /// Display colors
+    Png,
+    /// Display colors without alpha
+    #[value(alias = "jpeg")]
+    Jpg,
 }
 
 /// [`Kernels`] on the command line.
@@ -59,6 +72,16 @@ impl From<PrecisionArg> for Precision {
         match precision {
             PrecisionArg::F32 => Self::F32,
             PrecisionArg::F16 => Self::F16,
+        }
+    }
+}
+
+impl From<FormatArg> for Format {
+    fn from(format: FormatArg) -> Self {
+        match format {
+            FormatArg::Exr => Self::Exr,
+            FormatArg::Png => Self::Png,
+            FormatArg::Jpg => Self::Jpeg,
         }
     }
 }

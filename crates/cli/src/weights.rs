@@ -152,7 +152,7 @@ fn stem(path: &Path) -> String {
 /// A whole weights file. No more than the limit is read, even if the file grows meanwhile.
 fn read(path: &Path) -> Result<Vec<u8>, Failure> {
     let unreadable = |error: io::Error| Failure::of(path, format_args!("cannot be read: {error}"));
-    let file = wgdenoise_files::open(path).map_err(|problem| problem.at(path))?;
+    let file = wgdenoise_files::open_file(path).map_err(|problem| problem.at(path))?;
     let length = file.metadata().map_err(unreadable)?.len();
     let mut bytes = Vec::new();
     if length <= MAX_WEIGHTS_BYTES {

@@ -1,6 +1,7 @@
 //! What a file holds, without reading its pixels.
 
-use std::path::Path;
+use std::ffi::OsStr;
+use std::path::{Path, PathBuf};
 
 use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::SampleType;
@@ -87,8 +88,8 @@ impl Description {
             name: None,
             width,
             height,
-            albedo: wanted.albedo.clone(),
-            normal: wanted.normal.clone(),
+            albedo: wanted.albedo.as_deref().map(shown),
+            normal: wanted.normal.as_deref().map(shown),
             alpha: None,
             selection: None,
             light: Vec::new(),
@@ -120,8 +121,14 @@ impl Description {
     }
 }
 
+/// The name of a layer or file.
+fn shown(name: &OsStr) -> String {
+    name.to_string_lossy().into_owned()
+}
+
 fn view_info(file: &ExrFile, all: &[Layer], choice: &Choice, files: &Files) -> ViewInfo {
     let size = file.window(choice.color.part()).size;
+    let file = |file: &Option<PathBuf>| file.as_ref().map(|file| shown(file.as_os_str()));
     let name = |pick: &Option<Pick>| pick.as_ref().map(|p| p.layer.clone());
     let used = [&choice.color.layer, &choice.target.layer];
     let color = all.iter().find(|layer| layer.shown() == choice.color.layer);
@@ -134,8 +141,8 @@ fn view_info(file: &ExrFile, all: &[Layer], choice: &Choice, files: &Files) -> V
         name: choice.view.clone(),
         width: size.width() as u32,
         height: size.height() as u32,
-        albedo: files.albedo.clone().or_else(|| name(&choice.albedo)),
-        normal: files.normal.clone().or_else(|| name(&choice.normal)),
+        albedo: file(&files.albedo).or_else(|| name(&choice.albedo)),
+        normal: file(&files.normal).or_else(|| name(&choice.normal)),
         alpha: choice.alpha.map(|_| choice.color.layer.clone()),
         selection: Some(Selection::of(choice, files)),
         light: light.into_iter().map(|pick| (pick.layer, pick.reason)).collect(),

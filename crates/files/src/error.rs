@@ -30,7 +30,7 @@ pub enum Problem {
     /// The system cannot write it.
     #[error("cannot be written: {0}")]
     Write(#[source] io::Error),
-    /// It is a pipe or a device, whose reading may never end.
+    /// It is a device, whose reading may never end, or a pipe where a file is needed.
     #[error("is not a regular file; give a file on disk")]
     NotRegular,
     /// It exists and must not be replaced.

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-use super::Problem;
+use super::{Problem, stream};
 
 /// A format that can be read and written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,11 +17,19 @@ pub enum Format {
     Jpeg,
 }
 
+/// Opens an image to read: a regular file, or a pipe, which is read whole.
+///
+/// # Errors
+/// If it cannot be opened, is a device, or a pipe carries too much.
+pub(super) fn open(path: &Path) -> Result<File, Problem> {
+    if stream::is_stream(path) { stream::open(path) } else { open_file(path) }
+}
+
 /// Opens a file to read. Opening a pipe would wait for its writer, so only regular files are opened.
 ///
 /// # Errors
 /// If the file cannot be opened or is not a regular file.
-pub fn open(path: &Path) -> Result<File, Problem> {
+pub fn open_file(path: &Path) -> Result<File, Problem> {
     if path.metadata().map_err(Problem::Read)?.is_file() {
         return File::open(path).map_err(Problem::Read);
     }

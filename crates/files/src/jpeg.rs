@@ -1,14 +1,23 @@
 //! Telling whether a JPEG file is complete.
 
-use std::fs;
+use std::io::Read;
 use std::path::Path;
 
 use super::Problem;
+use super::format::open;
 
 /// Whether the image has its end marker. That of a thumbnail inside does not count, nor does data
 /// after the end.
-pub(super) fn is_whole(path: &Path) -> Result<bool, Problem> {
-    fs::read(path).map(|bytes| has_end(&bytes)).map_err(Problem::Read)
+///
+/// # Errors
+/// If the file cannot be read or has more than `most` bytes.
+pub(super) fn is_whole(path: &Path, most: u64) -> Result<bool, Problem> {
+    let mut bytes = Vec::new();
+    open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(Problem::Read)?;
+    if bytes.len() as u64 > most {
+        return Err(Problem::TooLarge(format!("is too large: a JPEG may have {most} bytes")));
+    }
+    Ok(has_end(&bytes))
 }
 
 /// Goes from marker to marker (ITU T.81, B.1.1), past the pixels between them.

@@ -1,16 +1,15 @@
 //! PNG and JPEG: sRGB-encoded integers outside, linear float inside.
 
-use std::io::Write;
+use std::io::{BufReader, Write};
 use std::path::Path;
 
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 use image::{
-    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError,
-    ImageFormat, ImageReader,
+    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageReader,
 };
 
-use super::format::Format;
+use super::format::{Format, open};
 use super::limits::Limits;
 use super::srgb::{encoded, linear};
 use super::{Problem, jpeg, normals};
@@ -119,15 +118,16 @@ pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem
 }
 
 fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
-    let reader = ImageReader::open(path).and_then(ImageReader::with_guessed_format);
-    let mut reader = reader.map_err(Problem::Read)?;
+    let memory = limits.pixels.saturating_mul(8).saturating_add(64 << 20);
     // The decoder fills in gray where a JPEG ends early.
-    if reader.format() == Some(ImageFormat::Jpeg) && !jpeg::is_whole(path)? {
+    if Format::of_content(path)? == Format::Jpeg && !jpeg::is_whole(path, memory)? {
         return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));
     }
-    let mut memory = image::Limits::default();
-    memory.max_alloc = Some(limits.pixels.saturating_mul(8).saturating_add(64 << 20));
-    reader.limits(memory);
+    let reader = ImageReader::new(BufReader::new(open(path)?)).with_guessed_format();
+    let mut reader = reader.map_err(Problem::Read)?;
+    let mut most = image::Limits::default();
+    most.max_alloc = Some(memory);
+    reader.limits(most);
     let decoder = reader.into_decoder().map_err(reading)?;
     let (width, height) = decoder.dimensions();
     limits.check_size(width.into(), height.into())?;

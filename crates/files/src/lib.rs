@@ -27,15 +27,17 @@ mod picture;
 mod preview;
 mod selection;
 mod srgb;
+mod stream;
 mod view;
 mod views;
 mod wanted;
 mod window;
 
 pub use describe::{Description, LayerInfo, ViewInfo};
+pub use draft::discard_drafts;
 pub use error::{FileError, Problem};
 pub use escape::{escaped, escaped_json, escaped_lines};
-pub use format::{Format, open};
+pub use format::{Format, open_file};
 pub use identity::Identity;
 pub use light::LayersWish;
 pub use limits::Limits;
@@ -46,6 +48,7 @@ pub use output::replace;
 pub use picture::Picture;
 pub use preview::{Preview, exposed};
 pub use selection::Selection;
+pub use stream::{is_standard, is_stream};
 pub use view::{Denoised, NoisyLayer, View};
 pub use wanted::LayerChoice;
 

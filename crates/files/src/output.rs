@@ -2,12 +2,13 @@
 //! name at the end, so a failure leaves what was there.
 
 use std::fs::{self, File};
-use std::io::{BufWriter, ErrorKind, Write};
+use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, Write};
 use std::path::Path;
 
 use super::draft::Draft;
 use super::format::Format;
 use super::identity::{folder, place};
+use super::stream::is_standard;
 use super::{FileError, Problem};
 
 /// The file being written.
@@ -23,17 +24,22 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     Ok(format)
 }
 
-/// Checks, before any work is done, that a file of any kind can be written to `path`.
+/// Checks, before any work is done, that a file of any kind can be written to `path`, which may be
+/// `-` for standard output.
 ///
 /// # Errors
 /// If its folder does not exist or takes no file, the system takes no such name, it is not a plain
 /// file, or it exists and `force` is not given.
 pub fn check_place(path: &Path, force: bool) -> Result<(), FileError> {
+    if is_standard(path) {
+        return check_stdout().map_err(|problem| problem.at(path));
+    }
     if !folder(path).is_dir() {
         return Err(Problem::NoFolder(folder(path).to_path_buf()).at(path));
     }
     if path.exists() && !path.is_file() {
-        return Err(Problem::Format("cannot be written: it is not a plain file".into()).at(path));
+        let what = "cannot be written: it is not a plain file; give - for standard output";
+        return Err(Problem::Format(what.into()).at(path));
     }
     match fs::symlink_metadata(path) {
         Ok(_) if !force => return Err(Problem::Exists.at(path)),
@@ -49,7 +55,8 @@ pub fn check_place(path: &Path, force: bool) -> Result<(), FileError> {
 }
 
 /// Writes a file as a whole: `path` is what `write` wrote, or, if that fails, what it was before.
-/// A link stays a link to the file that is replaced, and the file keeps its permissions.
+/// A link stays a link to the file that is replaced, and the file keeps its permissions. Standard
+/// output, `-`, gets all of it or nothing.
 ///
 /// # Errors
 /// If `path` exists and `force` is not given, `write` fails, or the system does.
@@ -58,9 +65,33 @@ pub fn replace<T>(
     force: bool,
     write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>,
 ) -> Result<T, FileError> {
+    if is_standard(path) {
+        return to_stdout(write).map_err(|problem| problem.at(path));
+    }
     // Without `force`, a link that leads nowhere exists too.
     let target = if force { place(path) } else { path.to_path_buf() };
     replace_target(&target, force, write).map_err(|problem| problem.at(path))
+}
+
+/// A terminal would take a picture for commands.
+fn check_stdout() -> Result<(), Problem> {
+    if io::stdout().is_terminal() {
+        return Err(Problem::Format("is a terminal; give a file, or write into a pipe".into()));
+    }
+    Ok(())
+}
+
+/// Pictures are not written front to back, and pipes only are.
+fn to_stdout<T>(write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>) -> Result<T, Problem> {
+    let mut file = tempfile::tempfile().map_err(Problem::Write)?;
+    let mut out = BufWriter::with_capacity(1 << 20, &file);
+    let result = write(&mut out)?;
+    out.flush().map_err(Problem::Write)?;
+    drop(out);
+    let mut stdout = io::stdout().lock();
+    let copied = file.rewind().and_then(|()| io::copy(&mut file, &mut stdout));
+    copied.and_then(|_| stdout.flush()).map_err(Problem::Write)?;
+    Ok(result)
 }
 
 fn replace_target<T>(
@@ -83,7 +114,7 @@ fn replace_target<T>(
 
 /// Gives a file the permissions of what it is about to replace, and has it reach the disk before
 /// the new name does.
-fn finish(file: &File, path: &Path) -> std::io::Result<()> {
+fn finish(file: &File, path: &Path) -> io::Result<()> {
     if let Ok(existing) = fs::metadata(path) {
         file.set_permissions(existing.permissions())?;
     }
@@ -171,7 +202,7 @@ mod tests {
             out.write_all(&vec![1; 4 << 20]).and_then(|()| out.flush()).map_err(Problem::Write)?;
             println!("half is written");
             // Until the other process kills this one or has gone away itself.
-            std::io::stdin().read_line(&mut String::new()).map_err(Problem::Read)
+            io::stdin().read_line(&mut String::new()).map_err(Problem::Read)
         };
         replace(path, true, half).unwrap();
         panic!("nothing has killed this process");

@@ -1,6 +1,7 @@
 //! Reading a picture, and writing it with what was denoised.
 
-use std::path::Path;
+use std::ffi::OsString;
+use std::path::{Path, PathBuf};
 
 use super::choice::{self, Choice};
 use super::escape::escaped;
@@ -9,7 +10,7 @@ use super::format::Format;
 use super::ldr::{self, LdrFile};
 use super::light::LayersWish;
 use super::limits::Limits;
-use super::output::{self, Out, replace};
+use super::output::{Out, check_place, replace};
 use super::selection::Selection;
 use super::view::{Denoised, NoisyLayer, View};
 use super::wanted::{Files, LayerChoice};
@@ -65,10 +66,12 @@ impl Picture {
             return Err(no_layers(layer).at(path));
         }
         let (file, color) = LdrFile::read(path, wanted.limits).map_err(|p| p.at(path))?;
-        let wish = |name: &Option<String>| name.clone().filter(|_| !wanted.no_aux);
+        let wish =
+            |name: &Option<OsString>| name.clone().filter(|_| !wanted.no_aux).map(PathBuf::from);
         let files = Files { albedo: wish(&wanted.albedo), normal: wish(&wanted.normal) };
-        let from = |what, file: &Option<String>| {
-            file.as_ref().map(|file| format!("{what} from the file {}", escaped(file)))
+        let from = |what, file: &Option<PathBuf>| {
+            let shown = file.as_ref().map(|file| escaped(&file.to_string_lossy()));
+            shown.map(|file| format!("{what} from the file {file}"))
         };
         let notices = [from("albedo", &files.albedo), from("normal", &files.normal)];
         let notices = notices.into_iter().flatten().collect();
@@ -121,7 +124,22 @@ impl Picture {
         results: &[Denoised],
         force: bool,
     ) -> Result<Vec<String>, FileError> {
-        let format = output::check(path, force)?;
+        let format = Format::of_extension(path).map_err(|p| p.at(path))?;
+        self.save_as(path, format, results, force)
+    }
+
+    /// Writes the picture like [`save`](Self::save), in a format of its own. `-` is standard output.
+    ///
+    /// # Errors
+    /// Those of [`save`](Self::save).
+    pub fn save_as(
+        &self,
+        path: &Path,
+        format: Format,
+        results: &[Denoised],
+        force: bool,
+    ) -> Result<Vec<String>, FileError> {
+        check_place(path, force)?;
         self.check(results).map_err(|problem| problem.at(path))?;
         replace(path, force, |out| match (&self.source, format) {
             (Source::Exr(file, choices), Format::Exr) => save_exr(file, choices, results, out),
@@ -179,7 +197,7 @@ pub(super) fn choose(
         return Err(Problem::AmbiguousColor(format!(
             "has {} views, and {} fits only one of them",
             choices.len(),
-            escaped(given)
+            escaped(&given.to_string_lossy())
         )));
     }
     for choice in &mut choices {
@@ -253,10 +271,10 @@ fn read_view(
 fn add_files(view: &mut View, files: &Files, limits: Limits) -> Result<(), FileError> {
     let size = view.color.size();
     if let Some(path) = &files.albedo {
-        view.albedo = Some(aux_file::albedo(Path::new(path), size, limits)?);
+        view.albedo = Some(aux_file::albedo(path, size, limits)?);
     }
     if let Some(path) = &files.normal {
-        view.normal = Some(aux_file::normal(Path::new(path), size, limits)?);
+        view.normal = Some(aux_file::normal(path, size, limits)?);
     }
     Ok(())
 }

@@ -1,5 +1,7 @@
 //! Which layers are used, in words for a user.
 
+use std::path::Path;
+
 use std::fmt::Write as _;
 
 use super::choice::{Choice, Pick};
@@ -99,13 +101,13 @@ fn explain(choice: &Choice, files: &Files) -> Vec<String> {
         explain_one(
             "albedo",
             choice.albedo.as_ref(),
-            files.albedo.as_deref(),
+            files.albedo.as_deref().map(Path::to_string_lossy).as_deref(),
             no_albedo.as_deref(),
         ),
         explain_one(
             "normal",
             choice.normal.as_ref(),
-            files.normal.as_deref(),
+            files.normal.as_deref().map(Path::to_string_lossy).as_deref(),
             no_normal.as_deref(),
         ),
     ];

@@ -1,6 +1,7 @@
 //! The caller's choice of layers.
 
-use std::path::Path;
+use std::ffi::{OsStr, OsString};
+use std::path::{Path, PathBuf};
 
 use super::Problem;
 use super::choice::{Wish, Wishes};
@@ -8,6 +9,7 @@ use super::escape::escaped;
 use super::layers::{self, Layer, Part};
 use super::light::LayersWish;
 use super::limits::Limits;
+use super::stream::is_stream;
 
 /// Which layers to read, and how much at most. Layers that are not named are found by the names that
 /// renderers give them.
@@ -16,9 +18,9 @@ pub struct LayerChoice {
     /// The layer to denoise; by default the color of every view.
     pub color: Option<String>,
     /// The layer or the file with the albedo.
-    pub albedo: Option<String>,
+    pub albedo: Option<OsString>,
     /// The layer or the file with the normals.
-    pub normal: Option<String>,
+    pub normal: Option<OsString>,
     /// Ignore albedo and normal.
     pub no_aux: bool,
     /// Further layers of light to denoise along.
@@ -29,11 +31,11 @@ pub struct LayerChoice {
     pub limits: Limits,
 }
 
-/// Files that stand in for layers.
+/// Files or pipes that stand in for layers.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Files {
-    pub(super) albedo: Option<String>,
-    pub(super) normal: Option<String>,
+    pub(super) albedo: Option<PathBuf>,
+    pub(super) normal: Option<PathBuf>,
 }
 
 impl LayerChoice {
@@ -50,20 +52,21 @@ impl LayerChoice {
     fn wish(
         &self,
         layers: &[Layer],
-        name: Option<&str>,
-    ) -> Result<(Wish, Option<String>), Problem> {
-        match name {
-            _ if self.no_aux => Ok((Wish::Without, None)),
-            None => Ok((Wish::Auto, None)),
-            Some(name) => match layers::named(layers, name) {
-                Ok(_) => Ok((Wish::Named(name.into()), None)),
-                Err(_) if Path::new(name).exists() => Ok((Wish::Without, Some(name.into()))),
-                Err(Problem::Layers(text)) => Err(Problem::Layers(format!(
-                    "{text}, and there is no file `{}`",
-                    escaped(name)
-                ))),
-                Err(problem) => Err(problem),
-            },
+        name: Option<&OsStr>,
+    ) -> Result<(Wish, Option<PathBuf>), Problem> {
+        let is_there = |path: &Path| path.exists() || is_stream(path);
+        let Some(name) = name.filter(|_| !self.no_aux) else {
+            return Ok((if self.no_aux { Wish::Without } else { Wish::Auto }, None));
+        };
+        let text = name.to_string_lossy();
+        match layers::named(layers, &text) {
+            Ok(_) => Ok((Wish::Named(text.into()), None)),
+            Err(_) if is_there(Path::new(name)) => Ok((Wish::Without, Some(name.into()))),
+            Err(Problem::Layers(what)) => {
+                let name = escaped(&text);
+                Err(Problem::Layers(format!("{what}, and there is no file `{name}`")))
+            }
+            Err(problem) => Err(problem),
         }
     }
 }

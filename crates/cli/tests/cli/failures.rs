@@ -34,10 +34,10 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
     }
 }
 
-/// Opening a pipe would wait forever for its writer.
+/// Reading a device may never end, and weights are files.
 #[cfg(unix)]
 #[test]
-fn a_pipe_or_a_device_is_refused_wherever_a_file_is_read() {
+fn a_device_is_refused_wherever_a_file_is_read_and_a_pipe_for_weights() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
     image::RgbImage::new(37, 23).save(folder.path("a.png")).unwrap();
@@ -46,15 +46,15 @@ fn a_pipe_or_a_device_is_refused_wherever_a_file_is_read() {
     // Answers a program that does open it, so that the test fails rather than waits.
     thread::spawn(move || while fs::write(&pipe, "").is_ok() {});
     for args in [
-        &["pipe", "out.exr"][..],
+        &["/dev/zero", "out.exr"][..],
         &["/dev/null", "out.exr"],
-        &["/dev/stdin", "out.exr"],
-        &["info", "pipe"],
-        &["preview", "pipe", "look.png"],
-        &["compare", "plain_rgb.exr", "pipe"],
+        &["info", "/dev/zero"],
+        &["preview", "/dev/zero", "look.png"],
+        &["compare", "plain_rgb.exr", "/dev/zero"],
         &["convert", "pipe", "w.safetensors"],
-        &["plain_rgb.exr", "out.exr", "-q", "--albedo", "pipe"],
-        &["a.png", "out.exr", "-q", "--normal", "pipe"],
+        &["convert", "/dev/zero", "w.safetensors"],
+        &["plain_rgb.exr", "out.exr", "-q", "--albedo", "/dev/zero"],
+        &["a.png", "out.exr", "-q", "--normal", "/dev/zero"],
         &["plain_rgb.exr", "out.exr", "-q", "--weights", "pipe"],
     ] {
         let output = folder.command(args).stdin(Stdio::piped()).output().unwrap();

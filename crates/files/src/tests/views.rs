@@ -298,7 +298,7 @@ fn a_file_of_albedo_does_not_fit_several_views() {
     let input = folder.with(&single_part(&["left.", "right."], &[], &[]));
     let albedo = folder.path("albedo.exr");
     single_part(&["albedo."], &[], &[]).write().to_file(&albedo).unwrap();
-    let albedo = Some(albedo.to_str().unwrap().to_string());
+    let albedo = Some(albedo.into_os_string());
     let mut choice = LayerChoice { albedo, ..LayerChoice::default() };
     let error = Picture::open(&input, &choice).unwrap_err();
     assert!(matches!(error.problem, Problem::AmbiguousColor(_)), "{error}");

@@ -1,0 +1,72 @@
+//! Ctrl-C and SIGTERM: one sentence, no half-written file, and exit code 130 or 143.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Images that have been written, for the last words.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Tally(Arc<AtomicUsize>);
+
+impl Tally {
+    pub(crate) fn add(&self) {
+        self.0.fetch_add(1, Ordering::Relaxed);
+    }
+
+    /// What a run of so many images says when it is stopped.
+    pub(crate) fn last_words(&self, images: usize) -> String {
+        match self.0.load(Ordering::Relaxed) {
+            0 => "stopped before an image was written".into(),
+            written => {
+                format!("stopped after {written} of {images} images; give --skip-existing to go on")
+            }
+        }
+    }
+}
+
+/// Ends the process when it is asked to stop, after `last` has said so. Asked twice, it ends at
+/// once.
+#[cfg(unix)]
+pub(crate) fn watch(last: impl FnOnce() + Send + 'static) {
+    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::iterator::Signals;
+    let stopping = Arc::default();
+    let watched = [SIGINT, SIGTERM].into_iter().try_for_each(|signal| {
+        let code = exit_code(signal);
+        signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&stopping))?;
+        signal_hook::flag::register(signal, Arc::clone(&stopping)).map(|_| ())
+    });
+    // Without them, the system ends the process at once.
+    let Ok(mut signals) = watched.and_then(|()| Signals::new([SIGINT, SIGTERM])) else { return };
+    std::thread::spawn(move || {
+        if let Some(signal) = signals.forever().next() {
+            wgdenoise_files::discard_drafts();
+            last();
+            // Without the exit handlers of drivers, whose threads are still at work.
+            signal_hook::low_level::exit(exit_code(signal));
+        }
+    });
+}
+
+/// What shells make of a process that a signal has ended.
+#[cfg(unix)]
+fn exit_code(signal: i32) -> i32 {
+    128 + signal
+}
+
+/// Here the system ends the process at once.
+#[cfg(not(unix))]
+pub(crate) fn watch(_last: impl FnOnce() + Send + 'static) {}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_words_tell_how_to_go_on_if_there_is_a_rest() {
+        let tally = Tally::default();
+        assert_eq!(tally.last_words(3), "stopped before an image was written");
+        tally.add();
+        let words = tally.last_words(3);
+        assert_eq!(words, "stopped after 1 of 3 images; give --skip-existing to go on");
+    }
+}
