@@ -1,6 +1,5 @@
 //! Alpha, denoised as a further layer of the picture.
 
-use super::Denoiser;
 use super::frame::{Denoised, Frame};
 use crate::error::Result;
 use crate::image::Image;
@@ -8,23 +7,20 @@ use crate::image::Image;
 /// Alpha that is the same within this distance is settled: it has no noise.
 const SETTLED: usize = 3;
 
-impl Denoiser {
-    /// Denoises a frame with its alpha; `denoise` takes the alpha as the last of the layers.
-    pub(super) fn with_alpha(
-        &self,
-        frame: &Frame<'_>,
-        alpha: &[f32],
-        denoise: impl FnOnce(&Frame<'_>) -> Result<Denoised>,
-    ) -> Result<Denoised> {
-        let (width, height) = frame.color.size();
-        let gray = Image::new(width, height, alpha.iter().map(|&a| [a; 3]).collect())?;
-        let layers: Vec<_> = frame.layers.iter().copied().chain([&gray]).collect();
-        let mut found = denoise(&frame.layers(&layers))?;
-        let found_alpha = found.layers.pop().expect("the alpha is a layer");
-        found.alpha = Some(found_alpha.pixels().iter().map(|pixel| pixel[0]).collect());
-        settle(&mut found, frame.color, alpha);
-        Ok(found)
-    }
+/// Denoises a frame with its alpha; `denoise` gets the alpha as the last of the layers.
+pub(super) fn with_alpha(
+    frame: &Frame<'_>,
+    alpha: &[f32],
+    denoise: impl FnOnce(&Frame<'_>) -> Result<Denoised>,
+) -> Result<Denoised> {
+    let (width, height) = frame.color.size();
+    let gray = Image::new(width, height, alpha.iter().map(|&a| [a; 3]).collect())?;
+    let layers: Vec<_> = frame.layers.iter().copied().chain([&gray]).collect();
+    let mut found = denoise(&frame.layers(&layers))?;
+    let found_alpha = found.layers.pop().expect("the alpha is a layer");
+    found.alpha = Some(found_alpha.pixels().iter().map(|pixel| pixel[0]).collect());
+    settle(&mut found, frame.color, alpha);
+    Ok(found)
 }
 
 /// Restores what is settled in the noisy picture: alpha, with the color that it premultiplies, and

@@ -1,6 +1,7 @@
 //! The blocking call: images on the CPU, tile by tile through the GPU.
 
 use crate::denoiser::Denoiser;
+use crate::denoiser::alpha::with_alpha;
 use crate::denoiser::frame::{Denoised, Frame};
 use crate::denoiser::panorama::Wrapped;
 use crate::denoiser::tile_buffers::TileBuffers;
@@ -77,7 +78,7 @@ impl Denoiser {
         let mut denoise =
             |frame: &Frame<'_>| self.denoise_by(frame, progress, &mut |tile, done| tile.run(done));
         match frame.alpha {
-            Some(alpha) => self.with_alpha(&frame.alpha(None), alpha, denoise),
+            Some(alpha) => with_alpha(&frame.alpha(None), alpha, denoise),
             None => denoise(frame),
         }
     }

@@ -9,8 +9,9 @@ use super::Problem;
 use super::conventions;
 use super::escape::escaped;
 use super::features::{self, Features, Kind};
-use super::layers::{Layer, PLAIN, Part, Place, channel, layers, list, listed, named, not_three};
+use super::layers::{Layer, Part, Place, channel, layers, list, listed, named, not_three};
 use super::light::{self, LayersWish, Matched};
+use super::pick::{ASKED_FOR, Pick};
 
 /// How to choose a layer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -35,19 +36,6 @@ pub struct Wishes {
     pub normal: Wish,
     /// The further layers of light; none by default.
     pub layers: Option<LayersWish>,
-}
-
-/// Channels of a layer, and why the layer was chosen.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Pick {
-    /// The layer's name as messages show it.
-    pub layer: String,
-    /// The name without the view.
-    pub pass: String,
-    /// Red, green and blue, or x, y and z, or one channel three times, which is gray.
-    pub channels: [Place; 3],
-    /// What the layer was recognized as.
-    pub reason: String,
 }
 
 /// The layers to read of one view, and the ones to write.
@@ -137,35 +125,6 @@ struct Color<'a> {
     pick: Pick,
     /// Other layers of the same convention.
     others: Vec<&'a Layer>,
-}
-
-/// The reason for a layer that the caller named.
-pub(super) const ASKED_FOR: &str = "as asked for";
-
-impl Pick {
-    pub(super) fn new(layer: &Layer, channels: [Place; 3], reason: impl Into<String>) -> Self {
-        let shown = layer.shown().to_string();
-        let pass = if layer.base.is_empty() { PLAIN.into() } else { layer.base.clone() };
-        let pass = if layer.base == layer.name { shown.clone() } else { pass };
-        Self { layer: shown, pass, channels, reason: reason.into() }
-    }
-
-    /// Channels that the caller named.
-    pub(super) fn named(layer: &str, channels: [Place; 3]) -> Self {
-        Self { layer: layer.into(), pass: layer.into(), channels, reason: ASKED_FOR.into() }
-    }
-
-    /// The part whose window is the layer's.
-    #[must_use]
-    pub fn part(&self) -> usize {
-        self.channels[0].part
-    }
-
-    /// Whether it is one channel.
-    #[must_use]
-    pub fn is_gray(&self) -> bool {
-        self.channels[0] == self.channels[1]
-    }
 }
 
 /// What is the same for all views.
@@ -440,7 +399,3 @@ impl Choice {
         [&self.target].into_iter().chain(&self.layers)
     }
 }
-
-#[cfg(test)]
-#[path = "choice_test.rs"]
-mod tests;

@@ -7,10 +7,11 @@ use ::exr::meta::BlockDescription;
 use ::exr::meta::attribute::SampleType;
 use ::exr::meta::header::Header;
 
-use super::choice::{Choice, Pick};
+use super::choice::Choice;
 use super::exr::ExrFile;
 use super::format::Format;
 use super::layers::{self, Layer, Place};
+use super::pick::Pick;
 use super::selection::Selection;
 use super::wanted::{Files, LayerChoice};
 use super::{FileError, Problem, ldr, light, picture};

@@ -7,10 +7,10 @@
 use std::collections::HashMap;
 
 use super::Problem;
-use super::choice::Pick;
 use super::conventions::{ALBEDO, Convention, NORMAL};
 use super::escape::escaped;
 use super::layers::{Layer, Part, layers, list, not_three};
+use super::pick::Pick;
 
 /// What a layer or a separate file holds.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -6,10 +6,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use glob::{MatchOptions, Pattern};
 
 use super::Problem;
-use super::choice::{ASKED_FOR, Pick};
 use super::conventions;
 use super::escape::escaped;
 use super::layers::{Layer, Place, list, listed};
+use super::pick::{ASKED_FOR, Pick};
 
 /// Which further layers to denoise along with the color.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -2,12 +2,13 @@
 
 use std::path::Path;
 
-use super::choice::{self, Pick, Wishes};
+use super::choice::{self, Wishes};
 use super::exr::ExrFile;
 use super::format::Format;
 use super::layers::{self, Part};
 use super::ldr::{self, LdrFile};
 use super::limits::Limits;
+use super::pick::Pick;
 use super::picture::no_layers;
 use super::{FileError, Problem, output};
 use wgdenoise::Image;

@@ -4,8 +4,9 @@ use std::path::Path;
 
 use std::fmt::Write as _;
 
-use super::choice::{Choice, Pick};
+use super::choice::Choice;
 use super::escape::escaped;
+use super::pick::Pick;
 use super::wanted::Files;
 
 /// The layers of an EXR file that are used, or the files that stand in for them.

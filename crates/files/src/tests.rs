@@ -5,6 +5,7 @@ use ::exr::prelude::*;
 use super::{LayerChoice, Picture};
 use wgdenoise::Image as Pixels;
 
+mod choice;
 mod damage;
 mod kinds;
 mod names;

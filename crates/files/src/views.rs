@@ -7,7 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
-use super::layers::{Layer, Part};
+use super::layer::{Layer, Part};
 
 /// The views of a file.
 pub(super) struct Views {

@@ -16,11 +16,11 @@ use self::text::name;
 use ::exr::meta::header::Header;
 
 use self::index::Block;
-use super::choice::Pick;
 use super::escape::escaped;
 use super::format::open;
 use super::layers::{Part, Place};
 use super::limits::Limits;
+use super::pick::Pick;
 use super::{Problem, guard};
 use wgdenoise::Image;
 

@@ -13,8 +13,8 @@ use ::exr::prelude::{
 use super::index::Block;
 use super::{ExrFile, parallel, pixels};
 use crate::Problem;
-use crate::choice::Pick;
 use crate::layers::Place;
+use crate::pick::Pick;
 use wgdenoise::Image;
 
 /// New samples for one channel.

@@ -1,9 +1,10 @@
 //! Which layers are chosen from names: views, prefixes, single channels and further layers of light.
 
 use crate::Problem;
-use crate::choice::{Choice, Pick, Wish, Wishes, choose};
+use crate::choice::{Choice, Wish, Wishes, choose};
 use crate::layers::{Part, layers, list};
 use crate::light::LayersWish;
+use crate::pick::Pick;
 
 /// A part of this name and view with these channels, `~` standing for a blank.
 fn part(name: &str, view: &str, channels: &str) -> Part {

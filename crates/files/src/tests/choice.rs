@@ -1,5 +1,10 @@
-use super::*;
-use crate::features::choose_single;
+//! Which layers of renderers' files are color, albedo and normal.
+
+use crate::Problem;
+use crate::choice::{Choice, Wish, Wishes, choose};
+use crate::features::{Kind, choose_single};
+use crate::layers::{Part, Place};
+use crate::pick::Pick;
 use crate::selection::Selection;
 use crate::wanted::Files;
 
