@@ -178,6 +178,7 @@ fn structs_have_the_offsets_of_the_host() {
         ("albedo", offset_of!(Tile, albedo)),
         ("normal", offset_of!(Tile, normal)),
         ("output", offset_of!(Tile, output)),
+        ("beauty", offset_of!(Tile, beauty)),
     ];
     let layout = [
         ("offset", offset_of!(Layout, offset)),
@@ -200,7 +201,14 @@ fn structs_have_the_offsets_of_the_host() {
         ("reach", offset_of!(NeedUniform, reach)),
         ("padding", size_of::<NeedUniform>() - size_of::<u32>()),
     ];
-    for shader in ["input_process", "input_conv", "output_process", "activity_classify", "head"] {
+    for shader in [
+        "input_process",
+        "input_conv",
+        "output_process",
+        "activity_classify",
+        "head",
+        "pyramid_layer0",
+    ] {
         assert_eq!(members(shader, "Tile"), host(&tile), "{shader}");
         assert_eq!(members(shader, "Layout"), host(&layout), "{shader}");
     }
