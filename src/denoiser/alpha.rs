@@ -33,10 +33,11 @@ fn settle(found: &mut Denoised, color: &Image, alpha: &[f32]) {
     let lights = around(&lights, width, f32::max);
     let found_alpha = found.alpha.iter_mut().flatten();
     for (i, (pixel, a)) in found.color.pixels_mut().iter_mut().zip(found_alpha).enumerate() {
-        if least[i].to_bits() != most[i].to_bits() {
+        // NaN is no minimum or maximum unless all around is, and then the filled value stays.
+        let settled = least[i];
+        if settled.to_bits() != most[i].to_bits() || !settled.is_finite() {
             continue;
         }
-        let settled = alpha[i];
         if settled == 0.0 && lights[i] == 0.0 {
             *pixel = [0.0; 3];
         } else if settled > 0.0 && *a > 0.0 {
@@ -73,6 +74,19 @@ mod tests {
             let is_near = (i % 12).abs_diff(5) <= 3 && (i / 12).abs_diff(4) <= 3;
             assert_eq!(value, f32::from(u8::from(is_near)), "{i}");
         }
+    }
+
+    #[test]
+    fn alpha_that_is_not_a_number_takes_what_is_settled_around_it_or_stays_filled() {
+        let color = Image::filled(20, 1, [0.5; 3]).expect("a valid image");
+        let mut alpha = vec![1.0; 20];
+        alpha[3] = f32::NAN;
+        alpha[9..].fill(f32::NAN);
+        let mut found =
+            Denoised { color: color.clone(), layers: Vec::new(), alpha: Some(vec![0.5; 20]) };
+        settle(&mut found, &color, &alpha);
+        let expected = |i| if i < 12 { 1.0 } else { 0.5 };
+        assert_eq!(found.alpha.unwrap(), (0..20).map(expected).collect::<Vec<_>>());
     }
 
     #[test]

@@ -55,7 +55,7 @@ impl Denoiser {
     /// color. So the result is linear in the layers, and layers that add up to the noisy color add
     /// up to the denoised one within rounding: 10⁻⁵ of the brightest pixels around.
     ///
-    /// Alpha goes along like a layer, so that premultiplied edges stay consistent over any background.
+    /// Alpha is denoised like a layer, so premultiplied edges stay consistent over any background.
     /// Where it is the same within three pixels it stays as it is and the color is scaled to match;
     /// where nothing is, in neither alpha nor color, the result is 0.
     ///

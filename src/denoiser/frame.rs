@@ -32,7 +32,7 @@ pub struct Frame<'a> {
     /// Further linear images of the view, to be denoised by the color's weights, for
     /// [`Denoiser::denoise_layers`](crate::Denoiser::denoise_layers).
     pub layers: &'a [&'a Image],
-    /// Alpha, row by row, to be denoised along by the same call. The color is premultiplied by it.
+    /// Alpha, row by row, to be denoised like a layer. The color is premultiplied by it.
     pub alpha: Option<&'a [f32]>,
 }
 

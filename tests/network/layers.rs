@@ -31,18 +31,16 @@ fn denoised(options: &Options, frame: &Frame<'_>, layers: &[&Image]) -> Vec<Imag
 /// The largest difference of two images relative to the largest value within 8 pixels.
 fn largest_difference(found: impl Fn(usize, usize) -> f32, expected: &Image) -> f32 {
     let (width, height) = expected.size();
-    let near = |at: u32, side: u32| at.saturating_sub(8)..(at + 9).min(side);
+    let near = |at: u32, side: u32| at.saturating_sub(8) as usize..(at + 9).min(side) as usize;
+    let most_near = |x: u32, y: u32, c: usize| {
+        let rows = near(y, height).flat_map(|row| &expected.row(row as u32)[near(x, width)]);
+        rows.map(|pixel| pixel[c].abs()).fold(f32::MIN_POSITIVE, f32::max)
+    };
     let mut largest = 0.0_f32;
-    for y in 0..height {
-        for x in 0..width {
-            for c in 0..3 {
-                let rows = near(y, height).map(|y| {
-                    &expected.row(y)[near(x, width).start as usize..near(x, width).end as usize]
-                });
-                let most = rows.flatten().map(|p| p[c].abs()).fold(f32::MIN_POSITIVE, f32::max);
-                let i = (y * width + x) as usize;
-                largest = largest.max((found(i, c) - expected.pixels()[i][c]).abs() / most);
-            }
+    for (i, pixel) in expected.pixels().iter().enumerate() {
+        let [x, y] = [i as u32 % width, i as u32 / width];
+        for (c, value) in pixel.iter().enumerate() {
+            largest = largest.max((found(i, c) - value).abs() / most_near(x, y, c));
         }
     }
     largest

@@ -77,7 +77,7 @@ impl Console {
         self.held.take().unwrap_or_default()
     }
 
-    /// Says what was held back.
+    /// Prints messages that were held back.
     pub(crate) fn say_all(&self, held: &[String]) {
         for text in held {
             self.say(text);
@@ -119,7 +119,7 @@ impl Console {
         }
     }
 
-    /// Says, once the bar is gone, that a run of so many images has been stopped.
+    /// An action that clears the bar and reports that a run of this many images was stopped.
     pub(crate) fn last_words(&self, tally: Tally, images: usize) -> impl FnOnce() + Send + use<> {
         let bar = self.progress.borrow().as_ref().map(|progress| progress.bar.clone());
         move || {

@@ -16,7 +16,7 @@ use crate::request::Alpha;
 use crate::request::Denoise;
 use crate::session::Session;
 use wgdenoise::Frame;
-use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed};
+use wgdenoise_files::{Denoised, Format, Picture, Selection, View, escaped, exposed};
 
 /// Carries out a request.
 pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
@@ -54,7 +54,7 @@ struct Ready {
     laps: Laps,
 }
 
-/// What to tell of an image that has been written.
+/// Messages about an image that has been written.
 struct Written {
     notices: Vec<String>,
     laps: Laps,
@@ -71,9 +71,11 @@ fn write(job: &Job, image: Ready, exposure: Option<f32>) -> Result<Written, Fail
     let Ready { picture, mut results, mut laps } = image;
     laps.resume();
     if job.format.is_display_referred() {
-        for result in &mut results {
-            result.color = exposed(result.color.clone(), exposure.unwrap_or(0.0));
-        }
+        let expose = |image: Denoised| Denoised {
+            color: exposed(image.color, exposure.unwrap_or(0.0)),
+            ..image
+        };
+        results = results.into_iter().map(expose).collect();
     }
     let notices = picture.save_as(&job.output, job.format, &results, job.replace)?;
     laps.lap("written");
@@ -144,6 +146,9 @@ impl Batch<'_> {
 
     /// Denoises a view with its further layers and its alpha.
     fn denoise_view(&self, job: &Job, view: &View) -> Result<Denoised, Failure> {
+        if self.request.alpha == Some(Alpha::Denoise) && view.alpha().is_none() {
+            self.tell(job, &["found no alpha to denoise; that of PNG files stays as it is".into()]);
+        }
         let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
         let alpha = view.alpha().filter(|_| self.denoises_alpha(job, view));
         let frame = self.frame(view).layers(&layers).alpha(alpha);
@@ -151,8 +156,11 @@ impl Batch<'_> {
         Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
     }
 
-    /// Decides about the alpha as asked for, or by what it is, and tells that.
+    /// Whether to denoise the alpha: as requested, or else if it is fractional. Reports the default.
     fn denoises_alpha(&self, job: &Job, view: &View) -> bool {
+        if job.format != Format::Exr {
+            return false;
+        }
         match (self.request.alpha, view.has_fractional_alpha(), self.session.takes_layers()) {
             (Some(Alpha::Keep), ..) | (None, false, _) => false,
             (Some(Alpha::Denoise), ..) => true,
@@ -194,7 +202,7 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// Waits until an image has been written and reports it, before what is told of later ones.
+    /// Waits for an image to be written and reports it ahead of messages about later images.
     fn settle(&mut self, writing: Option<Writing<'_, '_>>) -> Result<(), Failure> {
         let Some((job, thread)) = writing else { return Ok(()) };
         let outcome = joined(thread);
@@ -234,7 +242,7 @@ impl Batch<'_> {
         self.tell(job, picture.notices());
     }
 
-    /// Tells how image and weights differ.
+    /// Reports how a view and the weights differ.
     ///
     /// # Errors
     /// If the files cannot hold what the weights are for.
@@ -244,7 +252,7 @@ impl Batch<'_> {
         for notice in fit::unusable_pixels(metadata, view.color()) {
             self.console.notice(&format!("{}{notice}", self.about(job)));
         }
-        self.tell(job, &fit::notices(metadata, named, picture));
+        self.tell(job, &fit::notices(metadata, named, view, !picture.is_display_referred()));
         Ok(())
     }
 

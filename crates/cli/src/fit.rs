@@ -3,7 +3,7 @@
 use crate::failure::Failure;
 use crate::plan::Job;
 use wgdenoise::{Image, Inputs, MainImage, Metadata, Topology, TransferFunction};
-use wgdenoise_files::Picture;
+use wgdenoise_files::{Picture, View};
 
 /// Refuses files that cannot hold what the weights are for.
 pub(crate) fn check(metadata: &Metadata, job: &Job, picture: &Picture) -> Result<(), Failure> {
@@ -26,9 +26,8 @@ pub(crate) fn check(metadata: &Metadata, job: &Job, picture: &Picture) -> Result
 }
 
 /// What a user should know about how the weights and the image differ.
-pub(crate) fn notices(metadata: &Metadata, named: bool, picture: &Picture) -> Vec<String> {
-    let view = picture.first();
-    let meant = [meant_for(metadata), other_light(metadata, !picture.is_display_referred())];
+pub(crate) fn notices(metadata: &Metadata, named: bool, view: &View, hdr: bool) -> Vec<String> {
+    let meant = [meant_for(metadata), other_light(metadata, hdr)];
     let meant = meant.into_iter().flatten().filter(|_| named);
     let given = Inputs { albedo: view.albedo().is_some(), normal: view.normal().is_some() };
     meant.chain(unread_inputs(metadata, given)).collect()

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Images that have been written, for the last words.
+/// Counts the images written so far.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Tally(Arc<AtomicUsize>);
 
@@ -12,7 +12,7 @@ impl Tally {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// What a run of so many images says when it is stopped.
+    /// The message of a run of this many images that is stopped.
     pub(crate) fn last_words(&self, images: usize) -> String {
         match self.0.load(Ordering::Relaxed) {
             0 => "stopped before an image was written".into(),
@@ -23,8 +23,7 @@ impl Tally {
     }
 }
 
-/// Ends the process when it is asked to stop, after `last` has said so. Asked twice, it ends at
-/// once.
+/// Calls `last` and ends the process on the first signal; the second ends it at once.
 #[cfg(unix)]
 pub(crate) fn watch(last: impl FnOnce() + Send + 'static) {
     use signal_hook::consts::{SIGINT, SIGTERM};

@@ -192,7 +192,7 @@ impl<'a> Session<'a> {
         Ok(result)
     }
 
-    /// Whether the weights can denoise further layers and alpha along with the color.
+    /// Whether the weights can denoise further layers and alpha.
     pub(crate) fn takes_layers(&self) -> bool {
         self.metadata().topology == Topology::KernelPyramid
     }

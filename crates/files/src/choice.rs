@@ -3,7 +3,7 @@
 //! `Noisy Image` is read rather than the combined layer, and the result goes into the combined
 //! layer of the same view layer where there is one.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use super::Problem;
 use super::conventions;
@@ -12,6 +12,7 @@ use super::features::{self, Features, Kind};
 use super::layers::{Layer, Part, Place, channel, layers, list, listed, named, not_three};
 use super::light::{self, LayersWish, Matched};
 use super::pick::{ASKED_FOR, Pick};
+use super::views::{View, by_view};
 
 /// How to choose a layer.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -69,7 +70,7 @@ pub struct Choice {
 /// If a named layer is missing or has the wrong channels, or no layer can be the color.
 pub fn choose(parts: &[Part], wishes: &Wishes) -> Result<Vec<Choice>, Problem> {
     let layers = layers(parts);
-    let views = views(&layers, parts.iter().find_map(|part| part.views.first()))?;
+    let views = by_view(&layers, parts.iter().find_map(|part| part.views.first()))?;
     let (colors, left_out) = match &wishes.color {
         Some(name) => (named_colors(parts, &layers, &views, name)?, Vec::new()),
         None => found_colors(&views)?,
@@ -86,37 +87,6 @@ pub fn choose(parts: &[Part], wishes: &Wishes) -> Result<Vec<Choice>, Problem> {
     }
     Ok(choices)
 }
-
-/// The layers of one view.
-struct View<'a> {
-    name: Option<&'a str>,
-    layers: Vec<&'a Layer>,
-}
-
-/// The views in the file's order, but the default one first.
-fn views<'a>(layers: &'a [Layer], default: Option<&String>) -> Result<Vec<View<'a>>, Problem> {
-    let mut views: Vec<View<'_>> = Vec::new();
-    let mut known = HashMap::new();
-    for layer in layers {
-        let name = layer.view.as_deref();
-        let index = *known.entry(name).or_insert(views.len());
-        if index == views.len() {
-            views.push(View { name, layers: Vec::new() });
-        }
-        views[index].layers.push(layer);
-    }
-    if views.len() > MOST_VIEWS {
-        let found = views.len();
-        return Err(Problem::TooLarge(format!(
-            "has {found} views, and at most {MOST_VIEWS} are accepted"
-        )));
-    }
-    views.sort_by_key(|view| view.name != default.map(String::as_str));
-    Ok(views)
-}
-
-/// Most views of a file; cameras for light fields have some hundred.
-const MOST_VIEWS: usize = 512;
 
 /// A color to denoise.
 struct Color<'a> {

@@ -11,7 +11,7 @@ use super::escape::escaped;
 use super::layers::{Layer, Place, list, listed};
 use super::pick::{ASKED_FOR, Pick};
 
-/// Which further layers to denoise along with the color.
+/// Which further layers to denoise by the color's weights.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LayersWish {
     /// Those that add up to the color by renderers' conventions, beside the color.
@@ -130,7 +130,7 @@ fn matching(others: &[&Layer], matched: &mut Matched) -> Result<Light, Problem> 
         }
     }
     let names = listed(left_out.iter().map(|&i| others[i].shown()));
-    let said = format!("not denoised along, because they hold no light that adds up: {names}");
+    let said = format!("layers not denoised, because they hold no light that adds up: {names}");
     let left_out = (!left_out.is_empty()).then_some(said).into_iter().collect();
     Ok(Light { picks: chosen.into_values().collect(), left_out })
 }
@@ -170,7 +170,7 @@ fn usable(layer: &Layer) -> Result<[Place; 3], String> {
 
 fn refused(layer: &Layer, what: &str) -> Problem {
     Problem::Layers(format!(
-        "layer `{}` {what} and no light that adds up to the color, so it cannot be denoised along",
+        "layer `{}` {what} and no light that adds up to the color, so --layers cannot denoise it",
         escaped(layer.shown())
     ))
 }

@@ -168,7 +168,7 @@ impl Picture {
         self.views.iter().zip(results).try_for_each(|(view, result)| view.check(result))
     }
 
-    /// Tells that a format without views and layers holds only the color of the first one.
+    /// A notice if a format without views and layers holds only the first view's color.
     fn only_first(&self, format: Format) -> Option<String> {
         let first = self.first();
         let view = first.name().filter(|_| self.views.len() > 1);

@@ -22,7 +22,7 @@ pub struct Selection {
     pub albedo: bool,
     /// Whether normals are used.
     pub normal: bool,
-    /// Further layers of light that are denoised along.
+    /// Further layers of light to denoise.
     pub layers: Vec<String>,
     /// The names of color and target without the view.
     pub(super) passes: [String; 2],
@@ -116,7 +116,7 @@ fn explain(choice: &Choice, files: &Files) -> Vec<String> {
         lines.push(format!("alpha from `{color}`"));
     }
     for pick in &choice.layers {
-        lines.push(format!("denoised along: `{}` ({})", escaped(&pick.layer), pick.reason));
+        lines.push(format!("further layer: `{}` ({})", escaped(&pick.layer), pick.reason));
     }
     lines
 }

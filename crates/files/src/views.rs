@@ -7,6 +7,7 @@
 
 use std::collections::{HashMap, HashSet};
 
+use super::Problem;
 use super::layer::{Layer, Part};
 
 /// The views of a file.
@@ -74,3 +75,37 @@ impl Views {
         view(first).map(|view| (view, rest.into()))
     }
 }
+
+/// The layers of one view.
+pub(super) struct View<'a> {
+    pub(super) name: Option<&'a str>,
+    pub(super) layers: Vec<&'a Layer>,
+}
+
+/// The views in the file's order, but the default one first.
+pub(super) fn by_view<'a>(
+    layers: &'a [Layer],
+    default: Option<&String>,
+) -> Result<Vec<View<'a>>, Problem> {
+    let mut views: Vec<View<'_>> = Vec::new();
+    let mut known = HashMap::new();
+    for layer in layers {
+        let name = layer.view.as_deref();
+        let index = *known.entry(name).or_insert(views.len());
+        if index == views.len() {
+            views.push(View { name, layers: Vec::new() });
+        }
+        views[index].layers.push(layer);
+    }
+    if views.len() > MOST_VIEWS {
+        let found = views.len();
+        return Err(Problem::TooLarge(format!(
+            "has {found} views, and at most {MOST_VIEWS} are accepted"
+        )));
+    }
+    views.sort_by_key(|view| view.name != default.map(String::as_str));
+    Ok(views)
+}
+
+/// Most views of a file; cameras for light fields have some hundred.
+const MOST_VIEWS: usize = 512;

@@ -309,7 +309,7 @@ fn patterns_take_light_and_name_what_they_leave_out() {
     let all = with_layers(&parts, "*").unwrap().remove(0);
     assert_eq!(
         all.left_out,
-        ["not denoised along, because they hold no light that adds up: `albedo`, `N`, `id`"]
+        ["layers not denoised, because they hold no light that adds up: `albedo`, `N`, `id`"]
     );
     for (pattern, said) in [
         ("albedo", "layer `albedo` holds albedo and no light that adds up to the color"),

@@ -174,7 +174,7 @@ fn further_layers_are_read_and_written_in_order() {
     let explained = &view.selection().unwrap().explanation;
     assert_eq!(
         explained[3..5],
-        ["alpha from `RGB`", "denoised along: `RGBA_fill` (matches a pattern)"]
+        ["alpha from `RGB`", "further layer: `RGBA_fill` (matches a pattern)"]
     );
 }
 
