@@ -16,7 +16,7 @@ use crate::request::Alpha;
 use crate::request::Denoise;
 use crate::session::Session;
 use wgdenoise::Frame;
-use wgdenoise_files::{Denoised, Format, Picture, Selection, View, escaped, exposed};
+use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed};
 
 /// Carries out a request.
 pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
@@ -146,19 +146,20 @@ impl Batch<'_> {
 
     /// Denoises a view with its further layers and its alpha.
     fn denoise_view(&self, job: &Job, view: &View) -> Result<Denoised, Failure> {
-        if self.request.alpha == Some(Alpha::Denoise) && view.alpha().is_none() {
-            self.tell(job, &["found no alpha to denoise; that of PNG files stays as it is".into()]);
-        }
         let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
-        let alpha = view.alpha().filter(|_| self.denoises_alpha(job, view));
+        let alpha = if self.denoises_alpha(job, view) { view.alpha() } else { None };
         let frame = self.frame(view).layers(&layers).alpha(alpha);
         let found = self.session.denoise(&frame, self.request.verify)?;
         Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
     }
 
-    /// Whether to denoise the alpha: as requested, or else if it is fractional. Reports the default.
+    /// Whether to denoise the alpha: as requested, or else if it is fractional. Reports the default,
+    /// and a request that cannot be met.
     fn denoises_alpha(&self, job: &Job, view: &View) -> bool {
-        if job.format != Format::Exr {
+        let is_asked = self.request.alpha == Some(Alpha::Denoise);
+        if view.alpha().is_none() || !job.format.has_alpha() {
+            let lacks = if view.alpha().is_none() { "found" } else { "JPEG has" };
+            self.tell(job, is_asked.then(|| format!("{lacks} no alpha to denoise")).as_slice());
             return false;
         }
         match (self.request.alpha, view.has_fractional_alpha(), self.session.takes_layers()) {

@@ -73,7 +73,8 @@ fn amount(value: f64) -> String {
 /// What is denoised of a view and why; then what else could be, and what could not.
 fn view_lines(view: &ViewInfo) -> Vec<String> {
     let Some(selection) = &view.selection else {
-        return vec![FROM_PIXELS.into()];
+        let alpha = view.alpha.as_ref().map(|_| "alpha from the pixels".to_string());
+        return [FROM_PIXELS.into()].into_iter().chain(alpha).collect();
     };
     let mut lines: Vec<_> =
         view.name.iter().map(|name| format!("view `{}`:", escaped(name))).collect();
@@ -101,7 +102,7 @@ fn quoted(name: &str) -> String {
     format!("`{}`", escaped(name))
 }
 
-const FROM_PIXELS: &str = "color from the pixels, decoded by the sRGB curve";
+const FROM_PIXELS: &str = "color from the pixels, decoded to linear light";
 
 /// Why the file cannot be denoised.
 fn refusal(problem: &Problem) -> String {
@@ -192,7 +193,10 @@ pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failur
     let preview = wgdenoise_files::Preview::open(input, layer, request.limits).map_err(of_file)?;
     prepare_output(output, writing.force, *writing)?;
     let name = preview.layer().map(|layer| format!("`{}` as ", escaped(layer)));
-    preview.save(output, request.exposure, writing.force).map_err(of_file)?;
+    let notices = preview.save(output, request.exposure, writing.force).map_err(of_file)?;
+    for notice in &notices {
+        console.notice(notice);
+    }
     console.notice(&format!("wrote {}{}", name.unwrap_or_default(), shown(output)));
     Ok(())
 }

@@ -44,7 +44,7 @@ pub struct ViewInfo {
     pub albedo: Option<String>,
     /// The layer or file that would be read as normals.
     pub normal: Option<String>,
-    /// The layer whose alpha would be read.
+    /// The layer whose alpha would be read; `A` for that of a PNG.
     pub alpha: Option<String>,
     /// Which layers are used and why; `None` for PNG and JPEG.
     pub selection: Option<Selection>,
@@ -84,19 +84,20 @@ impl Description {
     }
 
     fn of_ldr(path: &Path, name: &str, wanted: &LayerChoice) -> Result<Self, Problem> {
-        let (kind, (width, height)) = ldr::describe(path, wanted.limits)?;
+        let ldr::Kind { text, size: (width, height), has_alpha } =
+            ldr::describe(path, wanted.limits)?;
         let view = ViewInfo {
             name: None,
             width,
             height,
             albedo: wanted.albedo.as_deref().map(shown),
             normal: wanted.normal.as_deref().map(shown),
-            alpha: None,
+            alpha: has_alpha.then(|| "A".into()),
             selection: None,
             light: Vec::new(),
             data: Vec::new(),
         };
-        let (format, layers) = (format!("{name}, {kind}"), Vec::new());
+        let (format, layers) = (format!("{name}, {text}"), Vec::new());
         Ok(Self { format, width, height, layers, views: Ok(vec![view]) })
     }
 

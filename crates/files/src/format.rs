@@ -82,6 +82,12 @@ impl Format {
         }
     }
 
+    /// Whether it has a place for alpha.
+    #[must_use]
+    pub fn has_alpha(self) -> bool {
+        self != Self::Jpeg
+    }
+
     /// Whether it is display-referred: holds color from 0 to 1 rather than light of any brightness.
     #[must_use]
     pub fn is_display_referred(self) -> bool {

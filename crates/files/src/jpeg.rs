@@ -1,37 +1,161 @@
-//! Telling whether a JPEG file is complete.
+//! The segments of a JPEG file beside its pixels, and whether the file is complete.
 
 use std::io::Read;
 use std::path::Path;
 
 use super::Problem;
+use super::density::Density;
 use super::format::open;
 
-/// Whether the image has its end marker. That of a thumbnail inside does not count, nor does data
-/// after the end.
-///
-/// # Errors
-/// If the file cannot be read or has more than `most` bytes.
-pub(super) fn is_whole(path: &Path, most: u64) -> Result<bool, Problem> {
-    let mut bytes = Vec::new();
-    open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(Problem::Read)?;
-    if bytes.len() as u64 > most {
-        return Err(Problem::TooLarge(format!("is too large: a JPEG may have {most} bytes")));
-    }
-    Ok(has_end(&bytes))
+/// A segment of metadata: its marker and its data.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct Segment {
+    marker: u8,
+    data: Vec<u8>,
 }
 
-/// Goes from marker to marker (ITU T.81, B.1.1), past the pixels between them.
-fn has_end(bytes: &[u8]) -> bool {
-    let mut rest = bytes.get(2..).unwrap_or_default();
-    while let Some(at) = rest.windows(2).position(is_marker) {
-        if rest[at + 1] == 0xd9 {
-            return true;
+/// The segments of one file that hold for other pixels too, and what the others were.
+#[derive(Debug, Default)]
+pub(super) struct Segments {
+    list: Vec<Segment>,
+    density: Option<Density>,
+    has_exif: bool,
+    left_out: Vec<String>,
+}
+
+/// Markers (ITU-T T.81, B.1.1): the end, a comment, and the first and last for applications.
+const END: u8 = 0xd9;
+const COMMENT: u8 = 0xfe;
+const APP0: u8 = 0xe0;
+const APP15: u8 = 0xef;
+
+impl Segments {
+    /// Walks over a whole JPEG file.
+    ///
+    /// # Errors
+    /// If the file cannot be read, has more than `most` bytes, or lacks its end marker: the decoder
+    /// would fill in gray. That of a thumbnail inside does not count.
+    pub(super) fn read(path: &Path, most: u64) -> Result<Self, Problem> {
+        let mut bytes = Vec::new();
+        open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(Problem::Read)?;
+        if bytes.len() as u64 > most {
+            return Err(Problem::TooLarge(format!("is too large: a JPEG may have {most} bytes")));
         }
-        let segment = &rest[at + 2..];
-        let len = segment.first_chunk().map_or(usize::MAX, |&len| u16::from_be_bytes(len).into());
-        rest = segment.get(len..).unwrap_or_default();
+        Self::of(&bytes)
+            .ok_or_else(|| Problem::Damaged("is cut off: a JPEG must have an end marker".into()))
     }
-    false
+
+    /// `None` if the end is missing.
+    fn of(bytes: &[u8]) -> Option<Self> {
+        let mut segments = Self::default();
+        let mut rest = bytes.get(2..)?;
+        loop {
+            match next(&mut rest)? {
+                (END, _) => return Some(segments),
+                (marker, data) => segments.note(marker, data),
+            }
+        }
+    }
+
+    /// Exif data and the color profile go their own way; Adobe's says how the pixels were stored.
+    fn note(&mut self, marker: u8, data: &[u8]) {
+        let starts = |name: &[u8]| data.starts_with(name);
+        match marker {
+            0xe0 if starts(b"JFIF\0") => {
+                self.density = data.get(7..).and_then(Density::of_jfif);
+            }
+            0xe1 if starts(b"Exif\0") => self.has_exif = true,
+            0xe2 if starts(b"ICC_PROFILE\0") => {}
+            0xee if starts(b"Adobe") => {}
+            _ if name(marker, data).is_some() => {
+                self.list.push(Segment { marker, data: data.to_vec() });
+            }
+            APP0..=APP15 => add(&mut self.left_out, format!("APP{}", marker - APP0)),
+            _ => {}
+        }
+    }
+
+    /// All that are kept, in the file's order.
+    pub(super) fn kept(&self) -> &[Segment] {
+        &self.list
+    }
+
+    pub(super) fn density(&self) -> Option<Density> {
+        self.density
+    }
+
+    /// Tells which segments of this file are not in a new JPEG file.
+    pub(super) fn left_out(&self) -> Option<String> {
+        left_out(&self.left_out)
+    }
+
+    /// Tells what another format has no place for, with or without Exif data.
+    pub(super) fn lost(&self, with_exif: bool) -> Option<String> {
+        let mut names = Vec::new();
+        if with_exif && self.has_exif {
+            names.push("Exif".into());
+        }
+        let kept = self.list.iter().filter_map(|segment| name(segment.marker, &segment.data));
+        kept.for_each(|kept| add(&mut names, kept.into()));
+        names.extend(self.left_out.iter().cloned());
+        left_out(&names)
+    }
+}
+
+/// What a segment that holds for other pixels too is called.
+fn name(marker: u8, data: &[u8]) -> Option<&'static str> {
+    let starts = |name: &[u8]| data.starts_with(name);
+    match marker {
+        COMMENT => Some("a comment"),
+        0xe1 if starts(b"http://ns.adobe.com/xap/1.0/\0") => Some("XMP"),
+        0xe1 if starts(b"http://ns.adobe.com/xmp/extension/\0") => Some("XMP"),
+        0xed if starts(b"Photoshop 3.0\0") => Some("IPTC"),
+        _ => None,
+    }
+}
+
+fn add(names: &mut Vec<String>, name: String) {
+    if !names.contains(&name) {
+        names.push(name);
+    }
+}
+
+fn left_out(names: &[String]) -> Option<String> {
+    let listed = names.join(", ");
+    (!names.is_empty()).then(|| format!("metadata of the JPEG that was left out: {listed}"))
+}
+
+/// A JPEG file with further segments behind those that it begins with.
+pub(super) fn with_segments(bytes: &[u8], segments: &[Segment]) -> Vec<u8> {
+    let mut rest = bytes.get(2..).unwrap_or_default();
+    let mut at = bytes.len() - rest.len();
+    while let Some((APP0..=APP15, _)) = next(&mut rest) {
+        at = bytes.len() - rest.len();
+    }
+    let (before, after) = bytes.split_at(at);
+    let mut whole = before.to_vec();
+    for Segment { marker, data } in segments {
+        let len = u16::try_from(data.len() + 2).expect("it was read from a segment");
+        whole.extend([0xff, *marker]);
+        whole.extend(len.to_be_bytes());
+        whole.extend(data);
+    }
+    whole.extend(after);
+    whole
+}
+
+/// The next marker and the data of its segment, past the pixels before it.
+fn next<'a>(rest: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
+    let at = rest.windows(2).position(is_marker)?;
+    let marker = rest[at + 1];
+    *rest = &rest[at + 2..];
+    if marker == END {
+        return Some((END, &[]));
+    }
+    let len = usize::from(u16::from_be_bytes(*rest.first_chunk()?)).max(2);
+    let data = rest.get(2..len)?;
+    *rest = &rest[len..];
+    Some((marker, data))
 }
 
 /// Not a stuffed 0xff, a fill byte or a restart marker, all of which occur among pixels.
@@ -45,6 +169,7 @@ mod tests {
 
     #[test]
     fn only_the_pictures_own_end_counts() {
+        let has_end = |bytes: &[u8]| Segments::of(bytes).is_some();
         let start = [0xff, 0xd8, 0xff, 0xe1, 0, 4, 0xff, 0xd9, 0xff, 0xda, 0, 2, 7, 0xff, 0, 0xff];
         assert!(!has_end(&start) && !has_end(&[0xff, 0xd8]) && !has_end(&[]));
         assert!(!has_end(&[&start[..], &[0xd0, 9]].concat()));

@@ -1,43 +1,62 @@
-//! PNG and JPEG: sRGB-encoded integers outside, linear float inside.
+//! PNG and JPEG: encoded integers with straight alpha outside, linear premultiplied float inside.
 
-use std::io::{BufReader, Write};
+use std::io::{BufReader, ErrorKind, Seek, Write};
 use std::path::Path;
 
-use image::codecs::jpeg::JpegEncoder;
-use image::codecs::png::PngEncoder;
-use image::{
-    ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageEncoder, ImageError, ImageReader,
-};
+use image::metadata::Orientation;
+use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageError, ImageReader};
 
+use super::chunks::Chunks;
+use super::color_space::ColorSpace;
+use super::curve::Curve;
+use super::density::Density;
+use super::display::Display;
+use super::encode::{Encoded, paint};
 use super::format::{Format, open};
+use super::jpeg::Segments;
 use super::limits::Limits;
-use super::srgb::{encoded, linear};
-use super::{Problem, jpeg, normals};
+use super::{Problem, exr, normals, primaries};
 use wgdenoise::Image;
-
-/// Out of 100; the loss is invisible.
-const JPEG_QUALITY: u8 = 95;
 
 /// What a PNG or JPEG file holds next to its color.
 #[derive(Debug)]
 pub(super) struct LdrFile {
-    /// The file's pixels; alpha is taken from them.
+    format: Format,
+    /// The file's pixels, turned upright.
     pixels: DynamicImage,
+    /// How they were turned, by the EXIF data.
+    orientation: Orientation,
+    space: ColorSpace,
     icc: Option<Vec<u8>>,
     exif: Option<Vec<u8>>,
+    /// Of a PNG.
+    chunks: Chunks,
+    /// Of a JPEG.
+    segments: Segments,
 }
 
 impl LdrFile {
-    /// Reads a file and its color, decoded by the sRGB curve.
+    /// Reads a file and its color: upright, linear, and premultiplied by alpha.
+    ///
+    /// Hidden color, where alpha is 0, becomes black and cannot bleed into what is seen.
     pub(super) fn read(path: &Path, limits: Limits) -> Result<(Self, Image), Problem> {
+        let file = Self::load(path, limits)?;
+        let color = to_image(&file.pixels, |v| file.space.curve.linear(v))?;
+        Ok((file, color))
+    }
+
+    fn load(path: &Path, limits: Limits) -> Result<Self, Problem> {
+        let format = Format::of_content(path)?;
+        let (chunks, segments) = beside(path, format, limits)?;
+        let space = ColorSpace::of(&chunks)?;
         let mut decoder = decoder(path, limits)?;
-        let (icc, exif) = (
-            decoder.icc_profile().unwrap_or_default(),
-            decoder.exif_metadata().unwrap_or_default(),
-        );
-        let pixels = DynamicImage::from_decoder(decoder).map_err(reading)?;
-        let color = to_image(&pixels, linear)?;
-        Ok((Self { pixels, icc, exif }, color))
+        let icc = decoder.icc_profile().unwrap_or_default();
+        let exif = chunks.get(*b"eXIf").map(<[u8]>::to_vec);
+        let exif = exif.or_else(|| decoder.exif_metadata().unwrap_or_default());
+        let orientation = upright(exif.as_deref());
+        let mut pixels = DynamicImage::from_decoder(decoder).map_err(reading)?;
+        pixels.apply_orientation(orientation);
+        Ok(Self { format, pixels, orientation, space, icc, exif, chunks, segments })
     }
 
     /// The alpha from 0 to 1, row by row, if there is one.
@@ -46,30 +65,142 @@ impl LdrFile {
         values.map(|values| values.pixels().map(|p| p.0[3]).collect())
     }
 
-    /// Writes `color` in this file's depth and with its alpha; returns what was lost.
+    /// How the picture is shown.
+    pub(super) fn display(&self) -> Display {
+        let size = (self.pixels.width(), self.pixels.height());
+        Display::whole(size, self.space.primaries, self.pixel_aspect())
+    }
+
+    /// How densely the pixels of the upright picture lie.
+    fn density(&self) -> Option<Density> {
+        let density = self.chunks.density().or(self.segments.density());
+        density.map(|d| if is_sideways(self.orientation) { d.turned() } else { d })
+    }
+
+    /// The width of a pixel in units of its height.
+    fn pixel_aspect(&self) -> f32 {
+        self.density().map_or(1.0, Density::aspect)
+    }
+
+    /// What a user should know about how the file was read, a sentence each.
+    pub(super) fn notices(&self) -> Vec<String> {
+        let animated =
+            "the PNG is animated: only its first image is denoised, and the others are left out";
+        self.chunks.is_animated().then(|| animated.into()).into_iter().collect()
+    }
+
+    /// Writes `color`, premultiplied by `alpha` or else by this file's own, in any format; returns
+    /// what was lost.
+    ///
+    /// In this file's format, depth, curve and everything else stay as they are. Alpha is ignored
+    /// where this file or the format has none.
     pub(super) fn write(
+        &self,
+        out: &mut (impl Write + Seek),
+        format: Format,
+        color: &Image,
+        alpha: Option<&[f32]>,
+    ) -> Result<Vec<String>, Problem> {
+        match format {
+            Format::Exr => self.write_exr(out, color, alpha),
+            format if format == self.format => self.write_alike(out, color, alpha),
+            format => self.write_converted(out, format, color, alpha),
+        }
+    }
+
+    fn write_exr(
+        &self,
+        out: &mut (impl Write + Seek),
+        color: &Image,
+        alpha: Option<&[f32]>,
+    ) -> Result<Vec<String>, Problem> {
+        let own = self.alpha();
+        let alpha = own.map(|own| alpha.map_or(own, <[f32]>::to_vec));
+        let with = if alpha.is_some() { ", premultiplied by alpha," } else { "" };
+        let mut notices = vec![format!("written as linear R, G, B{with} in 32-bit float")];
+        exr::write_rgb(out, color, alpha, self.space.primaries, self.pixel_aspect())?;
+        if self.icc.is_some() {
+            notices.push("the color profile was not applied: colors were taken as sRGB".into());
+        }
+        notices.extend(self.lost(Format::Exr));
+        Ok(notices)
+    }
+
+    /// Writes the format of this file, turned as this file is.
+    fn write_alike(
+        &self,
+        out: &mut impl Write,
+        color: &Image,
+        alpha: Option<&[f32]>,
+    ) -> Result<Vec<String>, Problem> {
+        let kind = self.pixels.color();
+        let mut encoded = Encoded::new(paint(&self.pixels, color, alpha, self.space.curve, kind));
+        encoded.pixels.apply_orientation(inverse(self.orientation));
+        let (icc, mut notices) = self.profile_for(kind);
+        if self.format == Format::Png {
+            let keeps_profile = icc.is_some() || self.icc.is_none();
+            let chunks = self.chunks.kept().iter();
+            let chunks = chunks.filter(|chunk| keeps_profile || &chunk.kind != b"iCCP");
+            encoded.chunks = chunks.cloned().collect();
+            notices.extend(self.chunks.left_out());
+        } else {
+            (encoded.icc, encoded.exif) = (icc, self.exif.clone());
+            encoded.segments = self.segments.kept().to_vec();
+            encoded.density = self.segments.density();
+            notices.extend(self.segments.left_out());
+        }
+        encoded.write(out, self.format)?;
+        Ok(notices)
+    }
+
+    /// Writes a PNG as a JPEG or a JPEG as a PNG: upright and in sRGB, or as the profile has it.
+    fn write_converted(
         &self,
         out: &mut impl Write,
         format: Format,
         color: &Image,
+        alpha: Option<&[f32]>,
     ) -> Result<Vec<String>, Problem> {
-        let mut kind = self.pixels.color();
-        let mut notices = Vec::new();
-        if format == Format::Jpeg {
-            if kind.has_alpha() {
-                notices.push("JPEG has no alpha channel: alpha was left out".into());
-            }
-            kind = if kind.has_color() { ColorType::Rgb8 } else { ColorType::L8 };
+        let has_color = self.pixels.color().has_color();
+        let kind = if has_color { ColorType::Rgb8 } else { ColorType::L8 };
+        let (icc, mut notices) = self.profile_for(kind);
+        if self.pixels.color().has_alpha() {
+            notices.push("JPEG has no alpha channel: the picture was written over black".into());
         }
-        let encoded = convert(&with_color(&self.pixels, color), kind);
-        let icc = self.icc.clone().filter(|icc| is_profile_of(icc, kind));
-        if icc.is_none() && self.icc.is_some() {
-            notices.push(
-                "the color profile does not apply to the channels written and was left out".into(),
-            );
+        let mut color = color.clone();
+        if let Some(primaries) = &self.space.primaries {
+            primaries::convert_to_srgb(&mut color, primaries);
         }
-        write(out, format, &encoded, icc, self.exif.clone())?;
+        let mut encoded = Encoded::new(paint(&self.pixels, &color, alpha, Curve::Srgb, kind));
+        (encoded.icc, encoded.exif) = (icc, self.exif.clone());
+        // The pixels are upright now; EXIF must not turn them again.
+        let _ = encoded.exif.as_mut().and_then(|exif| Orientation::remove_from_exif_chunk(exif));
+        encoded.density = self.density();
+        encoded.write(out, format)?;
+        notices.extend(self.lost(format));
         Ok(notices)
+    }
+
+    /// The color profile if it holds for the channels written, and a notice if it does not.
+    fn profile_for(&self, kind: ColorType) -> (Option<Vec<u8>>, Vec<String>) {
+        let icc = self.icc.clone().filter(|icc| is_profile_of(icc, kind));
+        let lost = icc.is_none() && self.icc.is_some();
+        let notice =
+            "the color profile does not apply to the channels written and was left out".to_string();
+        (icc, lost.then_some(notice).into_iter().collect())
+    }
+
+    /// Tells what another format has no place for.
+    fn lost(&self, format: Format) -> Option<String> {
+        let mut used: Vec<&[u8; 4]> = vec![b"gAMA", b"cHRM", b"sRGB", b"cICP", b"iCCP"];
+        if format == Format::Jpeg {
+            used.push(b"eXIf");
+        }
+        if self.density().is_some() {
+            used.push(b"pHYs");
+        }
+        let segments = self.segments.lost(format == Format::Exr);
+        self.chunks.lost_except(&used).or(segments)
     }
 }
 
@@ -79,22 +210,36 @@ fn is_profile_of(icc: &[u8], kind: ColorType) -> bool {
     icc.get(16..20) == Some(space)
 }
 
-/// Writes linear color as a new 8-bit file.
-pub(super) fn write_new(
-    out: &mut impl Write,
-    format: Format,
-    color: &Image,
-) -> Result<Vec<String>, Problem> {
-    let blank = DynamicImage::new_rgb8(color.width(), color.height());
-    let encoded = convert(&with_color(&blank, color), ColorType::Rgb8);
-    write(out, format, &encoded, None, None)?;
-    Ok(vec!["wrote only the color, clipped to [0, 1], sRGB-encoded, in 8 bits".into()])
+/// What a file stores.
+pub(super) struct Kind {
+    /// Such as `8-bit RGB`.
+    pub(super) text: String,
+    /// Width and height of the picture when it is upright.
+    pub(super) size: (u32, u32),
+    pub(super) has_alpha: bool,
 }
 
-/// What the file stores, such as `8-bit RGB`, and its width and height.
-pub(super) fn describe(path: &Path, limits: Limits) -> Result<(String, (u32, u32)), Problem> {
-    let decoder = decoder(path, limits)?;
-    Ok((kind(decoder.original_color_type()), decoder.dimensions()))
+/// Reads what the file stores, without its pixels.
+pub(super) fn describe(path: &Path, limits: Limits) -> Result<Kind, Problem> {
+    let format = Format::of_content(path)?;
+    let (chunks, _) = beside(path, format, limits)?;
+    let mut decoder = decoder(path, limits)?;
+    let mut text = kind(decoder.original_color_type());
+    text += match ColorSpace::of(&chunks)?.curve {
+        Curve::Srgb => "",
+        Curve::Power(1.0) => ", linear",
+        Curve::Power(_) => ", with a gamma",
+        Curve::Bt709 => ", with the curve of BT.709",
+    };
+    if chunks.is_animated() {
+        text += ", animated";
+    }
+    let exif = chunks.get(*b"eXIf").map(<[u8]>::to_vec);
+    let exif = exif.or_else(|| decoder.exif_metadata().unwrap_or_default());
+    let (width, height) = decoder.dimensions();
+    let size =
+        if is_sideways(upright(exif.as_deref())) { (height, width) } else { (width, height) };
+    Ok(Kind { text, size, has_alpha: decoder.color_type().has_alpha() })
 }
 
 fn kind(color: ExtendedColorType) -> String {
@@ -111,22 +256,23 @@ fn kind(color: ExtendedColorType) -> String {
 
 /// Reads normals, which are stored as `n·0.5+0.5` without a curve.
 pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem> {
-    let pixels = DynamicImage::from_decoder(decoder(path, limits)?).map_err(reading)?;
-    let mut image = to_image(&pixels, |v| v)?;
+    let file = LdrFile::load(path, limits)?;
+    let opaque = DynamicImage::ImageRgb32F(file.pixels.to_rgb32f());
+    let mut image = to_image(&opaque, |v| v)?;
     normals::decode(&mut image);
     Ok(image)
 }
 
+/// Most bytes that decoding takes, or a JPEG file has.
+fn most_bytes(limits: Limits) -> u64 {
+    limits.pixels.saturating_mul(8).saturating_add(64 << 20)
+}
+
 fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
-    let memory = limits.pixels.saturating_mul(8).saturating_add(64 << 20);
-    // The decoder fills in gray where a JPEG ends early.
-    if Format::of_content(path)? == Format::Jpeg && !jpeg::is_whole(path, memory)? {
-        return Err(Problem::Damaged("is cut off: a JPEG must have an end marker".into()));
-    }
     let reader = ImageReader::new(BufReader::new(open(path)?)).with_guessed_format();
     let mut reader = reader.map_err(Problem::Read)?;
     let mut most = image::Limits::default();
-    most.max_alloc = Some(memory);
+    most.max_alloc = Some(most_bytes(limits));
     reader.limits(most);
     let decoder = reader.into_decoder().map_err(reading)?;
     let (width, height) = decoder.dimensions();
@@ -134,69 +280,49 @@ fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
     Ok(decoder)
 }
 
-fn to_image(pixels: &DynamicImage, decode: fn(f32) -> f32) -> Result<Image, Problem> {
-    let (width, height) = (pixels.width(), pixels.height());
-    let values = pixels.to_rgb32f();
-    let pixels = values.pixels().map(|p| p.0.map(decode)).collect();
-    Image::new(width, height, pixels).map_err(|e| Problem::Damaged(e.to_string()))
-}
-
-/// `original` with another color, in float.
-fn with_color(original: &DynamicImage, color: &Image) -> DynamicImage {
-    let mut values = original.to_rgba32f();
-    for (value, pixel) in values.pixels_mut().zip(color.pixels()) {
-        value.0[..3].copy_from_slice(&pixel.map(encoded));
+/// The chunks of a PNG or the segments of a JPEG.
+fn beside(path: &Path, format: Format, limits: Limits) -> Result<(Chunks, Segments), Problem> {
+    if format == Format::Jpeg {
+        return Ok((Chunks::default(), Segments::read(path, most_bytes(limits))?));
     }
-    DynamicImage::ImageRgba32F(values)
+    let chunks = Chunks::read(BufReader::new(open(path)?)).map_err(Problem::Read)?;
+    Ok((chunks, Segments::default()))
 }
 
-fn convert(image: &DynamicImage, kind: ColorType) -> DynamicImage {
-    match kind {
-        ColorType::L8 => image.to_luma8().into(),
-        ColorType::La8 => image.to_luma_alpha8().into(),
-        ColorType::Rgb8 => image.to_rgb8().into(),
-        ColorType::L16 => image.to_luma16().into(),
-        ColorType::La16 => image.to_luma_alpha16().into(),
-        ColorType::Rgb16 => image.to_rgb16().into(),
-        ColorType::Rgba16 => image.to_rgba16().into(),
-        _ => image.to_rgba8().into(),
+/// How a picture has to be turned to be upright.
+fn upright(exif: Option<&[u8]>) -> Orientation {
+    exif.and_then(Orientation::from_exif_chunk).unwrap_or(Orientation::NoTransforms)
+}
+
+/// What turns a picture back.
+fn inverse(orientation: Orientation) -> Orientation {
+    match orientation {
+        Orientation::Rotate90 => Orientation::Rotate270,
+        Orientation::Rotate270 => Orientation::Rotate90,
+        same => same,
     }
 }
 
-fn write(
-    out: &mut impl Write,
-    format: Format,
-    image: &DynamicImage,
-    icc: Option<Vec<u8>>,
-    exif: Option<Vec<u8>>,
-) -> Result<(), Problem> {
-    match format {
-        Format::Jpeg => encode(JpegEncoder::new_with_quality(out, JPEG_QUALITY), image, icc, exif),
-        _ => encode(PngEncoder::new(out), image, icc, exif),
-    }
+/// Whether width and height change places.
+fn is_sideways(orientation: Orientation) -> bool {
+    orientation.to_exif() >= 5
 }
 
-fn encode(
-    mut encoder: impl ImageEncoder,
-    image: &DynamicImage,
-    icc: Option<Vec<u8>>,
-    exif: Option<Vec<u8>>,
-) -> Result<(), Problem> {
-    let unsupported = |e| Problem::Unsupported(format!("cannot keep the color profile: {e}"));
-    icc.map_or(Ok(()), |icc| encoder.set_icc_profile(icc)).map_err(unsupported)?;
-    // Camera data is a courtesy: a format without a place for it does without.
-    let _ = exif.map(|exif| encoder.set_exif_metadata(exif));
-    image.write_with_encoder(encoder).map_err(|error| match error {
-        ImageError::IoError(error) => Problem::Write(error),
-        error => Problem::Unsupported(format!("cannot be encoded: {error}")),
-    })
+/// Linear color, premultiplied by alpha if there is one.
+fn to_image(pixels: &DynamicImage, linear: impl Fn(f32) -> f32) -> Result<Image, Problem> {
+    let size = (pixels.width(), pixels.height());
+    let pixels: Vec<_> = if pixels.color().has_alpha() {
+        let premultiplied = |[r, g, b, a]: [f32; 4]| [r, g, b].map(|v| linear(v) * a);
+        pixels.to_rgba32f().pixels().map(|p| premultiplied(p.0)).collect()
+    } else {
+        pixels.to_rgb32f().pixels().map(|p| p.0.map(&linear)).collect()
+    };
+    Image::new(size.0, size.1, pixels).map_err(|e| Problem::Damaged(e.to_string()))
 }
 
 fn reading(error: ImageError) -> Problem {
     match error {
-        ImageError::IoError(error) if error.kind() != std::io::ErrorKind::UnexpectedEof => {
-            Problem::Read(error)
-        }
+        ImageError::IoError(error) if !is_damage(error.kind()) => Problem::Read(error),
         ImageError::Limits(error) => Problem::TooLarge(format!("is too large: {error}")),
         ImageError::Unsupported(error) => {
             Problem::Unsupported(format!("is not supported: {error}"))
@@ -205,51 +331,11 @@ fn reading(error: ImageError) -> Problem {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use std::io::Cursor;
-
-    use super::*;
-
-    #[test]
-    fn every_value_of_every_depth_and_alpha_survives_decoding_and_encoding() {
-        let values = |i: u32| {
-            image::Rgba([i as u16, (i * 7 % 65536) as u16, 65535 - i as u16, (i * 3) as u16])
-        };
-        let original =
-            DynamicImage::from(image::ImageBuffer::from_fn(256, 256, |x, y| values(256 * y + x)));
-        for kind in [
-            ColorType::L8,
-            ColorType::La8,
-            ColorType::Rgb8,
-            ColorType::Rgba8,
-            ColorType::L16,
-            ColorType::La16,
-            ColorType::Rgb16,
-            ColorType::Rgba16,
-        ] {
-            let stored = convert(&original, kind);
-            let color = to_image(&stored, linear).unwrap();
-            let again = convert(&with_color(&stored, &color), kind);
-            assert_eq!(again.as_bytes(), stored.as_bytes(), "{kind:?}");
-        }
-    }
-
-    #[test]
-    fn a_profile_stays_only_with_the_channels_it_is_for() {
-        let color = Image::filled(4, 4, [0.5; 3]).unwrap();
-        for (space, pixels, notices) in [
-            (b"RGB ", DynamicImage::new_rgb8(4, 4), 0),
-            (b"CMYK", DynamicImage::new_rgb8(4, 4), 1),
-            (b"GRAY", DynamicImage::new_luma16(4, 4), 0),
-            (b"RGB ", DynamicImage::new_luma8(4, 4), 1),
-        ] {
-            let icc = [&[0; 16][..], space, &[0; 108]].concat();
-            let file = LdrFile { pixels, icc: Some(icc.clone()), exif: None };
-            let mut png = Vec::new();
-            assert_eq!(file.write(&mut png, Format::Png, &color).unwrap().len(), notices);
-            let mut decoder = image::codecs::png::PngDecoder::new(Cursor::new(png)).unwrap();
-            assert_eq!(decoder.icc_profile().unwrap(), (notices == 0).then_some(icc));
-        }
-    }
+/// Whether it is the file that failed, and not the system.
+fn is_damage(error: ErrorKind) -> bool {
+    matches!(error, ErrorKind::UnexpectedEof | ErrorKind::InvalidData)
 }
+
+#[cfg(test)]
+#[path = "ldr_test.rs"]
+mod tests;

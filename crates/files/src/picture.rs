@@ -4,17 +4,19 @@ use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
 use super::choice::{self, Choice};
+use super::display::Display;
 use super::escape::escaped;
-use super::exr::{self, Change, ExrFile, Samples};
+use super::exr::{Change, ExrFile, Samples};
 use super::format::Format;
-use super::ldr::{self, LdrFile};
+use super::ldr::LdrFile;
 use super::light::LayersWish;
 use super::limits::Limits;
 use super::output::{Out, check_place, replace};
 use super::selection::Selection;
 use super::view::{Denoised, NoisyLayer, View};
 use super::wanted::{Files, LayerChoice};
-use super::{FileError, Problem, aux_file, normals, window};
+use super::window::{self, Place};
+use super::{FileError, Problem, aux_file, normals};
 
 /// An image file that has been read, with everything needed to write it with another color.
 #[derive(Debug)]
@@ -27,7 +29,7 @@ pub struct Picture {
 #[derive(Debug)]
 enum Source {
     Exr(Box<ExrFile>, Vec<Choice>),
-    Ldr(LdrFile),
+    Ldr(Box<LdrFile>),
 }
 
 impl Picture {
@@ -54,7 +56,8 @@ impl Picture {
             let selection = Selection::of(choice, &files);
             notices.extend(selection.left_out.iter().cloned());
             let mut view = read_view(&file, choice, selection, &mut notices).map_err(at)?;
-            add_files(&mut view, &files, wanted.limits)?;
+            let place = Place::of(&file.headers()[choice.color.part()]);
+            add_files(&mut view, &files, &place, wanted.limits, &mut notices)?;
             views.push(view);
         }
         Ok(Self { source: Source::Exr(Box::new(file), choices), views, notices })
@@ -74,10 +77,11 @@ impl Picture {
             shown.map(|file| format!("{what} from the file {file}"))
         };
         let notices = [from("albedo", &files.albedo), from("normal", &files.normal)];
-        let notices = notices.into_iter().flatten().collect();
-        let mut view = View::of_color(color);
-        add_files(&mut view, &files, wanted.limits)?;
-        Ok(Self { source: Source::Ldr(file), views: vec![view], notices })
+        let mut notices: Vec<_> = notices.into_iter().flatten().chain(file.notices()).collect();
+        let place = Place::sized(color.size());
+        let mut view = View::of_color(color, file.alpha());
+        add_files(&mut view, &files, &place, wanted.limits, &mut notices)?;
+        Ok(Self { source: Source::Ldr(Box::new(file)), views: vec![view], notices })
     }
 
     fn decode_normals(&mut self) {
@@ -143,19 +147,30 @@ impl Picture {
         self.check(results).map_err(|problem| problem.at(path))?;
         replace(path, force, |out| match (&self.source, format) {
             (Source::Exr(file, choices), Format::Exr) => save_exr(file, choices, results, out),
-            (Source::Ldr(file), Format::Exr) => {
-                let alpha = file.alpha();
-                let with = if alpha.is_some() { ", and alpha as it is," } else { "" };
-                exr::write_rgb(out, &results[0].color, alpha)?;
-                Ok(vec![format!("written as linear R, G, B{with} in 32-bit float")])
+            (Source::Exr(file, choices), format) => {
+                self.show(file, &choices[0], &results[0], format, out)
             }
-            (Source::Exr(..), format) => {
-                let mut notices = ldr::write_new(out, format, &results[0].color)?;
-                notices.extend(self.only_first(format));
-                Ok(notices)
+            (Source::Ldr(file), format) => {
+                file.write(out, format, &results[0].color, results[0].alpha.as_deref())
             }
-            (Source::Ldr(file), format) => file.write(out, format, &results[0].color),
         })
+    }
+
+    /// Writes the first view of an EXR file as a display shows it.
+    fn show(
+        &self,
+        file: &ExrFile,
+        choice: &Choice,
+        result: &Denoised,
+        format: Format,
+        out: &mut Out<'_>,
+    ) -> Result<Vec<String>, Problem> {
+        let display = Display::of(&file.headers()[choice.color.part()]);
+        let alpha = result.alpha.as_deref().or(self.first().alpha());
+        let (shown, notices) = display.show(&result.color, alpha, file.limits)?;
+        let mut notices = [shown.write(out, format)?, notices].concat();
+        notices.extend(self.only_first(format));
+        Ok(notices)
     }
 
     fn check(&self, results: &[Denoised]) -> Result<(), Problem> {
@@ -267,14 +282,23 @@ fn read_view(
     })
 }
 
-/// Reads albedo and normal from files of their own.
-fn add_files(view: &mut View, files: &Files, limits: Limits) -> Result<(), FileError> {
-    let size = view.color.size();
+/// Reads albedo and normal from files of their own, fitted to the color.
+fn add_files(
+    view: &mut View,
+    files: &Files,
+    color: &Place,
+    limits: Limits,
+    notices: &mut Vec<String>,
+) -> Result<(), FileError> {
     if let Some(path) = &files.albedo {
-        view.albedo = Some(aux_file::albedo(path, size, limits)?);
+        let (image, notice) = aux_file::albedo(path, color, limits)?;
+        view.albedo = Some(image);
+        notices.extend(notice);
     }
     if let Some(path) = &files.normal {
-        view.normal = Some(aux_file::normal(path, size, limits)?);
+        let (image, notice) = aux_file::normal(path, color, limits)?;
+        view.normal = Some(image);
+        notices.extend(notice);
     }
     Ok(())
 }

@@ -3,10 +3,11 @@
 use std::path::Path;
 
 use super::choice::{self, Wishes};
+use super::display::Display;
 use super::exr::ExrFile;
 use super::format::Format;
 use super::layers::{self, Part};
-use super::ldr::{self, LdrFile};
+use super::ldr::LdrFile;
 use super::limits::Limits;
 use super::pick::Pick;
 use super::picture::no_layers;
@@ -18,6 +19,8 @@ use wgdenoise::Image;
 pub struct Preview {
     image: Image,
     layer: Option<String>,
+    display: Display,
+    limits: Limits,
 }
 
 impl Preview {
@@ -31,9 +34,10 @@ impl Preview {
             (Err(problem), _) => Err(problem),
             (Ok(Format::Exr), _) => Self::of_exr(path, name, limits),
             (Ok(_), Some(name)) => Err(no_layers(name)),
-            (Ok(_), None) => {
-                LdrFile::read(path, limits).map(|(_, image)| Self { image, layer: None })
-            }
+            (Ok(_), None) => LdrFile::read(path, limits).map(|(file, image)| {
+                let display = file.display();
+                Self { image, layer: None, display, limits }
+            }),
         };
         opened.map_err(|problem| problem.at(path))
     }
@@ -50,10 +54,12 @@ impl Preview {
         if green == blue && pick.channels[0] != green {
             image.pixels_mut().iter_mut().for_each(|pixel| pixel[2] = 0.0);
         }
-        Ok(Self { image, layer: Some(pick.layer) })
+        let display = Display::of(&file.headers()[pick.part()]);
+        let display = if is_color(&parts, &pick) { display } else { display.of_data() };
+        Ok(Self { image, layer: Some(pick.layer), display, limits })
     }
 
-    /// The values as the file has them; sRGB is decoded to linear.
+    /// The values as the file has them; those of PNG and JPEG are decoded to linear light.
     #[must_use]
     pub fn image(&self) -> &Image {
         &self.image
@@ -77,15 +83,19 @@ impl Preview {
             .ok_or_else(|| Problem::Format(what.into()).at(path))
     }
 
-    /// Writes an 8-bit PNG or JPEG: values times 2^`stops`, clipped to [0, 1], sRGB-encoded.
+    /// Writes an 8-bit PNG or JPEG: values times 2^`stops`, within the display window, with sRGB's
+    /// primaries if they are colors, clipped to [0, 1], sRGB-encoded. Returns what a user should know
+    /// about it, a sentence each.
     ///
     /// # Errors
     /// If `path` names another format, exists and `force` is not given, or cannot be written.
-    pub fn save(self, path: &Path, stops: f32, force: bool) -> Result<(), FileError> {
+    pub fn save(self, path: &Path, stops: f32, force: bool) -> Result<Vec<String>, FileError> {
         let format = Self::format(path)?;
         output::check(path, force)?;
         let image = exposed(self.image, stops);
-        output::replace(path, force, |out| ldr::write_new(out, format, &image)).map(|_| ())
+        let shown = self.display.show(&image, None, self.limits);
+        let (shown, notices) = shown.map_err(|problem| problem.at(path))?;
+        output::replace(path, force, |out| shown.write(out, format)).map(|_| notices)
     }
 }
 
@@ -97,6 +107,13 @@ pub fn exposed(mut image: Image, stops: f32) -> Image {
         image.pixels_mut().iter_mut().flatten().for_each(|value| *value *= factor);
     }
     image
+}
+
+/// Whether a layer holds light or surface color, which have primaries.
+fn is_color(parts: &[Part], pick: &Pick) -> bool {
+    let all = layers::layers(parts);
+    let layer = all.iter().find(|layer| layer.rgb() == Some(pick.channels));
+    layer.is_some_and(|layer| matches!(layer.data(), None | Some("albedo" | "surface color")))
 }
 
 /// The first three channels of a layer, or a channel by its full name.

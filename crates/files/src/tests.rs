@@ -9,6 +9,7 @@ mod choice;
 mod damage;
 mod kinds;
 mod names;
+mod png;
 mod views;
 
 type AnyImage = ::exr::image::Image<Layers<AnyChannels<FlatSamples>>>;

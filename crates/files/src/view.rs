@@ -49,13 +49,13 @@ impl From<Image> for Denoised {
 
 impl View {
     /// That of a file without layers.
-    pub(super) fn of_color(color: Image) -> Self {
+    pub(super) fn of_color(color: Image, alpha: Option<Vec<f32>>) -> Self {
         Self {
             name: None,
             color,
             albedo: None,
             normal: None,
-            alpha: None,
+            alpha,
             layers: Vec::new(),
             selection: None,
             is_panorama: false,

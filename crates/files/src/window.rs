@@ -1,10 +1,107 @@
-//! Parts of one file that cover different rectangles of the image.
+//! Images that cover different rectangles of the picture.
 
 use ::exr::meta::attribute::IntegerBounds;
+use ::exr::meta::header::Header;
 
 use super::Problem;
 use super::escape::escaped;
 use wgdenoise::Image;
+
+/// Where an image lies in the picture.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Place {
+    /// The rectangle that the image covers.
+    pub(super) data: IntegerBounds,
+    /// The rectangle that is shown.
+    pub(super) display: IntegerBounds,
+    /// Whether the file tells the two apart; PNG and JPEG hold what is shown, without a position.
+    is_positioned: bool,
+}
+
+impl Place {
+    /// The place of a part of an EXR file.
+    pub(super) fn of(header: &Header) -> Self {
+        let display = header.shared_attributes.display_window;
+        Self { data: header.data_window(), display, is_positioned: true }
+    }
+
+    /// The whole picture.
+    pub(super) fn sized((width, height): (u32, u32)) -> Self {
+        let whole = IntegerBounds::from_dimensions((width as usize, height as usize));
+        Self { data: whole, display: whole, is_positioned: false }
+    }
+
+    /// Whether more or less is shown than the image covers.
+    pub(super) fn is_cropped(&self) -> bool {
+        self.data != self.display
+    }
+
+    /// Tells that an image was fitted to what is shown.
+    pub(super) fn cropping(&self) -> String {
+        format!(
+            "cropped and padded to the display window, {}; the pixels are {}",
+            shown(self.display),
+            shown(self.data)
+        )
+    }
+
+    /// The rectangles of `self` and of `other` that show the same: in one picture, all of both.
+    /// An image without a position may show all of the display window.
+    fn common(&self, other: &Self) -> Option<(IntegerBounds, IntegerBounds)> {
+        let are_same = |a: IntegerBounds, b: IntegerBounds| a.size == b.size;
+        if self.is_positioned && other.is_positioned && self.display == other.display {
+            return Some((self.data, other.data));
+        }
+        let has_position = self.is_positioned && !other.is_positioned;
+        if has_position && are_same(self.display, other.data) {
+            return Some((self.data, self.display));
+        }
+        let has_position = other.is_positioned && !self.is_positioned;
+        if has_position && are_same(self.data, other.display) {
+            return Some((other.display, other.data));
+        }
+        are_same(self.data, other.data).then_some((other.data, other.data))
+    }
+}
+
+/// An image of a file of its own, fitted to the color, and a notice if it had to be moved.
+///
+/// Images of one picture, which has one display window, are aligned by their data windows; pixels
+/// that are not covered become 0. Images without a position must have the size of the data or the
+/// display window.
+///
+/// # Errors
+/// If sizes differ and there is no common display window, or if they have no pixel in common.
+pub(super) fn fit(
+    image: Image,
+    name: &str,
+    from: &Place,
+    color: &Place,
+) -> Result<(Image, Option<String>), Problem> {
+    let sizes = || other_size(image.size(), size(color.data));
+    let (from, to) = from.common(color).ok_or_else(sizes)?;
+    if from == to {
+        return Ok((image, None));
+    }
+    if !overlap(from, to) {
+        let [from, to] = [from, to].map(shown);
+        return Err(Problem::Size(format!("covers {from} and the color {to}, which do not meet")));
+    }
+    Ok((align(image, from, to)?, Some(notice(name, from, to))))
+}
+
+fn size(window: IntegerBounds) -> (u32, u32) {
+    (window.size.width() as u32, window.size.height() as u32)
+}
+
+fn overlap(a: IntegerBounds, b: IntegerBounds) -> bool {
+    let meet = |a: i32, a_len: usize, b: i32, b_len: usize| {
+        let distance = offset(b, a);
+        distance < a_len as i64 && -distance < b_len as i64
+    };
+    meet(a.position.x(), a.size.width(), b.position.x(), b.size.width())
+        && meet(a.position.y(), a.size.height(), b.position.y(), b.size.height())
+}
 
 /// Moves an image from the window `from` to the window `to`; pixels outside `from` become 0.
 pub(super) fn align(
@@ -76,6 +173,56 @@ mod tests {
         let reds: Vec<f32> = aligned.pixels().iter().map(|p| p[0]).collect();
         assert_eq!((aligned.size(), reds), ((2, 3), vec![0.0, 0.0, 2.0, 0.0, 4.0, 0.0]));
         assert_eq!(align(image.clone(), from, from).unwrap(), image);
+    }
+
+    fn placed(data: ((i32, i32), (usize, usize)), display: (i32, i32, usize, usize)) -> Place {
+        let (x, y, width, height) = display;
+        let display = IntegerBounds::new((x, y), (width, height));
+        Place { data: IntegerBounds::new(data.0, data.1), display, is_positioned: true }
+    }
+
+    /// Where the top left pixel of the color comes from in an image whose pixels are numbered from
+    /// 1 in columns and 100 in rows; 0 if it is not covered. An error is a text.
+    fn corner(from: Place, color: Place) -> Result<f32, String> {
+        let (width, height) = size(from.data);
+        let number = |i: u32| [(i % width + 1 + 100 * (i / width + 1)) as f32; 3];
+        let pixels = (0..width * height).map(number).collect();
+        let image = Image::new(width, height, pixels).unwrap();
+        let (fitted, notice) = fit(image, "a.exr", &from, &color).map_err(|e| e.to_string())?;
+        assert_eq!(fitted.size(), size(color.data));
+        assert_eq!(notice.is_some(), from.data != color.data && fitted.pixels()[0][0] != 101.0);
+        Ok(fitted.pixels()[0][0])
+    }
+
+    #[test]
+    fn files_of_one_picture_are_aligned_by_their_windows() {
+        let shown = (0, 0, 20, 20);
+        let color = placed(((2, 3), (8, 8)), shown);
+        assert_eq!(corner(color, color), Ok(101.0));
+        assert_eq!(corner(placed(((1, 1), (8, 8)), shown), color), Ok(302.0), "shifted");
+        assert_eq!(corner(placed(((4, 4), (8, 8)), shown), color), Ok(0.0), "not covered");
+        let overscan = placed(((-2, -2), (24, 24)), shown);
+        assert_eq!(corner(placed(((0, 0), (20, 20)), shown), overscan), Ok(0.0));
+        assert_eq!(corner(overscan, placed(((0, 0), (20, 20)), shown)), Ok(303.0));
+        let apart = corner(placed(((10, 3), (8, 8)), shown), color).unwrap_err();
+        assert!(apart.starts_with("covers 8×8 pixels from (10, 3)"), "{apart}");
+        assert!(apart.ends_with("which do not meet"), "{apart}");
+        // Half the size is another picture, and not a crop of this one.
+        let half = placed(((0, 0), (10, 10)), (0, 0, 10, 10));
+        let error = corner(half, placed(((0, 0), (20, 20)), shown)).unwrap_err();
+        assert!(error.contains("both must have the same size"), "{error}");
+        // A file that has lost its windows, but is of the same size.
+        assert_eq!(corner(placed(((0, 0), (8, 8)), (0, 0, 8, 8)), color), Ok(101.0));
+    }
+
+    #[test]
+    fn images_without_a_position_show_the_display_window_or_all_pixels() {
+        let overscan = placed(((-2, -2), (24, 24)), (0, 0, 20, 20));
+        assert_eq!(corner(Place::sized((20, 20)), overscan), Ok(0.0));
+        assert_eq!(corner(overscan, Place::sized((20, 20))), Ok(303.0));
+        assert_eq!(corner(Place::sized((24, 24)), overscan), Ok(101.0));
+        assert_eq!(corner(overscan, Place::sized((24, 24))), Ok(101.0));
+        assert!(corner(Place::sized((20, 21)), overscan).is_err());
     }
 
     /// The pixel at a position of the whole picture.

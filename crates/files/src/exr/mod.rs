@@ -41,6 +41,8 @@ pub struct ExrFile {
     head: Vec<u8>,
     meta: MetaData,
     blocks: Vec<Block>,
+    /// How large images may be.
+    pub(crate) limits: Limits,
 }
 
 impl ExrFile {
@@ -58,7 +60,7 @@ impl ExrFile {
         let meta = read_meta(&head)?;
         guard::check_header(&meta, limits, head_len, len)?;
         let blocks = index::read(&file, &meta, head_len, len)?;
-        Ok(Self { file, head, meta, blocks })
+        Ok(Self { file, head, meta, blocks, limits })
     }
 
     /// The names of parts and channels.

@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::io::{Seek, SeekFrom, Write};
 
 use ::exr::meta::attribute::{
-    ChannelDescription, Compression, IntegerBounds, LineOrder, SampleType,
+    ChannelDescription, Chromaticities, Compression, IntegerBounds, LineOrder, SampleType,
 };
 use ::exr::prelude::{
     AnyChannel, AnyChannels, Blocks, Encoding, FlatSamples, Layer, LayerAttributes, WritableImage,
@@ -192,7 +192,8 @@ fn loses(compression: Compression, channel: &ChannelDescription) -> bool {
     }
 }
 
-/// Writes a new file: R, G, B and, if given, A as float, losslessly compressed.
+/// Writes a new file: R, G, B and, if given, A as float, losslessly compressed. Without primaries,
+/// the colors are those of sRGB.
 ///
 /// # Errors
 /// If writing fails.
@@ -200,6 +201,8 @@ pub(crate) fn write_rgb(
     out: &mut (impl Write + Seek),
     image: &Image,
     alpha: Option<Vec<f32>>,
+    primaries: Option<Chromaticities>,
+    pixel_aspect: f32,
 ) -> Result<(), Problem> {
     let plane = |c: usize| image.pixels().iter().map(|p| p[c]).collect();
     let color = ["R", "G", "B"].into_iter().zip((0..3).map(plane));
@@ -213,7 +216,9 @@ pub(crate) fn write_rgb(
     let size = (image.width() as usize, image.height() as usize);
     let channels = AnyChannels::sort(channels.collect());
     let layer = Layer::new(size, LayerAttributes::default(), encoding, channels);
-    let written = ::exr::image::Image::from_layer(layer).write().to_buffered(out);
+    let mut image = ::exr::image::Image::from_layer(layer);
+    (image.attributes.chromaticities, image.attributes.pixel_aspect) = (primaries, pixel_aspect);
+    let written = image.write().to_buffered(out);
     written.map_err(|error| match error {
         ::exr::error::Error::Io(error) => Problem::Write(error),
         error => Problem::Unsupported(format!("cannot be written as EXR: {error}")),

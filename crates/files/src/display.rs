@@ -1,0 +1,180 @@
+//! An EXR picture as a display shows it: within its display window, with sRGB's primaries.
+
+use std::borrow::Cow;
+use std::io::Write;
+
+use ::exr::meta::attribute::Chromaticities;
+use ::exr::meta::header::Header;
+use image::{ColorType, DynamicImage};
+
+use super::curve::Curve;
+use super::density::{self, Density};
+use super::encode::{Encoded, paint};
+use super::format::Format;
+use super::limits::Limits;
+use super::window::{self, Place};
+use super::{Problem, primaries};
+use wgdenoise::Image;
+
+/// How the pixels of a file are meant to be shown.
+#[derive(Clone, Debug)]
+pub(super) struct Display {
+    place: Place,
+    /// `None` for those of sRGB, and for values that are not color.
+    primaries: Option<Chromaticities>,
+    /// The width of a pixel in units of its height.
+    aspect: f32,
+}
+
+impl Display {
+    /// The part of an EXR file with this header. Without an attribute, primaries are those of sRGB.
+    pub(super) fn of(header: &Header) -> Self {
+        let shared = &header.shared_attributes;
+        let primaries =
+            shared.chromaticities.filter(|p| !primaries::are_alike(p, &primaries::SRGB));
+        Self { place: Place::of(header), primaries, aspect: shared.pixel_aspect }
+    }
+
+    /// A whole picture.
+    pub(super) fn whole(size: (u32, u32), primaries: Option<Chromaticities>, aspect: f32) -> Self {
+        Self { place: Place::sized(size), primaries, aspect }
+    }
+
+    /// The same for values that are not color.
+    pub(super) fn of_data(self) -> Self {
+        Self { primaries: None, ..self }
+    }
+
+    /// The picture to write, and what a user should know about it, a sentence each. Color is linear
+    /// and premultiplied by `alpha`.
+    ///
+    /// # Errors
+    /// If the display window is larger than `limits` accept.
+    pub(super) fn show<'a>(
+        &self,
+        color: &Image,
+        alpha: Option<&'a [f32]>,
+        limits: Limits,
+    ) -> Result<(Shown<'a>, Vec<String>), Problem> {
+        let (mut color, alpha) = self.within_window(color, alpha, limits)?;
+        let (alpha, unmeant) = meant(&color, alpha);
+        let has_shape = density::is_storable(self.aspect);
+        let aspect = if has_shape { self.aspect } else { 1.0 };
+        let mut notices = Vec::new();
+        notices.extend(unmeant);
+        notices.extend(self.place.is_cropped().then(|| self.place.cropping()));
+        notices.extend(self.convert(&mut color));
+        notices.extend((self.aspect != 1.0).then(|| self.shape(has_shape)));
+        Ok((Shown { color, alpha, aspect }, notices))
+    }
+
+    /// Crops to the display window; what the pixels do not cover is black, and transparent if there
+    /// is alpha.
+    fn within_window<'a>(
+        &self,
+        color: &Image,
+        alpha: Option<&'a [f32]>,
+        limits: Limits,
+    ) -> Result<(Image, Alpha<'a>), Problem> {
+        let Place { data, display, .. } = self.place;
+        if data == display {
+            return Ok((color.clone(), alpha.map(Cow::Borrowed)));
+        }
+        limits.check_size(display.size.width() as u64, display.size.height() as u64)?;
+        let moved = |image| window::align(image, data, display);
+        let covered = |alpha: &[f32]| {
+            let gray = alpha.iter().map(|&a| [a; 3]).collect();
+            let image = Image::new(color.width(), color.height(), gray);
+            let image = moved(image.map_err(|e| Problem::Size(e.to_string()))?)?;
+            Ok(Cow::Owned(image.pixels().iter().map(|pixel| pixel[0]).collect()))
+        };
+        Ok((moved(color.clone())?, alpha.map(covered).transpose()?))
+    }
+
+    fn convert(&self, color: &mut Image) -> Option<String> {
+        let primaries = self.primaries.as_ref()?;
+        Some(if primaries::convert_to_srgb(color, primaries) {
+            "converted from the file's primaries to those of sRGB".into()
+        } else {
+            "the file's chromaticities make no color space and were ignored".into()
+        })
+    }
+
+    fn shape(&self, is_written: bool) -> String {
+        let aspect = self.aspect;
+        if is_written {
+            format!("pixels are {aspect} times as wide as high, which is written as pixel density")
+        } else {
+            format!("the file's pixel aspect ratio of {aspect} cannot be written and was left out")
+        }
+    }
+}
+
+/// One value per pixel, row by row, if there is alpha.
+type Alpha<'a> = Option<Cow<'a, [f32]>>;
+
+/// A picture as it is shown.
+#[derive(Debug)]
+pub(super) struct Shown<'a> {
+    color: Image,
+    /// `None` if it is 1 everywhere.
+    alpha: Alpha<'a>,
+    aspect: f32,
+}
+
+impl Shown<'_> {
+    /// Writes a new PNG or JPEG in 8 bits, and tells what is in it.
+    pub(super) fn write(
+        &self,
+        out: &mut impl Write,
+        format: Format,
+    ) -> Result<Vec<String>, Problem> {
+        let (color, alpha) = (&self.color, self.alpha.as_deref());
+        let straight = alpha.filter(|_| format.has_alpha());
+        let kind = if straight.is_some() { ColorType::Rgba8 } else { ColorType::Rgb8 };
+        let blank = DynamicImage::new_rgba8(color.width(), color.height());
+        let pixels = paint(&blank, color, alpha, Curve::Srgb, kind);
+        let density = Density::of_aspect(self.aspect);
+        Encoded { density, ..Encoded::new(pixels) }.write(out, format)?;
+        let what = match (straight, alpha) {
+            (Some(_), _) => "only the color, divided by its alpha,",
+            (None, Some(_)) => "only the color, over black since JPEG has no alpha,",
+            (None, None) => "only the color,",
+        };
+        let mut notices = vec![format!("wrote {what} clipped to [0, 1], sRGB-encoded, in 8 bits")];
+        match straight.map_or(0, |alpha| hidden(color, alpha)) {
+            0 => {}
+            hidden => notices.push(format!(
+                "pixels with light but no alpha, such as glows, cannot be shown by PNG: {hidden}"
+            )),
+        }
+        Ok(notices)
+    }
+}
+
+/// Leaves out alpha of 1 everywhere, and alpha of 0 everywhere that would hide a picture: some
+/// renderers write it for want of another. Tells of the latter.
+fn meant<'a>(color: &Image, alpha: Alpha<'a>) -> (Alpha<'a>, Option<String>) {
+    let hides_all = |alpha: &mut Cow<'_, [f32]>| {
+        alpha.iter().all(|&a| covers_nothing(a)) && hidden(color, alpha) > 0
+    };
+    let mut alpha = alpha.filter(|alpha| alpha.iter().any(|&a| a != 1.0));
+    let unmeant = alpha.take_if(hides_all);
+    (alpha, unmeant.map(|_| "alpha is 0 everywhere and was left out".into()))
+}
+
+/// Whether it is 0, as is alpha that is not a number.
+fn covers_nothing(alpha: f32) -> bool {
+    alpha.is_nan() || alpha <= 0.0
+}
+
+/// How many pixels have light that 8 bits can show, but no alpha.
+fn hidden(color: &Image, alpha: &[f32]) -> usize {
+    let is_light = |v: &f32| Curve::Srgb.encoded(*v) * 255.0 >= 0.5;
+    let pixels = color.pixels().iter().zip(alpha);
+    pixels.filter(|(pixel, a)| covers_nothing(**a) && pixel.iter().any(is_light)).count()
+}
+
+#[cfg(test)]
+#[path = "display_test.rs"]
+mod tests;
