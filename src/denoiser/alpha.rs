@@ -19,32 +19,41 @@ pub(super) fn with_alpha(
     let mut found = denoise(&frame.layers(&layers))?;
     let found_alpha = found.layers.pop().expect("the alpha is a layer");
     found.alpha = Some(found_alpha.pixels().iter().map(|pixel| pixel[0]).collect());
-    settle(&mut found, frame.color, alpha);
+    let noisy: Vec<_> = [frame.color].into_iter().chain(frame.layers.iter().copied()).collect();
+    settle(&mut found, &noisy, alpha);
     Ok(found)
 }
 
-/// Restores what is settled in the noisy picture: alpha, with the color that it premultiplies, and
-/// black where nothing is.
-fn settle(found: &mut Denoised, color: &Image, alpha: &[f32]) {
-    let width = color.width() as usize;
+/// Restores what is settled in the noisy images, the color and the layers: alpha, with the light that
+/// it premultiplies, and black where nothing is.
+fn settle(found: &mut Denoised, noisy: &[&Image], alpha: &[f32]) {
+    let width = noisy[0].width() as usize;
     let [least, most] = [f32::min, f32::max].map(|f| around(alpha, width, f));
-    let brightness = |pixel: &[f32; 3]| pixel.iter().fold(0.0_f32, |most, v| most.max(v.abs()));
-    let lights: Vec<_> = color.pixels().iter().map(brightness).collect();
-    let lights = around(&lights, width, f32::max);
-    let found_alpha = found.alpha.iter_mut().flatten();
-    for (i, (pixel, a)) in found.color.pixels_mut().iter_mut().zip(found_alpha).enumerate() {
-        // NaN is no minimum or maximum unless all around is, and then the filled value stays.
-        let settled = least[i];
-        if settled.to_bits() != most[i].to_bits() || !settled.is_finite() {
-            continue;
+    // NaN is no minimum or maximum unless all around is, and then the filled value stays.
+    let is_settled = |i: usize| least[i].to_bits() == most[i].to_bits() && least[i].is_finite();
+    let settled: Vec<_> = (0..alpha.len()).filter(|&i| is_settled(i)).collect();
+    let found_alpha = found.alpha.as_mut().expect("the alpha was denoised");
+    for (image, noisy) in [&mut found.color].into_iter().chain(&mut found.layers).zip(noisy) {
+        let lights = lights_around(noisy);
+        for &i in &settled {
+            let pixel = &mut image.pixels_mut()[i];
+            if least[i] == 0.0 && lights[i] == 0.0 {
+                *pixel = [0.0; 3];
+            } else if least[i] > 0.0 && found_alpha[i] > 0.0 {
+                *pixel = pixel.map(|v| v / found_alpha[i] * least[i]);
+            }
         }
-        if settled == 0.0 && lights[i] == 0.0 {
-            *pixel = [0.0; 3];
-        } else if settled > 0.0 && *a > 0.0 {
-            *pixel = pixel.map(|v| v / *a * settled);
-        }
-        *a = settled;
     }
+    for i in settled {
+        found_alpha[i] = least[i];
+    }
+}
+
+/// The largest magnitude of any channel around each pixel.
+fn lights_around(image: &Image) -> Vec<f32> {
+    let brightness = |pixel: &[f32; 3]| pixel.iter().fold(0.0_f32, |most, v| most.max(v.abs()));
+    let lights: Vec<_> = image.pixels().iter().map(brightness).collect();
+    around(&lights, image.width() as usize, f32::max)
 }
 
 /// Folds the values within [`SETTLED`] of each, first along rows, then along columns.
@@ -84,7 +93,7 @@ mod tests {
         alpha[9..].fill(f32::NAN);
         let mut found =
             Denoised { color: color.clone(), layers: Vec::new(), alpha: Some(vec![0.5; 20]) };
-        settle(&mut found, &color, &alpha);
+        settle(&mut found, &[&color], &alpha);
         let expected = |i| if i < 12 { 1.0 } else { 0.5 };
         assert_eq!(found.alpha.unwrap(), (0..20).map(expected).collect::<Vec<_>>());
     }
@@ -98,7 +107,7 @@ mod tests {
         let denoised = Image::filled(20, 1, [0.25; 3]).expect("a valid image");
         let mut found =
             Denoised { color: denoised, layers: Vec::new(), alpha: Some(vec![0.5; 20]) };
-        settle(&mut found, &color, &alpha);
+        settle(&mut found, &[&color], &alpha);
         let expected = |i| if (7..13).contains(&i) { 0.5 } else { alpha[i] };
         assert_eq!(found.alpha.unwrap(), (0..20).map(expected).collect::<Vec<_>>());
         let expected = |i| match i {
@@ -108,6 +117,32 @@ mod tests {
         };
         for (i, pixel) in found.color.pixels().iter().enumerate() {
             assert_eq!(*pixel, [expected(i); 3], "{i}");
+        }
+    }
+
+    #[test]
+    fn layers_change_with_the_color_that_they_add_up_to() {
+        let mut alpha = vec![0.0; 20];
+        alpha[10..].fill(1.0);
+        let gray = |v| Image::filled(20, 1, [v; 3]).expect("a valid image");
+        let mut noisy = gray(0.0);
+        noisy.pixels_mut()[2] = [5.0; 3];
+        let layers = vec![gray(0.125), gray(0.125)];
+        let mut found = Denoised { color: gray(0.25), layers, alpha: Some(vec![0.5; 20]) };
+        settle(&mut found, &[&noisy, &noisy, &gray(0.0)], &alpha);
+        let column = |image: &Image| image.pixels().iter().map(|p| p[0]).collect::<Vec<_>>();
+        let expected = |i, own, empty: &[usize]| match i {
+            13.. => 2.0 * own,
+            _ if empty.contains(&i) => 0.0,
+            _ => own,
+        };
+        let all: Vec<_> = (0..7).collect();
+        for (image, own, empty) in [
+            (&found.color, 0.25, &[6][..]),
+            (&found.layers[0], 0.125, &[6]),
+            (&found.layers[1], 0.125, &all),
+        ] {
+            assert_eq!(column(image), (0..20).map(|i| expected(i, own, empty)).collect::<Vec<_>>());
         }
     }
 }

@@ -9,6 +9,7 @@ mod farm;
 mod faults;
 #[cfg(target_os = "linux")]
 mod hostile;
+mod layers;
 mod ldr;
 #[cfg(target_os = "linux")]
 mod names;

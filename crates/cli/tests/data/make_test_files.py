@@ -5,7 +5,8 @@
   python ../../samples/render_samples.py --small FOLDER
   python make_test_files.py FOLDER
 
-All pixels come from the two small Blender renders in FOLDER; blender5_parts.exr is one of them, unchanged.
+All pixels come from the small Blender renders in FOLDER; blender5_parts.exr and light_groups.exr are two of them,
+unchanged.
 """
 import os
 import shutil
@@ -82,6 +83,7 @@ def main():
         sys.exit(__doc__)
     parts_path = os.path.join(sys.argv[1], "blender5_parts.exr")
     shutil.copyfile(parts_path, os.path.join(HERE, "blender5_parts.exr"))
+    shutil.copyfile(os.path.join(sys.argv[1], "light_groups.exr"), os.path.join(HERE, "light_groups.exr"))
     parts = OpenEXR.File(parts_path, separate_channels=True)
     single = OpenEXR.File(os.path.join(sys.argv[1], "blender_interleaved.exr"), separate_channels=True)
     for make in (blender4_single_part, mitsuba_like, karma_like):
