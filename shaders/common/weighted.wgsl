@@ -45,6 +45,8 @@ fn sum_of_four(
 fn sum_of_two(a: vec4<f32>, b: vec4<f32>, factor: f32) -> vec4<f32> {
     let added = b.w * factor;
     let sum = a.w + added;
-    let color = mix(a.rgb, b.rgb, added * inverse(sum));
+    let scale = inverse(sum);
+    // `mix` would take 1 − t for the share of `a`, which loses its digits where t is almost 1.
+    let color = a.rgb * (a.w * scale) + b.rgb * (added * scale);
     return vec4(clamp(color, min(a.rgb, b.rgb), max(a.rgb, b.rgb)), sum);
 }

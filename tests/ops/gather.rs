@@ -69,6 +69,23 @@ proptest! {
     }
 }
 
+/// Bright light of little weight in this level, beside dim light of much weight in the coarser one:
+/// the bright part must be as exact as its weight.
+#[test]
+fn a_small_share_of_bright_light_is_exact() {
+    let mut random = Random::new(11);
+    for brightness in [1e3, 1e5, 1e7] {
+        let mut level = Level::random(&mut random, [16, 16], Precision::F32);
+        let (colors, weights) = level.light.data.split_at_mut(3 * 256);
+        colors.iter_mut().for_each(|v| *v = (*v + 0.1) * brightness);
+        weights.iter_mut().for_each(|v| *v = 30.0 / brightness);
+        let mut coarser = Level::random(&mut random, [8, 8], Precision::F32);
+        coarser.light.data[3 * 64..].fill(1.0);
+        let found = run(&level, Some(&coarser));
+        compare(&found, &expected(&level, Some(&coarser)), TOLERANCE).unwrap();
+    }
+}
+
 #[test]
 fn a_wrong_logit_fails_the_comparison() {
     for channel in 0..11 {
