@@ -7,10 +7,10 @@ use ::exr::meta::attribute::Chromaticities;
 use ::exr::meta::header::Header;
 use image::{ColorType, DynamicImage};
 
-use super::curve::Curve;
-use super::density::{self, Density};
-use super::encode::{Encoded, paint};
 use super::format::Format;
+use super::ldr::curve::Curve;
+use super::ldr::density::{self, Density};
+use super::ldr::encode::{Encoded, paint};
 use super::limits::Limits;
 use super::window::{self, Place};
 use super::{Problem, primaries};

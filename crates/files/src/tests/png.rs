@@ -6,7 +6,7 @@ use ::exr::math::Vec2;
 use png::chunk::ChunkType;
 use png::{BitDepth, ColorType};
 
-use crate::chunks::checksum;
+use crate::ldr::chunks::checksum;
 use crate::ldr::{self, LdrFile};
 use crate::{Format, Limits, Problem, primaries};
 use wgdenoise::Image;

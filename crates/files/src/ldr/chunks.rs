@@ -10,16 +10,16 @@ use super::density::Density;
 
 /// A chunk beside the pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Chunk {
-    pub(super) kind: [u8; 4],
-    pub(super) data: Vec<u8>,
+pub(crate) struct Chunk {
+    pub(crate) kind: [u8; 4],
+    pub(crate) data: Vec<u8>,
     /// Whether it comes after the pixels; it must not change sides.
-    pub(super) after_pixels: bool,
+    pub(crate) after_pixels: bool,
 }
 
 /// The chunks of one file that hold for other pixels too, and what the others were.
 #[derive(Debug, Default)]
-pub(super) struct Chunks {
+pub(crate) struct Chunks {
     list: Vec<Chunk>,
     left_out: Vec<String>,
     animated: bool,
@@ -43,7 +43,7 @@ const OF_PIXELS: [&[u8; 4]; 7] = [b"IHDR", b"PLTE", b"IDAT", b"tRNS", b"hIST", b
 impl Chunks {
     /// Walks over a PNG file. A file that ends early has the chunks up to there: whether its pixels
     /// are whole is for the decoder to tell.
-    pub(super) fn read(mut reader: impl BufRead + Seek) -> io::Result<Self> {
+    pub(crate) fn read(mut reader: impl BufRead + Seek) -> io::Result<Self> {
         let mut chunks = Self::default();
         let (mut after_pixels, mut memory, mut has_plain_samples) = (false, 0, true);
         reader.seek(SeekFrom::Start(SIGNATURE))?;
@@ -87,27 +87,27 @@ impl Chunks {
     }
 
     /// The data of a chunk of which there is one.
-    pub(super) fn get(&self, kind: [u8; 4]) -> Option<&[u8]> {
+    pub(crate) fn get(&self, kind: [u8; 4]) -> Option<&[u8]> {
         self.list.iter().find(|chunk| chunk.kind == kind).map(|chunk| chunk.data.as_slice())
     }
 
     /// All that are kept, in the file's order.
-    pub(super) fn kept(&self) -> &[Chunk] {
+    pub(crate) fn kept(&self) -> &[Chunk] {
         &self.list
     }
 
     /// Whether the file has further frames.
-    pub(super) fn is_animated(&self) -> bool {
+    pub(crate) fn is_animated(&self) -> bool {
         self.animated
     }
 
     /// Tells which chunks of this file are not in a new PNG file.
-    pub(super) fn left_out(&self) -> Option<String> {
+    pub(crate) fn left_out(&self) -> Option<String> {
         left_out(self.left_out.iter().map(String::as_str))
     }
 
     /// Tells which chunks another format has no place for, besides `used`.
-    pub(super) fn lost_except(&self, used: &[&[u8; 4]]) -> Option<String> {
+    pub(crate) fn lost_except(&self, used: &[&[u8; 4]]) -> Option<String> {
         let mut names: Vec<_> = Vec::new();
         for chunk in self.list.iter().filter(|chunk| !used.contains(&&chunk.kind)) {
             let name = str::from_utf8(&chunk.kind).unwrap_or_default();
@@ -119,7 +119,7 @@ impl Chunks {
     }
 
     /// How densely the pixels lie (`pHYs`).
-    pub(super) fn density(&self) -> Option<Density> {
+    pub(crate) fn density(&self) -> Option<Density> {
         self.get(*b"pHYs").and_then(Density::of_png)
     }
 }
@@ -172,7 +172,7 @@ fn body(
 }
 
 /// CRC-32 as PNG has it (annex D), bit by bit: chunks are small.
-pub(super) fn checksum(kind: [u8; 4], data: &[u8]) -> u32 {
+pub(crate) fn checksum(kind: [u8; 4], data: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
     let byte = |crc: u32, byte: &u8| (0..8).fold(crc ^ u32::from(*byte), step);
     !kind.iter().chain(data).fold(u32::MAX, byte)

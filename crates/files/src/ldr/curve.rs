@@ -2,7 +2,7 @@
 
 /// A curve between stored values and linear light, both from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Curve {
+pub(crate) enum Curve {
     /// That of sRGB (IEC 61966-2-1).
     Srgb,
     /// Light is the value to this power, as a PNG's gamma has it.
@@ -17,7 +17,7 @@ const BT709_TOE: f32 = 0.018_053_968;
 
 impl Curve {
     /// The light of a stored value.
-    pub(super) fn linear(self, v: f32) -> f32 {
+    pub(crate) fn linear(self, v: f32) -> f32 {
         match self {
             Self::Srgb if v <= 0.04045 => v / 12.92,
             Self::Srgb => ((v + 0.055) / 1.055).powf(2.4),
@@ -28,7 +28,7 @@ impl Curve {
     }
 
     /// The inverse of [`linear`](Self::linear), for light clipped to [0, 1]; NaN becomes 0.
-    pub(super) fn encoded(self, v: f32) -> f32 {
+    pub(crate) fn encoded(self, v: f32) -> f32 {
         let v = if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
         match self {
             Self::Srgb if v <= 0.003_130_8 => 12.92 * v,

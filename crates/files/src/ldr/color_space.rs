@@ -3,31 +3,31 @@
 use ::exr::math::Vec2;
 use ::exr::meta::attribute::Chromaticities;
 
-use super::Problem;
 use super::chunks::Chunks;
 use super::curve::Curve;
-use super::primaries;
+use crate::Problem;
+use crate::primaries;
 
 /// The curve and the primaries of stored colors.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct ColorSpace {
-    pub(super) curve: Curve,
+pub(crate) struct ColorSpace {
+    pub(crate) curve: Curve,
     /// `None` for those of sRGB.
-    pub(super) primaries: Option<Chromaticities>,
+    pub(crate) primaries: Option<Chromaticities>,
 }
 
 /// The exponents of gamma that are decoded; others would not survive 32-bit floats.
 const EXPONENTS: std::ops::RangeInclusive<f32> = 0.2..=5.0;
 
 impl ColorSpace {
-    pub(super) const SRGB: Self = Self { curve: Curve::Srgb, primaries: None };
+    pub(crate) const SRGB: Self = Self { curve: Curve::Srgb, primaries: None };
 
     /// The color space of a PNG: by `cICP`, or else `iCCP`, `sRGB`, `gAMA` with `cHRM` (PNG, third
     /// edition, 4.3). Colors with an ICC profile are decoded as if they were sRGB.
     ///
     /// # Errors
     /// If light is coded in a way that is not supported, such as PQ.
-    pub(super) fn of(chunks: &Chunks) -> Result<Self, Problem> {
+    pub(crate) fn of(chunks: &Chunks) -> Result<Self, Problem> {
         if let Some(&[primaries, curve, matrix, range]) = chunks.get(*b"cICP")
             && curve != UNSPECIFIED
         {

@@ -1,21 +1,28 @@
 //! PNG and JPEG: encoded integers with straight alpha outside, linear premultiplied float inside.
 
+pub(crate) mod chunks;
+mod color_space;
+pub(crate) mod curve;
+pub(crate) mod density;
+pub(crate) mod encode;
+mod jpeg;
+
 use std::io::{BufReader, ErrorKind, Seek, Write};
 use std::path::Path;
 
 use image::metadata::Orientation;
 use image::{ColorType, DynamicImage, ExtendedColorType, ImageDecoder, ImageError, ImageReader};
 
-use super::chunks::Chunks;
-use super::color_space::ColorSpace;
-use super::curve::Curve;
-use super::density::Density;
-use super::display::Display;
-use super::encode::{Encoded, paint};
-use super::format::{Format, open};
-use super::jpeg::Segments;
-use super::limits::Limits;
-use super::{Problem, exr, normals, primaries};
+use self::chunks::Chunks;
+use self::color_space::ColorSpace;
+use self::curve::Curve;
+use self::density::Density;
+use self::encode::{Encoded, paint};
+use self::jpeg::Segments;
+use crate::display::Display;
+use crate::format::{Format, open};
+use crate::limits::Limits;
+use crate::{Problem, exr, normals, primaries};
 use wgdenoise::Image;
 
 /// What a PNG or JPEG file holds next to its color.
@@ -337,5 +344,4 @@ fn is_damage(error: ErrorKind) -> bool {
 }
 
 #[cfg(test)]
-#[path = "ldr_test.rs"]
 mod tests;

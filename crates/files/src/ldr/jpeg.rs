@@ -3,20 +3,20 @@
 use std::io::Read;
 use std::path::Path;
 
-use super::Problem;
 use super::density::Density;
-use super::format::open;
+use crate::Problem;
+use crate::format::open;
 
 /// A segment of metadata: its marker and its data.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Segment {
+pub(crate) struct Segment {
     marker: u8,
     data: Vec<u8>,
 }
 
 /// The segments of one file that hold for other pixels too, and what the others were.
 #[derive(Debug, Default)]
-pub(super) struct Segments {
+pub(crate) struct Segments {
     list: Vec<Segment>,
     density: Option<Density>,
     has_exif: bool,
@@ -35,7 +35,7 @@ impl Segments {
     /// # Errors
     /// If the file cannot be read, has more than `most` bytes, or lacks its end marker: the decoder
     /// would fill in gray. That of a thumbnail inside does not count.
-    pub(super) fn read(path: &Path, most: u64) -> Result<Self, Problem> {
+    pub(crate) fn read(path: &Path, most: u64) -> Result<Self, Problem> {
         let mut bytes = Vec::new();
         open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(Problem::Read)?;
         if bytes.len() as u64 > most {
@@ -76,21 +76,21 @@ impl Segments {
     }
 
     /// All that are kept, in the file's order.
-    pub(super) fn kept(&self) -> &[Segment] {
+    pub(crate) fn kept(&self) -> &[Segment] {
         &self.list
     }
 
-    pub(super) fn density(&self) -> Option<Density> {
+    pub(crate) fn density(&self) -> Option<Density> {
         self.density
     }
 
     /// Tells which segments of this file are not in a new JPEG file.
-    pub(super) fn left_out(&self) -> Option<String> {
+    pub(crate) fn left_out(&self) -> Option<String> {
         left_out(&self.left_out)
     }
 
     /// Tells what another format has no place for, with or without Exif data.
-    pub(super) fn lost(&self, with_exif: bool) -> Option<String> {
+    pub(crate) fn lost(&self, with_exif: bool) -> Option<String> {
         let mut names = Vec::new();
         if with_exif && self.has_exif {
             names.push("Exif".into());
@@ -126,7 +126,7 @@ fn left_out(names: &[String]) -> Option<String> {
 }
 
 /// A JPEG file with further segments behind those that it begins with.
-pub(super) fn with_segments(bytes: &[u8], segments: &[Segment]) -> Vec<u8> {
+pub(crate) fn with_segments(bytes: &[u8], segments: &[Segment]) -> Vec<u8> {
     let mut rest = bytes.get(2..).unwrap_or_default();
     let mut at = bytes.len() - rest.len();
     while let Some((APP0..=APP15, _)) = next(&mut rest) {

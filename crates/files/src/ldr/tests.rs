@@ -6,7 +6,7 @@ use image::ImageEncoder;
 use image::codecs::jpeg::JpegEncoder;
 use image::codecs::png::PngEncoder;
 
-use super::super::encode::convert;
+use super::encode::convert;
 use super::*;
 
 /// A file in a folder that goes away with it.

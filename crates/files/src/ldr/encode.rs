@@ -8,12 +8,12 @@ use image::{ColorType, DynamicImage, ImageEncoder, ImageError};
 use png::chunk::ChunkType;
 use png::{BitDepth, Compression, EncodingError, Filter};
 
-use super::Problem;
 use super::chunks::Chunk;
 use super::curve::Curve;
 use super::density::Density;
-use super::format::Format;
 use super::jpeg::{self, Segment};
+use crate::Problem;
+use crate::format::Format;
 use wgdenoise::Image;
 
 /// Out of 100; the loss is invisible.
@@ -21,27 +21,27 @@ const JPEG_QUALITY: u8 = 95;
 
 /// A picture that is ready to be encoded, and what goes with it.
 #[derive(Debug)]
-pub(super) struct Encoded {
+pub(crate) struct Encoded {
     /// The pixels, in a kind of 8 or 16 bits that the format has.
-    pub(super) pixels: DynamicImage,
-    pub(super) icc: Option<Vec<u8>>,
-    pub(super) exif: Option<Vec<u8>>,
+    pub(crate) pixels: DynamicImage,
+    pub(crate) icc: Option<Vec<u8>>,
+    pub(crate) exif: Option<Vec<u8>>,
     /// Further chunks of a PNG; none with the profile or EXIF data given above.
-    pub(super) chunks: Vec<Chunk>,
+    pub(crate) chunks: Vec<Chunk>,
     /// Further segments of a JPEG.
-    pub(super) segments: Vec<Segment>,
+    pub(crate) segments: Vec<Segment>,
     /// How densely the pixels lie, unless chunks tell.
-    pub(super) density: Option<Density>,
+    pub(crate) density: Option<Density>,
 }
 
 impl Encoded {
-    pub(super) fn new(pixels: DynamicImage) -> Self {
+    pub(crate) fn new(pixels: DynamicImage) -> Self {
         let (chunks, segments) = (Vec::new(), Vec::new());
         Self { pixels, icc: None, exif: None, chunks, segments, density: None }
     }
 
     /// Writes a JPEG, or else a PNG.
-    pub(super) fn write(self, out: &mut impl Write, format: Format) -> Result<(), Problem> {
+    pub(crate) fn write(self, out: &mut impl Write, format: Format) -> Result<(), Problem> {
         match format {
             Format::Jpeg => self.write_jpeg(out),
             _ => self.write_png(out),
@@ -92,7 +92,7 @@ impl Encoded {
 ///
 /// PNG has straight alpha, so colors are divided by the alpha that is stored. Where that is 0, no
 /// color shows, and `base` keeps its own. Kinds without alpha show the picture over black.
-pub(super) fn paint(
+pub(crate) fn paint(
     base: &DynamicImage,
     color: &Image,
     alpha: Option<&[f32]>,
@@ -117,7 +117,7 @@ pub(super) fn paint(
 }
 
 /// The pixels in another kind of 8 or 16 bits.
-pub(super) fn convert(image: &DynamicImage, kind: ColorType) -> DynamicImage {
+pub(crate) fn convert(image: &DynamicImage, kind: ColorType) -> DynamicImage {
     match kind {
         ColorType::L8 => image.to_luma8().into(),
         ColorType::La8 => image.to_luma_alpha8().into(),

@@ -6,7 +6,7 @@ const METERS_PER_INCH: f64 = 0.0254;
 
 /// Pixels along both sides of a meter, or of a unit that is not known.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Density {
+pub(crate) struct Density {
     x: f64,
     y: f64,
     is_metric: bool,
@@ -14,7 +14,7 @@ pub(super) struct Density {
 
 impl Density {
     /// That of a chunk `pHYs` (PNG, third edition, 11.3.4.3).
-    pub(super) fn of_png(data: &[u8]) -> Option<Self> {
+    pub(crate) fn of_png(data: &[u8]) -> Option<Self> {
         let (x, rest) = data.split_first_chunk()?;
         let (y, unit) = rest.split_first_chunk()?;
         let [x, y] = [x, y].map(|bytes| f64::from(u32::from_be_bytes(*bytes)));
@@ -22,7 +22,7 @@ impl Density {
     }
 
     /// That of a JFIF header (ITU-T T.871, 10.1) from its unit on; `None` if it says nothing.
-    pub(super) fn of_jfif(data: &[u8]) -> Option<Self> {
+    pub(crate) fn of_jfif(data: &[u8]) -> Option<Self> {
         let &[unit, a, b, c, d, ..] = data else { return None };
         let [x, y] = [[a, b], [c, d]].map(|bytes| f64::from(u16::from_be_bytes(bytes)));
         let per_meter = match unit {
@@ -35,30 +35,30 @@ impl Density {
     }
 
     /// That of pixels so many times as wide as high; `None` if they are square.
-    pub(super) fn of_aspect(aspect: f32) -> Option<Self> {
+    pub(crate) fn of_aspect(aspect: f32) -> Option<Self> {
         let y = 1000.0 * f64::from(aspect);
         (aspect != 1.0).then_some(Self { x: 1000.0, y, is_metric: false })
     }
 
     /// The width of a pixel in units of its height; 1 if it makes no sense.
-    pub(super) fn aspect(self) -> f32 {
+    pub(crate) fn aspect(self) -> f32 {
         let aspect = (self.y / self.x) as f32;
         if is_storable(aspect) { aspect } else { 1.0 }
     }
 
     /// That of the picture turned on its side.
-    pub(super) fn turned(self) -> Self {
+    pub(crate) fn turned(self) -> Self {
         Self { x: self.y, y: self.x, ..self }
     }
 
     /// The data of a chunk `pHYs`.
-    pub(super) fn png(self) -> Vec<u8> {
+    pub(crate) fn png(self) -> Vec<u8> {
         let [x, y] = [self.x, self.y].map(|count| (count.round() as u32).to_be_bytes());
         [&x[..], &y, &[self.is_metric.into()]].concat()
     }
 
     /// Per inch or per centimeter, whichever leaves whole numbers; without a unit if neither fits.
-    pub(super) fn jfif(self) -> PixelDensity {
+    pub(crate) fn jfif(self) -> PixelDensity {
         let per = |meters: f64| [self.x, self.y].map(|count| count * meters);
         let is_whole = |counts: &[f64; 2]| counts.iter().all(|v| (v - v.round()).abs() < 0.01);
         let fits = |counts: &[f64; 2]| counts.iter().all(|v| (0.5..65535.5).contains(v));
@@ -80,7 +80,7 @@ impl Density {
 }
 
 /// Whether a density can hold this shape of pixels.
-pub(super) fn is_storable(aspect: f32) -> bool {
+pub(crate) fn is_storable(aspect: f32) -> bool {
     (0.02..=60.0).contains(&aspect)
 }
 
