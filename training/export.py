@@ -44,6 +44,12 @@ def _sorted_header(data):
     return data[:8] + text + data[end:]
 
 
+def provenance(checkpoint, options):
+    """The text of the metadata entry."""
+    training = "; then ".join(checkpoint["history"])
+    return f"data: {options.data}; training: {training}; license: {options.license}"
+
+
 def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("checkpoint", type=Path)
@@ -52,10 +58,9 @@ def main():
     p.add_argument("--license", default="MIT OR Apache-2.0", help="license of the weights, for the provenance entry")
     o = p.parse_args()
     c = load_checkpoint(o.checkpoint)
-    provenance = f"data: {o.data}; training: {'; then '.join(c['history'])}; license: {o.license}"
     o.weights.parent.mkdir(parents=True, exist_ok=True)
-    save_weights(o.weights, c["ema"], c["topology"], c["widths"], c["tier"], provenance)
-    print(f"{o.weights}: {o.weights.stat().st_size / 1e6:.2f} MB, {provenance}")
+    save_weights(o.weights, c["ema"], c["topology"], c["widths"], c["tier"], provenance(c, o))
+    print(f"{o.weights}: {o.weights.stat().st_size / 1e6:.2f} MB, {provenance(c, o)}")
 
 
 if __name__ == "__main__":

@@ -1,11 +1,14 @@
 """Tests of the training code. Run `pytest` in this folder; they take seconds and need no data."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 import torch
 
 from augment import Crops, splat, texture
-from export import save_weights
+from average import average
+from export import provenance, save_weights
 from inference import denoise
 from losses import LOSSES
 from make_fixtures import bad_pixels, kernel_files
@@ -172,6 +175,28 @@ def test_a_weights_file_is_a_checkpoint_of_the_network_that_was_exported(kind, t
     for name, value in network.state_dict().items():
         stored = value.half() if value.ndim == 4 else value
         assert (checkpoint["ema"][name] == stored).all(), name
+
+
+def test_an_exported_history_is_continued_without_its_data_and_license(tmp_path, random):
+    network = KernelPyramid((4, 6))
+    options = SimpleNamespace(data="renders; of scenes", license="MIT OR Apache-2.0")
+    text = provenance(dict(history=["one run; norm frozen", "another"]), options)
+    save_weights(tmp_path / "a.safetensors", network.state_dict(), network.topology, network.widths, "a", text)
+    assert load_checkpoint(tmp_path / "a.safetensors")["history"] == ["one run; norm frozen; then another"]
+
+
+def test_an_average_has_the_weighted_means_of_all_weights_and_statistics(random):
+    networks = [network((4, 6, 10), random) for _ in range(2)]
+    of = lambda n, name: dict(topology=n.topology, widths=n.widths, tier="fast", history=[name], ema=n.state_dict())
+    found = average([of(networks[0], "a"), of(networks[1], "b")], [1.0, 3.0])
+    for name, value in found["ema"].items():
+        first, second = (n.state_dict()[name] for n in networks)
+        torch.testing.assert_close(value, 0.25 * first + 0.75 * second)
+    KernelPyramid((4, 6, 10)).load_state_dict(found["ema"], strict=False)
+    assert found["history"] == ["the average of 25% of (a) and 75% of (b)"]
+    other = KernelPyramid((4, 6, 8))
+    with pytest.raises(SystemExit, match="differ in topology or widths"):
+        average([of(networks[0], "a"), of(other, "c")], [1, 1])
 
 
 def test_copies_of_a_channel_are_read_with_different_weights(random):

@@ -29,8 +29,9 @@ class Network:
 
     def checkpoint(self):
         """The entries of `best.pt`, see run.py. Batch norm keeps the file's statistics."""
-        return dict(tier=self.name, topology=self.model.topology, widths=self.model.widths, history=[self.provenance],
-                    ema=self.model.state_dict())
+        trained = re.fullmatch("data: .*?; training: (.*); license: .*?", self.provenance)  # as export.py writes it
+        return dict(tier=self.name, topology=self.model.topology, widths=self.model.widths,
+                    history=[trained[1] if trained else self.provenance], ema=self.model.state_dict())
 
     def row(self):
         """Identifies this network in the tables."""
