@@ -64,8 +64,7 @@ type Pixel = [f64; 3];
 #[must_use]
 pub fn exposure(image: &Image) -> f64 {
     let luminance = |p: &Pixel| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
-    let lit: Vec<f64> =
-        scaled(image, 1.0).iter().map(luminance).filter(|&l| l > 1e-8).collect();
+    let lit: Vec<f64> = scaled(image, 1.0).iter().map(luminance).filter(|&l| l > 1e-8).collect();
     if lit.is_empty() { 1.0 } else { 0.18 / mean(lit.iter().map(|l| l.ln())).exp() }
 }
 

@@ -48,7 +48,8 @@ impl Moments {
     fn of(values: &[f64]) -> Self {
         let mean_square = |belongs: fn(f64) -> bool| {
             let chosen = values.iter().filter(|v| belongs(**v));
-            let (sum, count) = chosen.fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
+            let (sum, count) =
+                chosen.fold((0.0, 0.0), |(sum, count), v| (sum + v * v, count + 1.0));
             if count > 0.0 { sum / count } else { 0.0 }
         };
         Self {

@@ -92,7 +92,10 @@ mod tests {
         let plane: Vec<f64> = (0..40 * 20).map(|i| if i % 40 < 20 { 0.1 } else { 77.7 }).collect();
         let found = normalized(&plane, 40);
         assert!(found[..17].iter().chain(&found[23..40]).all(|&v| v == 0.0));
-        assert!(found[17] < 0.0 && found[22] > 0.0, "the window reaches three pixels over the edge");
+        assert!(
+            found[17] < 0.0 && found[22] > 0.0,
+            "the window reaches three pixels over the edge"
+        );
     }
 
     #[test]
