@@ -3,7 +3,8 @@
 From Mittal, Moorthy and Bovik, "No-Reference Image Quality Assessment in the Spatial Domain", IEEE Transactions on
 Image Processing 21(12), 2012. `crates/metrics` computes the same in Rust; test_training.py and its own tests hold both
 to one fixture. Where the paper leaves a choice: borders clip the window and its weights still sum to 1, products pair
-neighbors within the picture only, and the half-size picture is the mean of 2x2 pixels, without an odd last row or column.
+neighbors within the picture only, and a pixel of the half-size picture is the mean of 2x2 pixels, without an odd last
+row or column.
 """
 
 import math
@@ -42,7 +43,7 @@ def _at_one_size(plane):
 
 
 def normalized(plane):
-    """MSCN coefficients (the paper's equations 1 to 3): (I - mean) / (deviation + 1), of a Gaussian window."""
+    """The paper's MSCN coefficients: (I - mean) / (deviation + 1), of the pixels in a Gaussian window."""
     rows, columns = map(_windows, plane.shape)
     mean = rows @ plane @ columns.T
     variance = (rows @ plane**2 @ columns.T - mean**2).clip(0)
@@ -58,22 +59,23 @@ def _windows(side):
 
 
 def _products(m, down, right):
-    """Equations 7 to 10, each pair of neighbors once."""
+    """Each value times its neighbor, for pairs within the picture."""
     h, w = m.shape
     first, last = max(0, -right), w - max(0, right)
     return m[:h - down, first:last] * m[down:, first + right:last + right]
 
 
 def symmetric(values):
-    """Shape and variance of the generalized Gaussian of these values (equations 4 to 6), by moments: the shape is that
-    whose ratio E|x|^2 / E x^2 is theirs. Of zeros alone, the variance is 0 and the shape is the largest."""
+    """Shape and variance of the generalized Gaussian of these values, by moments: the shape is that of their ratio
+    (E|x|)^2 / E x^2. Of zeros alone, the variance is 0 and the shape is the largest."""
     square = _mean_square(values)
     return (shape_of(_ratio(values)), square) if square else (SHAPES[1], 0.0)
 
 
 def asymmetric(values):
-    """Shape, mean, left and right variance of the asymmetric one (equations 11 to 15), by the moments of Lasmar, Stitou
-    and Berthoumieu 2009. Of zeros alone, all are 0 but the shape, which is the largest."""
+    """Shape, mean, left and right variance of the asymmetric one, by moments: Lasmar, Stitou and Berthoumieu,
+    "Multiscale skewed heavy tailed model for texture analysis", 2009. Of zeros alone, all are 0 but the shape, which is
+    the largest."""
     left, right = (_mean_square(values[values * sign > 0]) for sign in (-1, 1))
     if left == right == 0:
         return SHAPES[1], 0.0, 0.0, 0.0
@@ -93,7 +95,8 @@ def _mean_square(values):
 
 
 def shape_of(ratio):
-    """The shape of the generalized Gaussian with this E|x|^2 / E x^2, by bisection."""
+    """The shape a with this (E|x|)^2 / E x^2, which is G(2/a)^2 / (G(1/a) G(3/a)) for the gamma function G; by
+    bisection."""
     low, high = SHAPES
     for _ in range(STEPS):
         middle = (low + high) / 2

@@ -1,7 +1,8 @@
 //! Generalized Gaussian distributions, fitted by their moments.
 //!
 //! The density of shape `a` falls off as `exp(−|x/b|^a)`: 1 is Laplace's, 2 is Gauss's. The
-//! asymmetric one has a deviation of its own on either side of 0.
+//! asymmetric one has a width `b` of its own on either side of 0 (Lasmar, Stitou and Berthoumieu,
+//! "Multiscale skewed heavy tailed model for texture analysis", 2009).
 
 use std::f64::consts::TAU;
 
@@ -10,7 +11,8 @@ const SHAPES: (f64, f64) = (0.2, 10.0);
 /// Halvings of that range.
 const STEPS: usize = 50;
 
-/// Shape and variance of the symmetric distribution: the paper's equations 4 to 6.
+/// Shape and variance of the symmetric distribution. The shape is that of the values' ratio
+/// `(E|x|)² / E x²`.
 ///
 /// Of zeros alone, the variance is 0 and the shape is the largest.
 pub(super) fn symmetric(values: &[f64]) -> [f64; 2] {
@@ -19,10 +21,12 @@ pub(super) fn symmetric(values: &[f64]) -> [f64; 2] {
     [shape, moments.square]
 }
 
-/// Shape, mean, left and right variance of the asymmetric distribution: the paper's equations 11 to
-/// 15, by the moments of Lasmar, Stitou and Berthoumieu 2009.
+/// Shape, mean, left and right variance of the asymmetric distribution.
 ///
-/// Of zeros alone, all are 0 but the shape, which is the largest.
+/// With `g` the quotient of the two deviations, the shape is that of the values' ratio times
+/// `(g³ + 1)(g + 1) / (g² + 1)²`. The mean is `(b_right − b_left) Γ(2/a) / Γ(1/a)`, where `b` is the
+/// deviation times `√(Γ(1/a) / Γ(3/a))`. Of zeros alone, all are 0 but the shape, which is the
+/// largest.
 pub(super) fn asymmetric(values: &[f64]) -> [f64; 4] {
     let Moments { left, right, .. } = Moments::of(values);
     if left.max(right) == 0.0 {
@@ -65,7 +69,7 @@ impl Moments {
     }
 }
 
-/// The shape of the symmetric distribution whose `E|x|² / E x²` is this ratio, by bisection.
+/// The shape `a` whose `(E|x|)² / E x²`, `Γ(2/a)² / (Γ(1/a) Γ(3/a))`, is this ratio, by bisection.
 fn shape(ratio: f64) -> f64 {
     let (mut low, mut high) = SHAPES;
     for _ in 0..STEPS {

@@ -44,7 +44,7 @@ fn at_one_size(plane: &[f64], width: usize) -> Vec<f64> {
     symmetric(&normalized).into_iter().chain(PAIRS.into_iter().flat_map(product)).collect()
 }
 
-/// MSCN coefficients, the paper's equations 1 to 3: `(I − mean) / (deviation + 1)` in the window.
+/// The paper's MSCN coefficients, `(I − mean) / (deviation + 1)`, of the pixels in the window.
 fn normalized(plane: &[f64], width: usize) -> Vec<f64> {
     let squares: Vec<f64> = plane.iter().map(|v| v * v).collect();
     let (means, mean_squares) = (WINDOW.blurred(plane, width), WINDOW.blurred(&squares, width));
@@ -56,7 +56,7 @@ fn normalized(plane: &[f64], width: usize) -> Vec<f64> {
     plane.iter().zip(means).zip(mean_squares).map(value).collect()
 }
 
-/// Each value times its neighbor, the paper's equations 7 to 10, for pairs within the picture.
+/// Each value times its neighbor, for pairs within the picture.
 fn products(plane: &[f64], width: usize, (down, right): (usize, isize)) -> Vec<f64> {
     let columns = right.min(0).unsigned_abs()..width - right.max(0).unsigned_abs();
     let rows = plane.chunks_exact(width).zip(plane.chunks_exact(width).skip(down));
