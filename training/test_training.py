@@ -1,10 +1,12 @@
 """Tests of the training code. Run `pytest` in this folder; they take seconds and need no data."""
 
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 import torch
+from safetensors.numpy import load_file
 
 from augment import Crops, splat, texture
 from average import average
@@ -16,6 +18,7 @@ from model import Gather, KernelPyramid, UNet, gather
 from optimizer import orthogonal
 from render import kinds
 from render.job import sample_counts, seed_sequence
+from quality import brisque, harm, ranking, rbf, scene_statistics
 from quality.networks import Network
 from run import load_checkpoint
 from transfer import autoexposure, fill, inverse, network_input, repair, transfer
@@ -305,3 +308,62 @@ def test_every_kind_makes_scenes_that_can_be_built(kind):
         vertices, faces = i.mesh.vertices, i.mesh.faces
         assert np.isfinite(vertices).all() and 0 <= faces.min() <= faces.max() < len(vertices)
         assert i.material.texture is None or i.mesh.uvs is not None
+
+
+def test_the_features_of_brisque_are_those_that_the_program_is_tested_with():
+    stored = load_file(Path(__file__).parents[1] / "crates/metrics/tests/brisque.safetensors")
+    for name, color in brisque.pictures().items():
+        np.testing.assert_array_equal(stored[name], color.numpy())
+        shown = brisque.display(torch.where(color.isfinite(), color, 0).double() * stored["exposure"][0])
+        found = scene_statistics.features(shown.numpy())
+        np.testing.assert_allclose(found, stored[f"{name}.features"], atol=1e-9)
+
+
+def test_distributions_are_found_again_in_their_samples():
+    random = np.random.default_rng(1)
+    for values, shape in ((random.normal(size=40000), 2), (random.laplace(size=40000), 1)):
+        assert scene_statistics.symmetric(values)[0] == pytest.approx(shape, rel=0.05)
+        side = abs(values)
+        lopsided = np.concatenate([side, *[-3 * side] * 3])  # three times as wide on the left, and so as heavy
+        expected = shape, lopsided.mean(), 9 * (side**2).mean(), (side**2).mean()
+        assert scene_statistics.asymmetric(lopsided) == pytest.approx(expected, rel=0.05)
+    assert scene_statistics.asymmetric(np.zeros(9)) == (10, 0, 0, 0)
+
+
+def test_brisque_refuses_what_its_window_does_not_fit_into():
+    with pytest.raises(ValueError, match="14x14"):
+        scene_statistics.features(np.ones((3, 13, 40)))
+    assert np.isfinite(scene_statistics.features(np.ones((3, 14, 14)))).all()
+
+
+def test_the_regressor_learns_a_smooth_score_and_is_the_same_each_time():
+    random = np.random.default_rng(1)
+    features = random.uniform(0.1, 1, (400, 36))
+    scores = 50 + 30 * np.tanh(features[:, 0] - np.log(features[:, 1]) - 1.5)
+    parts = features[:300], scores[:300], features[300:], scores[300:]
+    regressor, error = rbf.fit(*parts)
+    assert error < 0.3 * scores.std()
+    assert rbf.rust(rbf.fit(*parts)[0]) == rbf.rust(regressor)
+    assert 0 <= regressor(features * 1e3).min() <= regressor(features * 1e3).max() <= 100
+
+
+def test_ranks_are_counted_within_views():
+    assert ranking.spearman([1, 2, 3, 3], [10, 20, 30, 30]) == pytest.approx(1)
+    assert ranking.spearman([1, 2, 3], [3, 2, 1]) == pytest.approx(-1)
+    renders = [("noisy", 2, 60, 50), ("fast", 2, 20, 55), ("noisy", 8, 40, 30), ("fast", 8, 10, 20)]
+    rows = [dict(view="a", method=m, spp=n, target=t, score=s) for m, n, t, s in renders]
+    rows += [dict(view="b", method="noisy", spp=32, target=1, score=99), rows[0] | dict(method="reference", score=25)]
+    assert ranking.cleaned(rows) == [False, True]
+    assert ranking.more_samples(rows, ["noisy", "fast"]) == [True, True]
+    assert sorted(ranking.seen_pairs(rows, 10)) == [False, False, True, True, True, True]
+    assert ranking.seen_pairs(rows, 45) == [True]
+    assert ranking.references(rows) == [True, False]
+
+
+@pytest.mark.parametrize("name", harm.HARMS)
+def test_harms_keep_the_size_and_but_for_darkness_the_mean(name, random):
+    image = torch.rand(3, 26, 23, generator=random)
+    harmed = harm.HARMS[name](image)
+    assert harmed.shape == image.shape and torch.equal(harmed, image) == (name == "nothing")
+    expected = image.mean() / 2 if name == "half as bright" else image.mean()
+    assert float(harmed.mean()) == pytest.approx(float(expected), abs=0.03)

@@ -1,4 +1,4 @@
-"""Rows of figures in CSV files, and the few queries that the page needs."""
+"""Rows of figures in CSV files, the few queries that the page needs, and tables of them."""
 
 import csv
 
@@ -51,6 +51,12 @@ def column(rows, name):
 
 def mean(rows, name):
     return float(column(rows, name).mean())
+
+
+def markdown(head, lines):
+    """`head` and each line are lists of cells."""
+    rows = [head, ["---"] * len(head), *lines]
+    return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in rows)
 
 
 def ranked(rows, name, worst=True):

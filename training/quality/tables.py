@@ -3,17 +3,11 @@
 import numpy as np
 
 from quality.precision import PRECISIONS
-from quality.store import ALL, FIGURES, INPUTS, OIDN, column, distinct, mean, select
+from quality.store import ALL, FIGURES, INPUTS, OIDN, column, distinct, markdown, mean, select
 from quality.thesis import COUNTS as THESIS_COUNTS
 
 SUMMARY_COUNTS = (8, 32)
 DIGITS = dict(l1=4, psnr=2, ssim=3, relmse=3, smape=3)
-
-
-def markdown(head, lines):
-    """`head` and each line are lists of cells."""
-    rows = [head, ["---"] * len(head), *lines]
-    return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in rows)
 
 
 def weights(rows):

@@ -1,8 +1,13 @@
-//! How close an image is to its reference, in the metrics that denoising papers report.
+//! How close an image is to its reference, in the metrics that denoising papers report, and how
+//! good it looks without one.
 
 use wgdenoise::{Error, Image, Result};
 
+mod brisque;
 mod ssim;
+mod window;
+
+pub use brisque::brisque;
 
 /// Metrics of one image against its reference. Smaller is better, except for `psnr` and `ssim`.
 ///
@@ -53,11 +58,13 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Metrics> {
 
 type Pixel = [f64; 3];
 
-/// The factor that brings the log-average luminance to 0.18; 1 for a black image.
-fn exposure(reference: &Image) -> f64 {
+/// The factor that brings the log-average luminance of what is lit to 0.18; 1 for a black image.
+///
+/// [`compare`] shows both images with that of the reference.
+#[must_use]
+pub fn exposure(image: &Image) -> f64 {
     let luminance = |p: &Pixel| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
-    let lit: Vec<f64> =
-        scaled(reference, 1.0).iter().map(luminance).filter(|&l| l > 1e-8).collect();
+    let lit: Vec<f64> = scaled(image, 1.0).iter().map(luminance).filter(|&l| l > 1e-8).collect();
     if lit.is_empty() { 1.0 } else { 0.18 / mean(lit.iter().map(|l| l.ln())).exp() }
 }
 
