@@ -93,7 +93,12 @@ impl Binding {
     pub(crate) fn keys(&self) -> String {
         let command = if self.command { "Ctrl " } else { "" };
         let shift = if self.shift { "Shift " } else { "" };
-        format!("{command}{shift}{}", self.key.symbol_or_name())
+        let name = match self.key {
+            // Fonts lack the symbols of the other keys.
+            Key::Plus | Key::Minus | Key::Questionmark => self.key.symbol_or_name(),
+            key => key.name(),
+        };
+        format!("{command}{shift}{name}")
     }
 }
 

@@ -107,7 +107,7 @@ mod tests {
         }
         let tone = Tone { curve: Curve::Filmic, ..Tone::default() };
         let shown = [0.01, 0.1, 1.0, 10.0, f32::MAX, f32::INFINITY].map(|v| tone.screen([v; 3])[0]);
-        assert!(shown.is_sorted() && shown[5] == 1.0, "{shown:?}");
+        assert!(shown.is_sorted() && shown[5] > 0.999, "{shown:?}");
     }
 
     #[test]

@@ -3,6 +3,7 @@
 pub(crate) mod canvas;
 pub(crate) mod empty;
 pub(crate) mod help;
+pub(crate) mod look;
 pub(crate) mod panel;
 pub(crate) mod status;
 pub(crate) mod theme;

@@ -7,14 +7,18 @@ use crate::commands;
 use crate::session::Session;
 use crate::state::keys::Action;
 use crate::state::settings::{Alpha, Settings};
+use crate::ui::look;
 use crate::ui::theme::QUIET;
 
 /// Shows the column; returns what the user asks for.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let mut asked = None;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.add_space(6.0);
         file(ui, session);
         asked = sequence(ui, session).or(asked);
+        ui.separator();
+        look::show(ui, session);
         ui.separator();
         let before = session.settings;
         settings(ui, session);

@@ -15,7 +15,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
         ui.horizontal_wrapped(|ui| {
             let text = RichText::new(&message.text);
             ui.label(if message.is_error { text.color(ALARM) } else { text });
-            if ui.small_button("✕").on_hover_text("take this message away").clicked() {
+            if ui.small_button("Dismiss").clicked() {
                 session.message = None;
             }
         });
@@ -31,8 +31,8 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
             ui.spinner();
             ui.label("opening…");
         }
-        let line = reading(session);
-        let text = line.unwrap_or_else(|| "point at a pixel to read its light".into());
+        let hint = if session.loaded.is_some() { "point at a pixel to read its light" } else { "" };
+        let text = reading(session).unwrap_or_else(|| hint.into());
         ui.label(RichText::new(text).monospace().color(QUIET));
     });
     asked

@@ -1,11 +1,10 @@
-//! The row at the top: files, images, layout, zoom, exposure.
+//! The row at the top: files, images, layout, zoom.
 
-use eframe::egui::{Button, ComboBox, Slider, Ui};
+use eframe::egui::{Button, Ui};
 
 use crate::session::Session;
 use crate::state::keys::Action;
 use crate::state::looking::{Layout, Looking, Shown};
-use crate::state::tone::{Curve, Tone};
 
 /// Shows the row; returns what the user asks for.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
@@ -27,8 +26,6 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
             button(ui, "Fit", "F", Action::Fit);
             button(ui, "1:1", "Z", Action::OneToOne);
             ui.label(format!("{:.0} %", session.transform.zoom() * 100.0));
-            ui.separator();
-            tone(ui, &mut session.tone);
             ui.separator();
         }
         button(ui, "?", "the keys", Action::Help);
@@ -52,34 +49,12 @@ fn images(ui: &mut Ui, session: &Session, button: &mut impl FnMut(&mut Ui, &str,
     }
 }
 
-/// How images share the window, and which one is on the left.
+/// How images share the window.
 fn layouts(ui: &mut Ui, looking: &mut Looking) {
     for (layout, name) in Layout::ALL {
         let button = Button::selectable(looking.layout == layout, name);
         if ui.add(button).clicked() {
             looking.layout = layout;
         }
-    }
-    if looking.layout != Layout::Single {
-        let left = looking.left.name();
-        ComboBox::from_id_salt("left").selected_text(left).width(96.0).show_ui(ui, |ui| {
-            for shown in Shown::ALL {
-                ui.selectable_value(&mut looking.left, shown, shown.name());
-            }
-        });
-    }
-    if looking.shown == Shown::Difference {
-        let [least, most] = Looking::AMPLIFICATION;
-        let slider = Slider::new(&mut looking.amplification, least..=most).logarithmic(true);
-        ui.add(slider.suffix("×").max_decimals(0)).on_hover_text("amplifies the difference");
-    }
-}
-
-fn tone(ui: &mut Ui, tone: &mut Tone) {
-    let stops = Tone::STOPS;
-    let slider = Slider::new(&mut tone.exposure, -stops..=stops).suffix(" EV").fixed_decimals(1);
-    ui.add(slider).on_hover_text("exposure, for looking only: E and Shift E, 0 resets");
-    for (curve, name) in Curve::ALL {
-        ui.selectable_value(&mut tone.curve, curve, name);
     }
 }
