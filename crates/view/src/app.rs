@@ -6,7 +6,7 @@ use eframe::egui::{CentralPanel, ColorImage, Context, Event, Frame, Panel, Ui, V
 use eframe::{App, CreationContext};
 
 use crate::commands::{act, follow, keep_watching};
-use crate::gpu::device::Device;
+use crate::gpu::host::Gpu;
 use crate::gpu::screen;
 use crate::session::Session;
 use crate::state::keys::{Action, action};
@@ -34,7 +34,7 @@ impl Viewer {
         theme::apply(&creation.egui_ctx);
         screen::install(state);
         let context = creation.egui_ctx.clone();
-        let mut session = Session::new(Device::of(state), move || context.request_repaint());
+        let mut session = Session::new(Gpu::of(state), move || context.request_repaint());
         session.open(files);
         if let Some(reference) = reference {
             session.read_reference(reference);

@@ -2,16 +2,17 @@
 
 use std::time::{Duration, Instant};
 
+use wgdenoise::wgpu::DeviceType;
 use wgdenoise::{Denoiser, Frame, MatrixShape, Options, Precision, Quality, Weights};
 use wgdenoise_files::{Denoised, Picture, View};
 
-use crate::gpu::device::Device;
+use crate::gpu::host::Gpu;
 use crate::state::settings::{Alpha, Settings};
 
 /// The device with the denoiser that was used last.
 #[derive(Debug)]
 pub(crate) struct Engine {
-    device: Device,
+    gpu: Gpu,
     made: Option<(Key, Denoiser)>,
 }
 
@@ -34,8 +35,8 @@ pub(crate) struct Outcome {
 }
 
 impl Engine {
-    pub(crate) fn new(device: Device) -> Self {
-        Self { device, made: None }
+    pub(crate) fn new(gpu: Gpu) -> Self {
+        Self { gpu, made: None }
     }
 
     /// Denoises every view; `progress` receives what is done, from 0 to 1.
@@ -45,7 +46,7 @@ impl Engine {
     pub(crate) fn denoise(
         &mut self,
         picture: &Picture,
-        settings: &Settings,
+        settings: Settings,
         progress: &mut dyn FnMut(f32),
     ) -> Result<Outcome, String> {
         let prepared = self.prepare(settings)?;
@@ -65,7 +66,7 @@ impl Engine {
     }
 
     /// Makes the denoiser that the settings need; returns how long that took.
-    fn prepare(&mut self, settings: &Settings) -> Result<Option<Duration>, String> {
+    fn prepare(&mut self, settings: Settings) -> Result<Option<Duration>, String> {
         let key = (settings.quality, settings.precision, settings.skip_clean);
         if self.made.as_ref().is_some_and(|(made, _)| *made == key) {
             return Ok(None);
@@ -73,10 +74,11 @@ impl Engine {
         let start = Instant::now();
         // Its memory may be needed.
         self.made = None;
-        let Device { adapter, device, queue } = &self.device;
+        let Gpu { adapter, device, queue } = &self.gpu;
         let options = Options::default()
             .precision(settings.precision)
             .skip_clean(settings.skip_clean)
+            .tile(tile(adapter.get_info().device_type))
             .matrix(MatrixShape::of(adapter, settings.precision));
         let weights = Weights::builtin(settings.quality).map_err(|error| error.to_string())?;
         let denoiser = Denoiser::new(device, queue, &weights, &options);
@@ -85,10 +87,16 @@ impl Engine {
     }
 }
 
+/// On a CPU driver, the window waits for the layer of the network that runs, so tiles are small there.
+/// Tiles never change the result.
+fn tile(device: DeviceType) -> Option<u32> {
+    (device == DeviceType::Cpu).then_some(1024)
+}
+
 fn denoise_view(
     denoiser: &Denoiser,
     view: &View,
-    settings: &Settings,
+    settings: Settings,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Denoised, String> {
     let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
@@ -97,7 +105,7 @@ fn denoise_view(
     Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
 }
 
-fn frame<'a>(view: &'a View, settings: &Settings) -> Frame<'a> {
+fn frame(view: &View, settings: Settings) -> Frame<'_> {
     let takes_alpha = match settings.alpha {
         Alpha::Auto => view.has_fractional_alpha(),
         Alpha::Keep => false,

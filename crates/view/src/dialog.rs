@@ -12,15 +12,12 @@ const IMAGES: [&str; 4] = ["exr", "png", "jpg", "jpeg"];
 /// Asks for images to open.
 pub(crate) fn open(purpose: Purpose, folder: Option<&Path>, desk: Desk) {
     let dialog = at(folder).add_filter("Images", &IMAGES);
-    match purpose {
-        Purpose::Reference => {
-            let chosen = dialog.set_title("Open a reference").pick_file();
-            wait(desk, purpose, async move { chosen.await.into_iter().collect() });
-        }
-        _ => {
-            let chosen = dialog.set_title("Open noisy images").pick_files();
-            wait(desk, purpose, async move { chosen.await.into_iter().flatten().collect() });
-        }
+    if purpose == Purpose::Reference {
+        let chosen = dialog.set_title("Open a reference").pick_file();
+        wait(desk, purpose, async move { chosen.await.into_iter().collect() });
+    } else {
+        let chosen = dialog.set_title("Open noisy images").pick_files();
+        wait(desk, purpose, async move { chosen.await.into_iter().flatten().collect() });
     }
 }
 

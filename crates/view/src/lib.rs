@@ -39,7 +39,7 @@ pub fn main() -> ExitCode {
             .with_inner_size([1400.0, 900.0])
             .with_min_inner_size([640.0, 420.0]),
         renderer: Renderer::Wgpu,
-        wgpu_options: gpu::device::configuration(),
+        wgpu_options: gpu::host::configuration(),
         ..NativeOptions::default()
     };
     let shown = eframe::run_native(

@@ -9,7 +9,7 @@ use wgdenoise::Image;
 
 use crate::compare::Figures;
 use crate::denoise::{Engine, Outcome};
-use crate::gpu::device::Device;
+use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
 use crate::open::Opened;
 use crate::picture::Pixels;
@@ -61,7 +61,7 @@ pub(crate) struct Session {
     /// A picture to be put on the clipboard.
     pub(crate) copied: Option<Pixels>,
     pub(crate) desk: Desk,
-    device: Device,
+    gpu: Gpu,
     files: Lane<()>,
     engine: Lane<Engine>,
     reports: Receiver<Report>,
@@ -73,10 +73,10 @@ pub(crate) struct Session {
 
 impl Session {
     /// An empty session. `wake` makes the window draw itself again, from any thread.
-    pub(crate) fn new(device: Device, wake: impl Fn() + Send + Sync + 'static) -> Self {
+    pub(crate) fn new(gpu: Gpu, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let (sender, reports) = channel();
         let desk = Desk::new(sender, wake);
-        let for_engine = device.clone();
+        let for_engine = gpu.clone();
         Self {
             looking: Looking::default(),
             transform: Transform::default(),
@@ -99,7 +99,7 @@ impl Session {
             files: Lane::new(desk.clone(), || ()),
             engine: Lane::new(desk.clone(), move || Engine::new(for_engine.clone())),
             desk,
-            device,
+            gpu,
             reports,
             opening: 0,
             denoising: Arc::default(),
@@ -178,14 +178,14 @@ impl Session {
     pub(crate) fn read(&mut self, path: &Path) {
         self.opening += 1;
         self.is_opening = true;
-        let (ticket, path, device) = (self.opening, path.to_path_buf(), self.device.clone());
-        self.files.add(move |()| Report::Opened(ticket, load(&device, &path)));
+        let (ticket, path, gpu) = (self.opening, path.to_path_buf(), self.gpu.clone());
+        self.files.add(move |()| Report::Opened(ticket, load(&gpu, &path)));
     }
 
     /// Reads a reference on a thread of its own.
     pub(crate) fn read_reference(&mut self, path: &Path) {
-        let (path, device) = (path.to_path_buf(), self.device.clone());
-        self.files.add(move |()| Report::Reference(load_reference(&device, path)));
+        let (path, gpu) = (path.to_path_buf(), self.gpu.clone());
+        self.files.add(move |()| Report::Reference(load_reference(&gpu, path)));
     }
 
     /// Denoises what is open, in place of any denoising that runs.
@@ -194,15 +194,15 @@ impl Session {
         let ticket = self.next_ticket();
         self.progress = Some(0.0);
         let (latest, settings) = (self.denoising.clone(), self.settings);
-        let (desk, device) = (self.desk.clone(), self.device.clone());
+        let (desk, gpu) = (self.desk.clone(), self.gpu.clone());
         self.engine.add(move |engine| {
             let outdated = || latest.load(Ordering::Relaxed) != ticket;
             if outdated() {
                 return Report::Denoised(ticket, Err(String::new()));
             }
             let mut progress = |done| desk.report(Report::Progress(ticket, done));
-            let denoised = engine.denoise(&opened.picture, &settings, &mut progress);
-            Report::Denoised(ticket, denoised.and_then(|outcome| shown(&device, outcome)))
+            let denoised = engine.denoise(&opened.picture, settings, &mut progress);
+            Report::Denoised(ticket, denoised.and_then(|outcome| shown(&gpu, outcome)))
         });
     }
 
@@ -231,7 +231,7 @@ impl Session {
         while let Ok(report) = self.reports.try_recv() {
             match report {
                 Report::Opened(ticket, loaded) if ticket == self.opening => {
-                    self.opened_file(loaded)
+                    self.opened_file(loaded);
                 }
                 Report::Denoised(ticket, result) if self.is_current(ticket) => self.finish(result),
                 Report::Progress(ticket, done) if self.is_current(ticket) => {
@@ -319,23 +319,23 @@ impl Session {
     }
 }
 
-fn load(device: &Device, path: &Path) -> Result<Loaded, String> {
+fn load(gpu: &Gpu, path: &Path) -> Result<Loaded, String> {
     let opened = Opened::noisy(path)?;
     let view = opened.view();
-    let upload = |image: Option<&Image>| image.map(|i| Texture::upload(device, i)).transpose();
-    let noisy = Texture::upload(device, view.color())?;
+    let upload = |image: Option<&Image>| image.map(|i| Texture::upload(gpu, i)).transpose();
+    let noisy = Texture::upload(gpu, view.color())?;
     let (albedo, normal) = (upload(view.albedo())?, upload(view.normal())?);
     Ok(Loaded { opened: Arc::new(opened), noisy, albedo, normal })
 }
 
-fn load_reference(device: &Device, path: PathBuf) -> Result<Reference, String> {
+fn load_reference(gpu: &Gpu, path: PathBuf) -> Result<Reference, String> {
     let opened = Opened::reference(&path)?;
     let image = opened.view().color();
-    let texture = Texture::upload(device, image)?;
+    let texture = Texture::upload(gpu, image)?;
     Ok(Reference { image: Arc::new(image.clone()), texture, path })
 }
 
-fn shown(device: &Device, outcome: Outcome) -> Result<(Outcome, Texture), String> {
-    let texture = Texture::upload(device, &outcome.results[0].color)?;
+fn shown(gpu: &Gpu, outcome: Outcome) -> Result<(Outcome, Texture), String> {
+    let texture = Texture::upload(gpu, &outcome.results[0].color)?;
     Ok((outcome, texture))
 }

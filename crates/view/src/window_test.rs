@@ -14,7 +14,7 @@ use wgdenoise_files::Picture;
 
 use crate::app::Viewer;
 use crate::commands;
-use crate::gpu::device::configuration;
+use crate::gpu::host::configuration;
 use crate::open::Opened;
 use crate::save;
 use crate::state::looking::{Layout, Shown};
@@ -22,7 +22,7 @@ use crate::state::looking::{Layout, Shown};
 const SIZE: [f32; 2] = [1280.0, 800.0];
 
 /// How long a machine without a GPU may take to denoise the sample.
-const PATIENCE: Duration = Duration::from_secs(240);
+const PATIENCE: Duration = Duration::from_mins(4);
 
 struct Window(Harness<'static, Viewer>);
 

@@ -2,7 +2,7 @@
 
 use wgdenoise::{Image, wgpu};
 
-use crate::gpu::device::Device;
+use crate::gpu::host::Gpu;
 
 /// Bytes of a pixel.
 const PIXEL: u32 = 16;
@@ -25,8 +25,8 @@ impl Texture {
     ///
     /// # Errors
     /// If the device allows no image so large, or its memory is full.
-    pub(crate) fn upload(device: &Device, image: &Image) -> Result<Self, String> {
-        let most = device.device.limits().max_texture_dimension_2d;
+    pub(crate) fn upload(gpu: &Gpu, image: &Image) -> Result<Self, String> {
+        let most = gpu.device.limits().max_texture_dimension_2d;
         let (width, height) = image.size();
         if width.max(height) > most {
             return Err(format!(
@@ -34,9 +34,9 @@ impl Texture {
                  {most} pixels a side"
             ));
         }
-        let memory = device.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
-        let texture = create(&device.device, [width, height]);
-        write_levels(&device.queue, &texture, texels(image), [width, height]);
+        let memory = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
+        let texture = create(&gpu.device, [width, height]);
+        write_levels(&gpu.queue, &texture, texels(image), [width, height]);
         match pollster::block_on(memory.pop()) {
             None => Ok(Self { view: texture.create_view(&Default::default()) }),
             Some(_) => Err(format!(
@@ -61,9 +61,9 @@ fn create(device: &wgpu::Device, [width, height]: [u32; 2]) -> wgpu::Texture {
 }
 
 fn texels(image: &Image) -> Vec<Texel> {
-    let texel = |[r, g, b]: &[f32; 3]| match [r, g, b].iter().all(|v| v.is_finite()) {
-        true => [*r, *g, *b, 0.0],
-        false => [0.0, 0.0, 0.0, 1.0],
+    let texel = |[r, g, b]: &[f32; 3]| {
+        let is_broken = [r, g, b].iter().any(|v| !v.is_finite());
+        if is_broken { [0.0, 0.0, 0.0, 1.0] } else { [*r, *g, *b, 0.0] }
     };
     image.pixels().iter().map(texel).collect()
 }

@@ -48,7 +48,7 @@ impl Settings {
     ///
     /// # Errors
     /// If it has no flag for one of them.
-    pub(crate) fn command(&self, input: &Path, output: &Path) -> Result<String, &'static str> {
+    pub(crate) fn command(self, input: &Path, output: &Path) -> Result<String, &'static str> {
         let mut words = vec!["wgdenoise".to_string(), quoted(input), quoted(output)];
         if self.quality != Quality::Balanced {
             words.push(format!("--quality {}", self.quality.name()));

@@ -68,28 +68,32 @@ impl Settling {
 mod tests {
     use super::*;
 
-    fn stamp(length: u64) -> Option<Stamp> {
-        Some(Stamp { length, modified: None })
+    fn stamp(length: u64) -> Stamp {
+        Stamp { length, modified: None }
     }
 
     #[test]
     fn a_growing_file_is_waited_for_and_reported_once() {
         let start = Instant::now();
         let at = |ms| start + Duration::from_millis(ms);
-        let mut settling = Settling::new(stamp(9));
+        let mut settling = Settling::new(Some(stamp(9)));
         let looks =
             [(0, 9), (100, 3), (400, 5), (700, 5), (900, 5), (1500, 5), (2000, 9), (2500, 9)];
-        let found = looks.map(|(ms, length)| settling.look(at(ms), stamp(length)));
+        let found = looks.map(|(ms, length)| settling.look(at(ms), Some(stamp(length))));
         assert_eq!(found, [false, false, false, false, true, false, false, true]);
     }
 
     #[test]
     fn a_missing_or_empty_file_is_no_version() {
         let start = Instant::now();
-        let mut settling = Settling::new(stamp(9));
-        for (ms, stamp) in [(0, None), (1000, None), (2000, stamp(0)), (3000, stamp(0))] {
+        let mut settling = Settling::new(Some(stamp(9)));
+        for (ms, stamp) in [(0, None), (1000, None), (2000, Some(stamp(0))), (3000, Some(stamp(0)))]
+        {
             assert!(!settling.look(start + Duration::from_millis(ms), stamp));
         }
-        assert!(!settling.look(start + Duration::from_secs(4), stamp(9)), "it was read before");
+        assert!(
+            !settling.look(start + Duration::from_secs(4), Some(stamp(9))),
+            "it was read before"
+        );
     }
 }

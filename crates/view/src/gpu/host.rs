@@ -7,13 +7,13 @@ use wgdenoise::wgpu;
 
 /// What is needed to compute on the window's device.
 #[derive(Clone, Debug)]
-pub(crate) struct Device {
+pub(crate) struct Gpu {
     pub(crate) adapter: wgpu::Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
 }
 
-impl Device {
+impl Gpu {
     pub(crate) fn of(state: &RenderState) -> Self {
         let RenderState { adapter, device, queue, .. } = state.clone();
         Self { adapter, device, queue }
