@@ -114,14 +114,14 @@ impl<'a> TileBuffers<'a> {
     ///
     /// One part waits behind the one that runs, so the device is never idle, and the queue's other
     /// users, such as a window, wait for no more than these two.
-    pub(crate) fn run(&self, progress: &mut dyn FnMut(usize)) -> Result<()> {
+    pub(crate) fn run(&self, progress: &mut dyn FnMut(usize) -> Result<()>) -> Result<()> {
         let (mut done, mut running) = (0, None);
         for batch in self.calls.batches() {
             let part = self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)));
             if let Some((calls, before)) = running.replace((batch.len(), part)) {
                 wait_for(self.context, Some(before))?;
                 done += calls;
-                progress(done);
+                progress(done)?;
             }
         }
         Ok(())
