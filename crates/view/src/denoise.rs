@@ -1,5 +1,6 @@
 //! Denoising on the window's device, as the command line does it.
 
+use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use wgdenoise::wgpu::DeviceType;
@@ -39,7 +40,7 @@ impl Engine {
         Self { gpu, made: None }
     }
 
-    /// Denoises every view; `progress` receives what is done, from 0 to 1.
+    /// Denoises every view until `stop` is set; `progress` receives what is done, from 0 to 1.
     ///
     /// # Errors
     /// The sentence of the engine's error.
@@ -47,6 +48,7 @@ impl Engine {
         &mut self,
         picture: &Picture,
         settings: Settings,
+        stop: &AtomicBool,
         progress: &mut dyn FnMut(f32),
     ) -> Result<Outcome, String> {
         let prepared = self.prepare(settings)?;
@@ -57,7 +59,12 @@ impl Engine {
             let mut within = |done: usize, total: usize| {
                 progress((i as f32 + done as f32 / total.max(1) as f32) / views.len() as f32);
             };
-            results.push(denoise_view(denoiser, view, settings, &mut within)?);
+            results.push(denoise_view(
+                denoiser,
+                &frame(view, settings).stop(stop),
+                view,
+                &mut within,
+            )?);
         }
         let took = start.elapsed();
         let plan = plan(denoiser, &frame(picture.first(), settings))?;
@@ -95,13 +102,14 @@ fn tile(device: DeviceType) -> Option<u32> {
 
 fn denoise_view(
     denoiser: &Denoiser,
+    frame: &Frame<'_>,
     view: &View,
-    settings: Settings,
     progress: &mut dyn FnMut(usize, usize),
 ) -> Result<Denoised, String> {
     let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
-    let frame = frame(view, settings).layers(&layers);
-    let found = denoiser.denoise_layers(&frame, progress).map_err(|error| error.to_string())?;
+    let found = denoiser
+        .denoise_layers(&frame.layers(&layers), progress)
+        .map_err(|error| error.to_string())?;
     Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
 }
 

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 
 use wgdenoise::Image;
@@ -69,6 +69,8 @@ pub(crate) struct Session {
     opening: u64,
     /// The ticket of the denoising that was asked for last; the engine's thread skips older ones.
     denoising: Arc<AtomicU64>,
+    /// Ends the denoising that runs.
+    stop: Arc<AtomicBool>,
 }
 
 impl Session {
@@ -103,6 +105,7 @@ impl Session {
             reports,
             opening: 0,
             denoising: Arc::default(),
+            stop: Arc::default(),
         }
     }
 
@@ -194,19 +197,19 @@ impl Session {
         let ticket = self.next_ticket();
         self.progress = Some(0.0);
         let (latest, settings) = (self.denoising.clone(), self.settings);
-        let (desk, gpu) = (self.desk.clone(), self.gpu.clone());
+        let (desk, gpu, stop) = (self.desk.clone(), self.gpu.clone(), self.stop.clone());
         self.engine.add(move |engine| {
             let outdated = || latest.load(Ordering::Relaxed) != ticket;
             if outdated() {
                 return Report::Denoised(ticket, Err(String::new()));
             }
             let mut progress = |done| desk.report(Report::Progress(ticket, done));
-            let denoised = engine.denoise(&opened.picture, settings, &mut progress);
+            let denoised = engine.denoise(&opened.picture, settings, &stop, &mut progress);
             Report::Denoised(ticket, denoised.and_then(|outcome| shown(&gpu, outcome)))
         });
     }
 
-    /// Forgets the denoising that runs: its result will not be shown.
+    /// Ends the denoising that runs.
     pub(crate) fn cancel(&mut self) {
         self.next_ticket();
         self.progress = None;
@@ -217,7 +220,10 @@ impl Session {
         self.files.add(move |()| work());
     }
 
-    fn next_ticket(&self) -> u64 {
+    /// Stops what runs and starts to count anew.
+    fn next_ticket(&mut self) -> u64 {
+        self.stop.store(true, Ordering::Relaxed);
+        self.stop = Arc::default();
         self.denoising.fetch_add(1, Ordering::Relaxed) + 1
     }
 
