@@ -160,7 +160,8 @@ fn drawn(session: &Session) -> Option<impl FnOnce() -> Pixels + Send + use<>> {
 
 fn command(session: &mut Session) -> Option<String> {
     let input = session.opened()?.path.clone();
-    match session.settings.command(&input, &save::suggested(&input, "denoised", None)) {
+    let output = save::suggested(&input, "denoised", None);
+    match session.settings.command(&input, &output, session.color.as_deref()) {
         Ok(command) => {
             session.tell(format!("copied: {command}"));
             Some(command)

@@ -12,12 +12,13 @@ pub(crate) struct Opened {
 }
 
 impl Opened {
-    /// Reads an image with its albedo and normals.
+    /// Reads an image with its albedo and normals. Without a layer's name, the color is found.
     ///
     /// # Errors
     /// A sentence that names the file and what is wrong with it.
-    pub(crate) fn noisy(path: &Path) -> Result<Self, String> {
-        Self::read(path, &LayerChoice::default())
+    pub(crate) fn noisy(path: &Path, color: Option<&str>) -> Result<Self, String> {
+        let color = color.map(str::to_string);
+        Self::read(path, &LayerChoice { color, ..LayerChoice::default() })
     }
 
     /// Reads a reference: of an EXR file, the layer that results are written to.
@@ -45,6 +46,14 @@ impl Opened {
     /// The file's name for the window.
     pub(crate) fn name(&self) -> String {
         escaped(&self.path.file_name().unwrap_or_default().to_string_lossy())
+    }
+
+    /// The layers that could be the color, the one that was found first; none for PNG and JPEG.
+    pub(crate) fn colors(&self) -> Vec<String> {
+        let listed = self.view().selection().map(|selection| {
+            [std::slice::from_ref(&selection.color), &selection.other_colors].concat()
+        });
+        listed.unwrap_or_default()
     }
 
     /// Which layers were found and why, and what else a user should know about the file.
@@ -79,7 +88,7 @@ mod tests {
         let file = folder.path().join("text.exr");
         std::fs::write(&file, "no image").unwrap();
         for path in [file.as_path(), folder.path(), Path::new("/nowhere/a.exr")] {
-            let error = Opened::noisy(path).unwrap_err();
+            let error = Opened::noisy(path, None).unwrap_err();
             assert!(error.starts_with(&path.display().to_string()), "{error}");
             assert!(!error.contains('\n'), "{error}");
         }

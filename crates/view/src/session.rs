@@ -45,6 +45,10 @@ pub(crate) struct Session {
     pub(crate) reference: Option<Reference>,
     pub(crate) figures: Option<Figures>,
     pub(crate) sequence: Option<Sequence>,
+    /// The layers of the file that could be the color.
+    pub(crate) colors: Vec<String>,
+    /// The one that the user has chosen.
+    pub(crate) color: Option<String>,
     pub(crate) watch: Option<Watch>,
     pub(crate) message: Option<Message>,
     /// What is done of the denoising that runs, from 0 to 1.
@@ -89,6 +93,8 @@ impl Session {
             reference: None,
             figures: None,
             sequence: None,
+            colors: Vec::new(),
+            color: None,
             watch: None,
             message: None,
             progress: None,
@@ -173,6 +179,7 @@ impl Session {
         if let Some(sequence) = Sequence::of(files) {
             let path = sequence.current().to_path_buf();
             self.sequence = Some(sequence);
+            self.color = None;
             self.read(&path);
         }
     }
@@ -182,7 +189,16 @@ impl Session {
         self.opening += 1;
         self.is_opening = true;
         let (ticket, path, gpu) = (self.opening, path.to_path_buf(), self.gpu.clone());
-        self.files.add(move |()| Report::Opened(ticket, load(&gpu, &path)));
+        let color = self.color.clone();
+        self.files.add(move |()| Report::Opened(ticket, load(&gpu, &path, color.as_deref())));
+    }
+
+    /// Reads the open file again, with another layer as its color.
+    pub(crate) fn choose_color(&mut self, color: String) {
+        self.color = Some(color);
+        if let Some(path) = self.opened().map(|opened| opened.path.clone()) {
+            self.read(&path);
+        }
     }
 
     /// Reads a reference on a thread of its own.
@@ -268,6 +284,9 @@ impl Session {
                 if size != Some(loaded.opened.size()) {
                     self.transform.fit();
                 }
+                if self.color.is_none() {
+                    self.colors = loaded.opened.colors();
+                }
                 self.loaded = Some(loaded);
                 (self.denoised, self.figures, self.message) = (None, None, None);
                 self.denoise();
@@ -325,8 +344,8 @@ impl Session {
     }
 }
 
-fn load(gpu: &Gpu, path: &Path) -> Result<Loaded, String> {
-    let opened = Opened::noisy(path)?;
+fn load(gpu: &Gpu, path: &Path, color: Option<&str>) -> Result<Loaded, String> {
+    let opened = Opened::noisy(path, color)?;
     let view = opened.view();
     let upload = |image: Option<&Image>| image.map(|i| Texture::upload(gpu, i)).transpose();
     let noisy = Texture::upload(gpu, view.color())?;

@@ -9,6 +9,7 @@ use eframe::egui::{
 };
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
+use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage as _};
 use image::RgbaImage;
 use wgdenoise_files::Picture;
 
@@ -111,7 +112,7 @@ fn a_file_that_is_no_image_is_one_sentence_in_the_window() {
     let mut window = Window::open(std::slice::from_ref(&file), None);
     window.wait_for("told", |viewer| viewer.session.message.is_some());
     let message = window.0.state().session.message.clone().unwrap();
-    assert!(message.is_error && message.text == Opened::noisy(&file).unwrap_err());
+    assert!(message.is_error && message.text == Opened::noisy(&file, None).unwrap_err());
     window.0.get_by_label(&message.text);
     window.picture("broken");
 }
@@ -274,4 +275,31 @@ fn arrow_keys_lead_through_frames_and_a_rewritten_file_is_denoised_anew() {
     window.wait_for("changed", |viewer| red(viewer) > 0.9);
     window.denoised();
     window.picture("watched");
+}
+
+#[test]
+fn another_layer_can_be_the_color() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("layers.exr");
+    write_layers(&file, &[("Fog.Combined", 0.25), ("Composite.Combined", 0.75)]);
+    let mut window = Window::open(std::slice::from_ref(&file), None);
+    window.denoised();
+    let light = |viewer: &Viewer| viewer.session.image(Shown::Noisy).unwrap().pixels()[0][0];
+    assert_eq!(window.0.state().session.colors, ["Fog.Combined", "Composite.Combined"]);
+    assert_eq!(light(window.0.state()), 0.25);
+    window.picture("layers");
+    window.0.state_mut().session.choose_color("Composite.Combined".into());
+    window.wait_for("chosen", |viewer| light(viewer) == 0.75);
+    assert_eq!(window.0.state().session.colors.len(), 2, "the choice stays");
+}
+
+/// An EXR file with layers of one value each.
+fn write_layers(path: &Path, layers: &[(&str, f32)]) {
+    let channel = |(name, value): &(&str, f32)| {
+        let samples = FlatSamples::F32(vec![*value; 64 * 64]);
+        ["R", "G", "B"].map(|c| AnyChannel::new(format!("{name}.{c}").as_str(), samples.clone()))
+    };
+    let channels = AnyChannels::sort(layers.iter().flat_map(channel).collect());
+    let image = exr::prelude::Image::from_channels((64, 64), channels);
+    image.write().to_file(path).unwrap();
 }

@@ -44,12 +44,21 @@ impl Default for Settings {
 }
 
 impl Settings {
-    /// The command line that denoises a file with these settings.
+    /// The command line that denoises a file with these settings, and with a layer as its color if
+    /// one was chosen.
     ///
     /// # Errors
     /// If it has no flag for one of them.
-    pub(crate) fn command(self, input: &Path, output: &Path) -> Result<String, &'static str> {
-        let mut words = vec!["wgdenoise".to_string(), quoted(input), quoted(output)];
+    pub(crate) fn command(
+        self,
+        input: &Path,
+        output: &Path,
+        color: Option<&str>,
+    ) -> Result<String, &'static str> {
+        let mut words = vec!["wgdenoise".to_string(), path_word(input), path_word(output)];
+        if let Some(color) = color {
+            words.push(format!("--color={}", quoted(color)));
+        }
         if self.quality != Quality::Balanced {
             words.push(format!("--quality {}", self.quality.name()));
         }
@@ -76,13 +85,17 @@ impl Settings {
 const ONE_OF_TWO: &str = "the command line uses both albedo and normal or neither; switch both on or \
     off to copy a command";
 
-/// A path as a shell takes it for one word, and not for a flag.
-fn quoted(path: &Path) -> String {
+/// A path that is taken for no flag.
+fn path_word(path: &Path) -> String {
     let text = path.to_string_lossy();
-    let text = if text.starts_with('-') { format!("./{text}") } else { text.into_owned() };
+    if text.starts_with('-') { quoted(&format!("./{text}")) } else { quoted(&text) }
+}
+
+/// A text as a shell takes it for one word.
+fn quoted(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+:@%=,".contains(c);
     if !text.is_empty() && text.chars().all(is_plain) {
-        return text;
+        return text.into();
     }
     format!("'{}'", text.replace('\'', r"'\''"))
 }
@@ -92,7 +105,7 @@ mod tests {
     use super::*;
 
     fn command(settings: Settings) -> Result<String, &'static str> {
-        settings.command(Path::new("in.exr"), Path::new("out.exr"))
+        settings.command(Path::new("in.exr"), Path::new("out.exr"), None)
     }
 
     #[test]
@@ -115,6 +128,13 @@ mod tests {
     }
 
     #[test]
+    fn a_chosen_layer_is_named() {
+        let (input, output) = (Path::new("in.exr"), Path::new("out.exr"));
+        let found = Settings::default().command(input, output, Some("Noisy Image"));
+        assert_eq!(found, Ok("wgdenoise in.exr out.exr --color='Noisy Image'".into()));
+    }
+
+    #[test]
     fn what_no_flag_can_say_is_not_pretended() {
         let settings = Settings { albedo: false, ..Settings::default() };
         assert_eq!(command(settings), Err(ONE_OF_TWO));
@@ -129,7 +149,7 @@ mod tests {
             ("-rf", "./-rf"),
             ("", "''"),
         ] {
-            assert_eq!(quoted(Path::new(name)), shown);
+            assert_eq!(path_word(Path::new(name)), shown);
         }
     }
 }

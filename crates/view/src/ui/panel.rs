@@ -1,7 +1,8 @@
 //! The column at the right: the file, how it is denoised, and what came out.
 
-use eframe::egui::{Button, Grid, RichText, ScrollArea, Slider, Ui};
+use eframe::egui::{Button, ComboBox, Grid, RichText, ScrollArea, Slider, Ui};
 use wgdenoise::{Precision, Quality};
+use wgdenoise_files::escaped;
 
 use crate::commands;
 use crate::session::Session;
@@ -16,6 +17,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.add_space(6.0);
         file(ui, session);
+        color(ui, session);
         asked = sequence(ui, session).or(asked);
         ui.separator();
         look::show(ui, session);
@@ -42,6 +44,25 @@ fn file(ui: &mut Ui, session: &Session) {
     ui.label(RichText::new(format!("{width} × {height} pixels")).color(QUIET));
     for line in opened.explanation() {
         ui.label(RichText::new(line).small().color(QUIET));
+    }
+}
+
+/// The layer to denoise, if there are several.
+fn color(ui: &mut Ui, session: &mut Session) {
+    let Some(selection) = session.opened().and_then(|opened| opened.view().selection()) else {
+        return;
+    };
+    if session.colors.len() < 2 {
+        return;
+    }
+    let (found, mut chosen) = (selection.color.clone(), selection.color.clone());
+    ComboBox::from_label("Color").selected_text(escaped(&found)).show_ui(ui, |ui| {
+        for name in &session.colors {
+            ui.selectable_value(&mut chosen, name.clone(), escaped(name));
+        }
+    });
+    if chosen != found {
+        session.choose_color(chosen);
     }
 }
 
