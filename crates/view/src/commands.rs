@@ -64,7 +64,10 @@ pub(crate) fn follow(session: &mut Session, report: Report) {
         }
         Report::Saved(Ok(told)) => session.tell(told),
         Report::Saved(Err(error)) => session.fail(error),
-        Report::Pictured(pixels) => session.copied = Some(pixels),
+        Report::Pictured(pixels) => {
+            session.copied = Some(pixels);
+            session.tell("copied the image as it is shown");
+        }
         _ => {}
     }
 }
@@ -139,10 +142,9 @@ pub(crate) fn save_comparison(session: &Session, path: &Path) {
     session.in_background(move || Report::Saved(save::picture(&opened, &draw(), &path)));
 }
 
-fn copy_image(session: &mut Session) {
+fn copy_image(session: &Session) {
     let Some(draw) = drawn(session) else { return };
     session.in_background(move || Report::Pictured(draw()));
-    session.tell("copied the image as it is shown");
 }
 
 /// Draws what the window shows; to be called on another thread.

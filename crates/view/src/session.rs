@@ -211,7 +211,7 @@ impl Session {
     pub(crate) fn denoise(&mut self) {
         let Some(opened) = self.opened().cloned() else { return };
         let ticket = self.next_ticket();
-        self.progress = Some(0.0);
+        (self.progress, self.message) = (Some(0.0), None);
         let (latest, settings) = (self.denoising.clone(), self.settings);
         let (desk, gpu, stop) = (self.desk.clone(), self.gpu.clone(), self.stop.clone());
         self.engine.add(move |engine| {

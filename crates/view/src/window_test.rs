@@ -248,9 +248,13 @@ fn work_can_be_cancelled_and_its_result_is_not_shown() {
     let session = &window.0.state().session;
     assert!(!session.is_denoising() && session.denoised.is_none());
     window.0.get_by_label("cancelled");
-    window.0.get_by_label("Fast").click();
+    window.0.get_by_label("Denoise now").click();
     window.0.run_steps(2);
     window.denoised();
+    window.0.event(Event::Copy);
+    window.wait_for("copied", |viewer| {
+        viewer.session.message.as_ref().is_some_and(|message| message.text.starts_with("copied"))
+    });
 }
 
 #[test]

@@ -133,10 +133,13 @@ fn quality(ui: &mut Ui, chosen: &mut Settings) {
 }
 
 /// Time, tiles and memory.
-fn result(ui: &mut Ui, session: &Session) {
+fn result(ui: &mut Ui, session: &mut Session) {
     let Some(denoised) = &session.denoised else {
-        let text = if session.is_denoising() { "denoising…" } else { "not denoised" };
-        ui.label(RichText::new(text).color(QUIET));
+        if session.is_denoising() {
+            ui.label(RichText::new("denoising…").color(QUIET));
+        } else if ui.button("Denoise now").clicked() {
+            session.denoise();
+        }
         return;
     };
     let outcome = &denoised.outcome;
