@@ -125,7 +125,7 @@ impl App for Viewer {
         let mut beginning = None;
         if session.loaded.is_some() {
             let column =
-                Panel::right("panel").default_size(270.0).show(ui, |ui| panel::show(ui, session));
+                Panel::right("panel").exact_size(300.0).show(ui, |ui| panel::show(ui, session));
             asked = column.inner.or(asked);
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| canvas::show(ui, session));
         } else {

@@ -163,7 +163,7 @@ fn drawn(session: &Session) -> Option<impl FnOnce() -> Pixels + Send + use<>> {
 fn command(session: &mut Session) -> Option<String> {
     let input = session.opened()?.path.clone();
     let output = save::suggested(&input, "denoised", None);
-    match session.settings.command(&input, &output, session.color.as_deref()) {
+    match session.settings.command(&input, &output, session.wish.color.as_deref()) {
         Ok(command) => {
             session.tell(format!("copied: {command}"));
             Some(command)

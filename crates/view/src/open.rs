@@ -9,16 +9,28 @@ use wgdenoise_files::{FileError, LayerChoice, Picture, Problem, View, escaped};
 pub(crate) struct Opened {
     pub(crate) path: PathBuf,
     pub(crate) picture: Picture,
+    /// The position of the view that is shown; all views are denoised and saved.
+    pub(crate) shown: usize,
+}
+
+/// What to read of a file, where there is a choice.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wish {
+    /// The layer to denoise; otherwise it is found.
+    pub(crate) color: Option<String>,
+    /// The view to show, by its position, or the last one there is.
+    pub(crate) view: usize,
 }
 
 impl Opened {
-    /// Reads an image with its albedo and normals. Without a layer's name, the color is found.
+    /// Reads an image with its albedo and normals.
     ///
     /// # Errors
     /// A sentence that names the file and what is wrong with it.
-    pub(crate) fn noisy(path: &Path, color: Option<&str>) -> Result<Self, String> {
-        let color = color.map(str::to_string);
-        Self::read(path, &LayerChoice { color, ..LayerChoice::default() })
+    pub(crate) fn noisy(path: &Path, Wish { color, view }: Wish) -> Result<Self, String> {
+        let opened = Self::read(path, &LayerChoice { color, ..LayerChoice::default() })?;
+        let last = opened.picture.views().len() - 1;
+        Ok(Self { shown: view.min(last), ..opened })
     }
 
     /// Reads a reference: of an EXR file, the layer that results are written to.
@@ -31,12 +43,17 @@ impl Opened {
 
     fn read(path: &Path, wanted: &LayerChoice) -> Result<Self, String> {
         let picture = Picture::open(path, wanted).map_err(|error| sentence(&error))?;
-        Ok(Self { path: path.to_path_buf(), picture })
+        Ok(Self { path: path.to_path_buf(), picture, shown: 0 })
     }
 
-    /// The view that is shown; all views are denoised and saved.
     pub(crate) fn view(&self) -> &View {
-        self.picture.first()
+        &self.picture.views()[self.shown]
+    }
+
+    /// The names of the views; one without a name if there is only one.
+    pub(crate) fn views(&self) -> Vec<String> {
+        let name = |view: &View| escaped(view.name().unwrap_or_default());
+        self.picture.views().iter().map(name).collect()
     }
 
     pub(crate) fn size(&self) -> [u32; 2] {
@@ -62,7 +79,7 @@ impl Opened {
         let mut lines = found.unwrap_or_default();
         lines.extend(self.picture.notices().iter().cloned());
         if let more @ 2.. = self.picture.views().len() {
-            lines.push(format!("{more} views are denoised and saved, and the first one is shown"));
+            lines.push(format!("all {more} views are denoised and saved"));
         }
         lines
     }
@@ -88,7 +105,7 @@ mod tests {
         let file = folder.path().join("text.exr");
         std::fs::write(&file, "no image").unwrap();
         for path in [file.as_path(), folder.path(), Path::new("/nowhere/a.exr")] {
-            let error = Opened::noisy(path, None).unwrap_err();
+            let error = Opened::noisy(path, Wish::default()).unwrap_err();
             assert!(error.starts_with(&path.display().to_string()), "{error}");
             assert!(!error.contains('\n'), "{error}");
         }

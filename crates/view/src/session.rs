@@ -11,7 +11,7 @@ use crate::compare::Figures;
 use crate::denoise::{Engine, Outcome};
 use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
-use crate::open::Opened;
+use crate::open::{Opened, Wish};
 use crate::picture::Pixels;
 use crate::state::looking::{Available, Looking, Shown};
 use crate::state::sequence::Sequence;
@@ -47,8 +47,8 @@ pub(crate) struct Session {
     pub(crate) sequence: Option<Sequence>,
     /// The layers of the file that could be the color.
     pub(crate) colors: Vec<String>,
-    /// The one that the user has chosen.
-    pub(crate) color: Option<String>,
+    /// What the user has chosen of the file.
+    pub(crate) wish: Wish,
     pub(crate) watch: Option<Watch>,
     pub(crate) message: Option<Message>,
     /// What is done of the denoising that runs, from 0 to 1.
@@ -94,7 +94,7 @@ impl Session {
             figures: None,
             sequence: None,
             colors: Vec::new(),
-            color: None,
+            wish: Wish::default(),
             watch: None,
             message: None,
             progress: None,
@@ -141,7 +141,7 @@ impl Session {
         match shown {
             Shown::Noisy => Some(view.color()),
             Shown::Denoised | Shown::Difference => {
-                Some(&self.denoised.as_ref()?.outcome.results.first()?.color)
+                Some(&self.denoised.as_ref()?.outcome.results.get(self.opened()?.shown)?.color)
             }
             Shown::Reference => self.reference.as_ref().map(|reference| &*reference.image),
             Shown::Albedo => view.albedo(),
@@ -179,7 +179,7 @@ impl Session {
         if let Some(sequence) = Sequence::of(files) {
             let path = sequence.current().to_path_buf();
             self.sequence = Some(sequence);
-            self.color = None;
+            self.wish = Wish::default();
             self.read(&path);
         }
     }
@@ -189,13 +189,13 @@ impl Session {
         self.opening += 1;
         self.is_opening = true;
         let (ticket, path, gpu) = (self.opening, path.to_path_buf(), self.gpu.clone());
-        let color = self.color.clone();
-        self.files.add(move |()| Report::Opened(ticket, load(&gpu, &path, color.as_deref())));
+        let wish = self.wish.clone();
+        self.files.add(move |()| Report::Opened(ticket, load(&gpu, &path, wish)));
     }
 
-    /// Reads the open file again, with another layer as its color.
-    pub(crate) fn choose_color(&mut self, color: String) {
-        self.color = Some(color);
+    /// Reads the open file again, with another layer or view.
+    pub(crate) fn choose(&mut self, wish: Wish) {
+        self.wish = wish;
         if let Some(path) = self.opened().map(|opened| opened.path.clone()) {
             self.read(&path);
         }
@@ -221,7 +221,8 @@ impl Session {
             }
             let mut progress = |done| desk.report(Report::Progress(ticket, done));
             let denoised = engine.denoise(&opened.picture, settings, &stop, &mut progress);
-            Report::Denoised(ticket, denoised.and_then(|outcome| shown(&gpu, outcome)))
+            let shown = denoised.and_then(|outcome| uploaded(&gpu, outcome, opened.shown));
+            Report::Denoised(ticket, shown)
         });
     }
 
@@ -284,7 +285,7 @@ impl Session {
                 if size != Some(loaded.opened.size()) {
                     self.transform.fit();
                 }
-                if self.color.is_none() {
+                if self.wish.color.is_none() {
                     self.colors = loaded.opened.colors();
                 }
                 self.loaded = Some(loaded);
@@ -337,15 +338,15 @@ impl Session {
         let outcome = self.denoised.as_ref().map(|denoised| denoised.outcome.clone());
         let ticket = self.denoising.load(Ordering::Relaxed);
         self.files.add(move |()| {
-            let denoised = outcome.as_ref().map(|outcome| &outcome.results[0].color);
+            let denoised = outcome.as_ref().map(|outcome| &outcome.results[opened.shown].color);
             let figures = Figures::of(opened.view().color(), denoised, &reference);
             Report::Figures(ticket, figures)
         });
     }
 }
 
-fn load(gpu: &Gpu, path: &Path, color: Option<&str>) -> Result<Loaded, String> {
-    let opened = Opened::noisy(path, color)?;
+fn load(gpu: &Gpu, path: &Path, wish: Wish) -> Result<Loaded, String> {
+    let opened = Opened::noisy(path, wish)?;
     let view = opened.view();
     let upload = |image: Option<&Image>| image.map(|i| Texture::upload(gpu, i)).transpose();
     let noisy = Texture::upload(gpu, view.color())?;
@@ -360,7 +361,8 @@ fn load_reference(gpu: &Gpu, path: PathBuf) -> Result<Reference, String> {
     Ok(Reference { image: Arc::new(image.clone()), texture, path })
 }
 
-fn shown(gpu: &Gpu, outcome: Outcome) -> Result<(Outcome, Texture), String> {
-    let texture = Texture::upload(gpu, &outcome.results[0].color)?;
+/// The result of the view that is shown, on the GPU.
+fn uploaded(gpu: &Gpu, outcome: Outcome, shown: usize) -> Result<(Outcome, Texture), String> {
+    let texture = Texture::upload(gpu, &outcome.results[shown].color)?;
     Ok((outcome, texture))
 }

@@ -9,14 +9,17 @@ use eframe::egui::{
 };
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable as _;
-use exr::prelude::{AnyChannel, AnyChannels, FlatSamples, WritableImage as _};
+use exr::prelude::{
+    AnyChannel, AnyChannels, Encoding, FlatSamples, ImageAttributes, Layer, LayerAttributes,
+    WritableImage as _,
+};
 use image::RgbaImage;
 use wgdenoise_files::Picture;
 
 use crate::app::Viewer;
 use crate::commands;
 use crate::gpu::host::configuration;
-use crate::open::Opened;
+use crate::open::{Opened, Wish};
 use crate::save;
 use crate::state::looking::{Layout, Shown};
 
@@ -112,7 +115,7 @@ fn a_file_that_is_no_image_is_one_sentence_in_the_window() {
     let mut window = Window::open(std::slice::from_ref(&file), None);
     window.wait_for("told", |viewer| viewer.session.message.is_some());
     let message = window.0.state().session.message.clone().unwrap();
-    assert!(message.is_error && message.text == Opened::noisy(&file, None).unwrap_err());
+    assert!(message.is_error && message.text == Opened::noisy(&file, Wish::default()).unwrap_err());
     window.0.get_by_label(&message.text);
     window.picture("broken");
 }
@@ -292,9 +295,44 @@ fn another_layer_can_be_the_color() {
     assert_eq!(window.0.state().session.colors, ["Fog.Combined", "Composite.Combined"]);
     assert_eq!(light(window.0.state()), 0.25);
     window.picture("layers");
-    window.0.state_mut().session.choose_color("Composite.Combined".into());
+    let color = Some("Composite.Combined".into());
+    window.0.state_mut().session.choose(Wish { color, view: 0 });
     window.wait_for("chosen", |viewer| light(viewer) == 0.75);
     assert_eq!(window.0.state().session.colors.len(), 2, "the choice stays");
+}
+
+#[test]
+fn another_view_can_be_shown() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("stereo.exr");
+    write_views(&file, &[("left", 0.25), ("right", 0.75)]);
+    let mut window = Window::open(std::slice::from_ref(&file), None);
+    window.denoised();
+    let light = |viewer: &Viewer| {
+        let image = |shown| viewer.session.image(shown).map(|image| image.pixels()[0][0]);
+        [image(Shown::Noisy), image(Shown::Denoised)]
+    };
+    assert_eq!(window.0.state().session.opened().unwrap().views(), ["left", "right"]);
+    assert_eq!(light(window.0.state()), [Some(0.25); 2]);
+    window.0.state_mut().session.choose(Wish { color: None, view: 1 });
+    window.wait_for("right", |viewer| light(viewer) == [Some(0.75); 2]);
+    let outcome = &window.0.state().session.denoised.as_ref().unwrap().outcome;
+    assert_eq!(outcome.results.len(), 2, "both are denoised");
+}
+
+/// An EXR file with a part of one value for each view.
+fn write_views(path: &Path, views: &[(&str, f32)]) {
+    let part = |(name, value): &(&str, f32)| {
+        let samples = FlatSamples::F32(vec![*value; 64 * 64]);
+        let channels = ["R", "G", "B"].map(|c| AnyChannel::new(c, samples.clone()));
+        let attributes =
+            LayerAttributes { view_name: Some((*name).into()), ..LayerAttributes::named(*name) };
+        let channels = AnyChannels::sort(channels.into_iter().collect());
+        Layer::new((64, 64), attributes, Encoding::FAST_LOSSLESS, channels)
+    };
+    let bounds = ImageAttributes::with_size((64, 64));
+    let parts: Vec<_> = views.iter().map(part).collect();
+    exr::prelude::Image::from_layers(bounds, parts).write().to_file(path).unwrap();
 }
 
 /// An EXR file with layers of one value each.

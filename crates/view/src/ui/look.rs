@@ -22,7 +22,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
             ui.label("Amplify");
             let [least, most] = Looking::AMPLIFICATION;
             let slider = Slider::new(&mut looking.amplification, least..=most).logarithmic(true);
-            ui.add(slider.suffix("×").max_decimals(0));
+            ui.add(slider.text("times").max_decimals(0));
             ui.end_row();
         }
     });
@@ -31,7 +31,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
 fn exposure(ui: &mut Ui, tone: &mut Tone) {
     ui.label("Exposure").on_hover_text("for looking only: E and Shift E, 0 resets");
     let stops = Tone::STOPS;
-    ui.add(Slider::new(&mut tone.exposure, -stops..=stops).suffix(" EV").fixed_decimals(1));
+    ui.add(Slider::new(&mut tone.exposure, -stops..=stops).text("EV").fixed_decimals(1));
     ui.end_row();
     ui.label("Tone curve").on_hover_text("for looking only: T");
     ui.horizontal(|ui| {

@@ -5,6 +5,7 @@ use wgdenoise::{Precision, Quality};
 use wgdenoise_files::escaped;
 
 use crate::commands;
+use crate::open::Wish;
 use crate::session::Session;
 use crate::state::keys::Action;
 use crate::state::settings::{Alpha, Settings};
@@ -18,6 +19,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
         ui.add_space(6.0);
         file(ui, session);
         color(ui, session);
+        view(ui, session);
         asked = sequence(ui, session).or(asked);
         ui.separator();
         look::show(ui, session);
@@ -62,7 +64,24 @@ fn color(ui: &mut Ui, session: &mut Session) {
         }
     });
     if chosen != found {
-        session.choose_color(chosen);
+        session.choose(Wish { color: Some(chosen), view: 0 });
+    }
+}
+
+/// The view to show, if there are several.
+fn view(ui: &mut Ui, session: &mut Session) {
+    let Some(opened) = session.opened().filter(|opened| opened.picture.views().len() > 1) else {
+        return;
+    };
+    let (names, mut chosen) = (opened.views(), opened.shown);
+    let (before, shown) = (chosen, names[chosen].clone());
+    ComboBox::from_label("View").selected_text(shown).show_ui(ui, |ui| {
+        for (i, name) in names.into_iter().enumerate() {
+            ui.selectable_value(&mut chosen, i, name);
+        }
+    });
+    if chosen != before {
+        session.choose(Wish { view: chosen, ..session.wish.clone() });
     }
 }
 
