@@ -62,6 +62,9 @@ pub enum Error {
     /// The device computes wrong results. Try 32-bit tensors, other kernels or another adapter.
     #[error("device: {0}")]
     WrongResult(String),
+    /// The caller has set [`Frame::stop`](crate::Frame::stop).
+    #[error("denoising was stopped")]
+    Stopped,
     /// The device reported some other error, or returned no result.
     #[error("device: {message}")]
     Device {

@@ -14,9 +14,10 @@ use crate::ops::autoexposure::{Band, autoexposure};
 use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::{PlacedTile, TilePlan};
 
-/// Runs the network on a tile's buffers. The second argument receives the number of finished calls.
+/// Runs the network on a tile's buffers. The second argument receives the number of finished calls,
+/// and an error from it ends the run.
 pub(crate) type RunTile<'r> =
-    &'r mut dyn FnMut(&TileBuffers<'_>, &mut dyn FnMut(usize)) -> Result<()>;
+    &'r mut dyn FnMut(&TileBuffers<'_>, &mut dyn FnMut(usize) -> Result<()>) -> Result<()>;
 
 impl Denoiser {
     /// Denoises a frame's color and blocks until the result is ready: linear color at the input's
@@ -105,7 +106,7 @@ impl Denoiser {
         if frame.panorama {
             let wrapped = Wrapped::new(self, &frame)?;
             let layers = wrapped.layers();
-            let flat = wrapped.frame().layers(&layers);
+            let flat = wrapped.frame().layers(&layers).stop(frame.stop);
             return wrapped.unwrap(&self.denoise_flat(&flat, frame.color, progress, run)?);
         }
         self.denoise_flat(&frame, frame.color, progress, run)
@@ -163,9 +164,13 @@ impl Denoiser {
         let calls = buffers.calls().len() + frame.layers.len();
         let total = calls * plan.tiles.len();
         for (i, placed) in plan.tiles.iter().enumerate() {
+            frame.check_stop()?;
             context.catch(|| {
                 let (rect, tile) = self.upload(frame, placed, plan.tile, &buffers)?;
-                run(&buffers, &mut |done| progress(i * calls + done, total))?;
+                run(&buffers, &mut |done| {
+                    progress(i * calls + done, total);
+                    frame.check_stop()
+                })?;
                 buffers.download(&tile, &mut result.color, placed)?;
                 for (image, layer) in frame.layers.iter().zip(&mut result.layers) {
                     buffers.run_layer(image, &rect)?;
@@ -251,6 +256,8 @@ fn tile_in_window(placed: &PlacedTile, rect: &Rect) -> Tile {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::atomic::{AtomicBool, Ordering};
+
     use super::*;
     use crate::{Gpu, Inputs, Options, Weights};
 
@@ -299,6 +306,27 @@ mod tests {
         assert!(error.contains(&format!("even with tiles of {side}×{side} pixels")), "{error}");
         assert!(denoiser.take_notices().len() > 2);
         denoise(&denoiser, u32::MAX).unwrap();
+    }
+
+    #[test]
+    fn a_frame_stops_when_its_flag_is_set_and_the_next_one_is_whole() {
+        let denoiser = denoiser();
+        let color = Image::filled(300, 200, [0.5; 3]).unwrap();
+        let stop = AtomicBool::new(false);
+        let frame = Frame::new(&color).stop(&stop);
+        let mut finished = false;
+        let stopped = denoiser.denoise_by(
+            &frame,
+            &mut |_, _| stop.store(true, Ordering::Relaxed),
+            &mut |tile, progress| {
+                progress(1)?;
+                finished = true;
+                tile.run(progress)
+            },
+        );
+        assert!(matches!(stopped, Err(Error::Stopped)) && !finished);
+        assert!(matches!(denoiser.denoise(&frame), Err(Error::Stopped)), "before the first tile");
+        denoiser.denoise(&frame.stop(None)).unwrap();
     }
 
     #[test]

@@ -1,5 +1,7 @@
 //! The CPU images of one view.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::model::Inputs;
@@ -34,6 +36,9 @@ pub struct Frame<'a> {
     pub layers: &'a [&'a Image],
     /// Alpha, row by row, to be denoised like a layer. The color is premultiplied by it.
     pub alpha: Option<&'a [f32]>,
+    /// Once this is true, the blocking calls end with
+    /// [`Error::Stopped`](crate::Error::Stopped) after at most two more submissions.
+    pub stop: Option<&'a AtomicBool>,
 }
 
 /// A denoised frame.
@@ -75,6 +80,7 @@ impl<'a> Frame<'a> {
             panorama: false,
             layers: &[],
             alpha: None,
+            stop: None,
         }
     }
 
@@ -115,6 +121,12 @@ impl<'a> Frame<'a> {
     pub fn alpha(self, alpha: impl Into<Option<&'a [f32]>>) -> Self {
         Self { alpha: alpha.into(), ..self }
     }
+
+    /// Sets a flag by which another thread can stop the denoising of this frame.
+    #[must_use]
+    pub fn stop(self, stop: impl Into<Option<&'a AtomicBool>>) -> Self {
+        Self { stop: stop.into(), ..self }
+    }
 }
 
 impl Frame<'_> {
@@ -128,6 +140,12 @@ impl Frame<'_> {
     #[must_use]
     pub fn contents(&self) -> Contents {
         Contents { inputs: self.inputs(), layers: !self.layers.is_empty() || self.alpha.is_some() }
+    }
+
+    /// Fails if the caller has asked to stop.
+    pub(crate) fn check_stop(&self) -> Result<()> {
+        let stopped = self.stop.is_some_and(|stop| stop.load(Ordering::Relaxed));
+        if stopped { Err(Error::Stopped) } else { Ok(()) }
     }
 
     /// Rejects images of different sizes and invalid input scales.

@@ -111,17 +111,18 @@ impl<'a> TileBuffers<'a> {
     /// Submits the whole network for the uploaded tile in parts and waits for all but the last,
     /// which is waited for with the result. Each part has its own timeout. After each part,
     /// `progress` receives the number of finished calls.
-    pub(crate) fn run(&self, progress: &mut dyn FnMut(usize)) -> Result<()> {
-        let submit = |batch: &[Call]| {
-            (batch.len(), self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0))))
-        };
-        let mut parts: Vec<_> = self.calls.batches().map(submit).collect();
-        parts.pop();
-        let mut done = 0;
-        for (calls, part) in parts {
-            wait_for(self.context, Some(part))?;
-            done += calls;
-            progress(done);
+    ///
+    /// One part waits behind the one that runs, so the device is never idle, and the queue's other
+    /// users, such as a window, wait for no more than these two.
+    pub(crate) fn run(&self, progress: &mut dyn FnMut(usize) -> Result<()>) -> Result<()> {
+        let (mut done, mut running) = (0, None);
+        for batch in self.calls.batches() {
+            let part = self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)));
+            if let Some((calls, before)) = running.replace((batch.len(), part)) {
+                wait_for(self.context, Some(before))?;
+                done += calls;
+                progress(done)?;
+            }
         }
         Ok(())
     }

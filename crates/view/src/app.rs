@@ -1,0 +1,143 @@
+//! The window: puts its parts together and passes on keys, dropped files and reports.
+
+use std::path::PathBuf;
+
+use eframe::egui::{CentralPanel, ColorImage, Context, Event, Frame, Panel, Ui, ViewportCommand};
+use eframe::{App, CreationContext};
+
+use crate::commands::{act, follow, keep_watching};
+use crate::gpu::host::Gpu;
+use crate::gpu::screen;
+use crate::session::Session;
+use crate::state::keys::{Action, action};
+use crate::ui::empty::Beginning;
+use crate::ui::{canvas, empty, help, panel, status, theme, toolbar};
+
+/// The program in its window.
+pub(crate) struct Viewer {
+    pub(crate) session: Session,
+    title: String,
+}
+
+impl Viewer {
+    /// Makes the window's contents and opens the files, if there are any.
+    ///
+    /// # Errors
+    /// If the window is not drawn by wgpu.
+    pub(crate) fn new(
+        creation: &CreationContext<'_>,
+        files: &[PathBuf],
+        reference: Option<&PathBuf>,
+    ) -> Result<Self, String> {
+        let state = creation.wgpu_render_state.as_ref();
+        let state = state.ok_or("the window has no device to denoise on")?;
+        theme::apply(&creation.egui_ctx);
+        screen::install(state);
+        let context = creation.egui_ctx.clone();
+        let mut session = Session::new(Gpu::of(state), move || context.request_repaint());
+        session.open(files);
+        if let Some(reference) = reference {
+            session.read_reference(reference);
+        }
+        Ok(Self { session, title: String::new() })
+    }
+
+    /// Does what is asked for, and fills the clipboard.
+    fn act(&mut self, context: &Context, action: Action) {
+        if let Some(text) = act(&mut self.session, action) {
+            context.copy_text(text);
+        }
+    }
+
+    /// Keys do nothing while text is typed.
+    fn keys(&mut self, context: &Context) {
+        if context.egui_wants_keyboard_input() {
+            return;
+        }
+        let asked: Vec<_> = context.input(|input| {
+            let asked = input.events.iter().filter_map(|event| match event {
+                Event::Key { key, pressed: true, modifiers, .. } => action(*key, *modifiers),
+                Event::Copy => Some(Action::CopyImage),
+                _ => None,
+            });
+            asked.collect()
+        });
+        for action in asked {
+            self.act(context, action);
+        }
+    }
+
+    /// Opens dropped files; with Shift held, the first one becomes the reference.
+    fn dropped(&mut self, context: &Context) {
+        let (paths, shift) = context.input(|input| {
+            let dropped = input.raw.dropped_files.iter();
+            let paths: Vec<_> = dropped.map(|file| file.path().to_path_buf()).collect();
+            (paths, input.modifiers.shift)
+        });
+        match paths.first() {
+            Some(first) if shift => self.session.read_reference(first),
+            _ => self.session.open(&paths),
+        }
+    }
+
+    fn reports(&mut self, context: &Context) {
+        for report in self.session.take_reports() {
+            follow(&mut self.session, report);
+        }
+        keep_watching(&mut self.session);
+        if let Some(pixels) = self.session.copied.take() {
+            let size = pixels.size.map(|side| side as usize);
+            context.copy_image(ColorImage::from_rgb(size, pixels.rgb.as_flattened()));
+        }
+    }
+
+    /// The title names the file.
+    fn name(&mut self, context: &Context) {
+        let opened = self.session.opened();
+        let title = opened.map_or("wgdenoise".into(), |o| format!("{} – wgdenoise", o.name()));
+        if title != self.title {
+            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+
+    fn begin(&mut self, context: &Context, beginning: Beginning) {
+        match beginning {
+            Beginning::Do(action) => self.act(context, action),
+            Beginning::Sample(path) => self.session.open(&[path]),
+        }
+    }
+}
+
+impl App for Viewer {
+    fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
+        self.reports(context);
+        self.keys(context);
+        self.dropped(context);
+        self.name(context);
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
+        let context = ui.ctx().clone();
+        let session = &mut self.session;
+        let mut asked = Panel::top("toolbar").show(ui, |ui| toolbar::show(ui, session)).inner;
+        asked = Panel::bottom("status").show(ui, |ui| status::show(ui, session)).inner.or(asked);
+        let mut beginning = None;
+        if session.loaded.is_some() {
+            let column =
+                Panel::right("panel").exact_size(300.0).show(ui, |ui| panel::show(ui, session));
+            asked = column.inner.or(asked);
+            CentralPanel::default().frame(Frame::NONE).show(ui, |ui| canvas::show(ui, session));
+        } else {
+            let opening = session.is_opening;
+            beginning = CentralPanel::default().show(ui, |ui| empty::show(ui, opening)).inner;
+        }
+        help::show(&context, &mut session.shows_help);
+        if let Some(action) = asked {
+            self.act(&context, action);
+        }
+        if let Some(beginning) = beginning {
+            self.begin(&context, beginning);
+        }
+    }
+}

@@ -1,0 +1,199 @@
+//! Carries out what keys and buttons ask for.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::dialog;
+use crate::picture::{Pixels, Side, picture};
+use crate::save;
+use crate::session::Session;
+use crate::state::keys::Action;
+use crate::state::looking::Shown;
+use crate::state::sequence::Sequence;
+use crate::watch::Watch;
+use crate::work::{Purpose, Report};
+
+/// Does what is asked for. Returns text to put on the clipboard.
+pub(crate) fn act(session: &mut Session, action: Action) -> Option<String> {
+    match action {
+        Action::Show(shown) => show(session, shown),
+        Action::Toggle => session.looking.toggle(),
+        Action::Arrange(layout) => session.looking.toggle_layout(layout),
+        Action::Fit => session.transform.fit(),
+        Action::OneToOne => session.transform.one_to_one(),
+        Action::Zoom(factor) => {
+            let middle = session.area.map(|side| side / 2.0);
+            session.transform.zoom_at(middle, factor, session.area);
+        }
+        Action::Brighten(stops) => session.tone.brighten(stops),
+        Action::ResetExposure => session.tone.exposure = 0.0,
+        Action::NextCurve => session.tone.next_curve(),
+        Action::Open => ask_to_open(session, Purpose::Open),
+        Action::OpenReference => ask_to_open(session, Purpose::Reference),
+        Action::Save => ask_to_save(session, Purpose::Save),
+        Action::SaveComparison => ask_to_save(session, Purpose::SaveComparison),
+        Action::CopyCommand => return command(session),
+        Action::CopyImage => copy_image(session),
+        Action::Step(by) => go(session, |sequence| sequence.step(by)),
+        Action::First => go(session, |sequence| sequence.go(0)),
+        Action::Last => go(session, |sequence| sequence.go(usize::MAX)),
+        Action::Watch => toggle_watch(session),
+        Action::Cancel => cancel(session),
+        Action::Help => session.shows_help = !session.shows_help,
+    }
+    None
+}
+
+/// Goes through the sequence and reads the file that it leads to.
+pub(crate) fn go(session: &mut Session, step: impl FnOnce(&mut Sequence) -> bool) {
+    let Some(sequence) = &mut session.sequence else { return };
+    if step(sequence) {
+        let path = sequence.current().to_path_buf();
+        session.read(&path);
+    }
+}
+
+/// Follows up on a report that is not about the session's own work.
+pub(crate) fn follow(session: &mut Session, report: Report) {
+    match report {
+        Report::Chosen(purpose, paths) => chosen(session, purpose, &paths),
+        Report::Changed => {
+            if let Some(path) = session.watch.as_ref().map(|watch| watch.path().to_path_buf()) {
+                session.read(&path);
+            }
+        }
+        Report::Saved(Ok(told)) => session.tell(told),
+        Report::Saved(Err(error)) => session.fail(error),
+        Report::Pictured(pixels) => {
+            session.copied = Some(pixels);
+            session.tell("copied the image as it is shown");
+        }
+        _ => {}
+    }
+}
+
+/// Watches the file that is open, if another one has been watched.
+pub(crate) fn keep_watching(session: &mut Session) {
+    let Some(watched) = session.watch.as_ref().map(|watch| watch.path().to_path_buf()) else {
+        return;
+    };
+    if session.opened().is_some_and(|opened| opened.path != watched) {
+        session.watch = None;
+        toggle_watch(session);
+    }
+}
+
+fn show(session: &mut Session, shown: Shown) {
+    session.looking.shown = shown;
+    let has_file = session.opened().is_some();
+    if has_file && !session.available().has(shown) {
+        match shown {
+            Shown::Reference => session.tell(NO_REFERENCE),
+            Shown::Albedo => session.tell("the file has no albedo"),
+            Shown::Normal => session.tell("the file has no normals"),
+            Shown::Noisy | Shown::Denoised | Shown::Difference => {}
+        }
+    }
+}
+
+const NO_REFERENCE: &str =
+    "there is no reference of this size; open one with R, or drop it with Shift held";
+
+fn ask_to_open(session: &Session, purpose: Purpose) {
+    let folder = session.opened().and_then(|opened| opened.path.parent());
+    dialog::open(purpose, folder, session.desk.clone());
+}
+
+fn ask_to_save(session: &mut Session, purpose: Purpose) {
+    let Some(opened) = session.opened() else { return };
+    if purpose == Purpose::Save && session.denoised.is_none() {
+        session.tell("there is no result yet");
+        return;
+    }
+    let suggested = match purpose {
+        Purpose::SaveComparison => save::suggested(&opened.path, "comparison", Some("png")),
+        _ => save::suggested(&opened.path, "denoised", None),
+    };
+    dialog::save(purpose, &suggested, session.desk.clone());
+}
+
+fn chosen(session: &mut Session, purpose: Purpose, paths: &[PathBuf]) {
+    let Some(first) = paths.first() else { return };
+    match purpose {
+        Purpose::Open => session.open(paths),
+        Purpose::Reference => session.read_reference(first),
+        Purpose::Save => save_result(session, first),
+        Purpose::SaveComparison => save_comparison(session, first),
+    }
+}
+
+/// Writes the result as the command line would.
+pub(crate) fn save_result(session: &Session, path: &Path) {
+    let (Some(opened), Some(denoised)) = (session.opened(), &session.denoised) else { return };
+    let (opened, outcome) = (opened.clone(), denoised.outcome.clone());
+    let path = path.to_path_buf();
+    session.in_background(move || Report::Saved(save::result(&opened, &outcome.results, &path)));
+}
+
+/// Writes what the window shows, in its layout, as PNG.
+pub(crate) fn save_comparison(session: &Session, path: &Path) {
+    let (Some(opened), Some(draw)) = (session.opened(), drawn(session)) else { return };
+    let (opened, path) = (opened.clone(), path.with_extension("png"));
+    session.in_background(move || Report::Saved(save::picture(&opened, &draw(), &path)));
+}
+
+fn copy_image(session: &Session) {
+    let Some(draw) = drawn(session) else { return };
+    session.in_background(move || Report::Pictured(draw()));
+}
+
+/// Draws what the window shows; to be called on another thread.
+fn drawn(session: &Session) -> Option<impl FnOnce() -> Pixels + Send + use<>> {
+    let visible = session.looking.visible(session.available());
+    let image = |shown| session.image(shown).cloned().map(Arc::new);
+    let [left, right] = [image(visible[0])?, image(visible[1])?];
+    let subtracted = image(session.subtracted())?;
+    let (looking, tone) = (session.looking.clone(), session.tone);
+    Some(move || {
+        let side = |i: usize, image| Side { shown: visible[i], image, subtracted: &subtracted };
+        picture([side(0, &left), side(1, &right)], &looking, tone)
+    })
+}
+
+fn command(session: &mut Session) -> Option<String> {
+    let input = session.opened()?.path.clone();
+    let output = save::suggested(&input, "denoised", None);
+    match session.settings.command(&input, &output, session.wish.color.as_deref()) {
+        Ok(command) => {
+            session.tell(format!("copied: {command}"));
+            Some(command)
+        }
+        Err(why) => {
+            session.fail(why);
+            None
+        }
+    }
+}
+
+fn toggle_watch(session: &mut Session) {
+    if session.watch.take().is_some() {
+        return;
+    }
+    let Some(path) = session.opened().map(|opened| opened.path.clone()) else { return };
+    match Watch::start(&path, session.desk.clone()) {
+        Ok(watch) => session.watch = Some(watch),
+        Err(error) => session.fail(error),
+    }
+}
+
+/// Closes the help, stops the work or takes away the message, whatever is uppermost.
+fn cancel(session: &mut Session) {
+    if session.shows_help {
+        session.shows_help = false;
+    } else if session.is_denoising() {
+        session.cancel();
+        session.tell("cancelled");
+    } else {
+        session.message = None;
+    }
+}

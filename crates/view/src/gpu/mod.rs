@@ -1,0 +1,5 @@
+//! The window's device: images on it, and how they are drawn.
+
+pub(crate) mod host;
+pub(crate) mod screen;
+pub(crate) mod texture;

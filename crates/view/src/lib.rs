@@ -1,0 +1,60 @@
+//! The program `wgdenoise-view`: shows a render noisy and denoised.
+//!
+//! `state` is what the window is told, without a window. Files are opened and denoised on threads of
+//! their own (`work`), on the window's device (`gpu`); `session` holds what there is, `commands`
+//! carries out what is asked for, and `ui` draws it.
+
+mod app;
+mod args;
+mod commands;
+mod compare;
+mod denoise;
+mod dialog;
+mod gpu;
+mod open;
+mod picture;
+mod save;
+mod session;
+mod state;
+mod ui;
+mod watch;
+mod work;
+
+#[cfg(test)]
+mod window_test;
+
+use std::process::ExitCode;
+
+use clap::Parser as _;
+use eframe::egui::ViewportBuilder;
+use eframe::{NativeOptions, Renderer};
+
+/// Opens the window with the files of the command line.
+#[must_use]
+pub fn main() -> ExitCode {
+    let args = args::Args::parse();
+    let options = NativeOptions {
+        viewport: ViewportBuilder::default()
+            .with_app_id("wgdenoise-view")
+            .with_inner_size([1400.0, 900.0])
+            .with_min_inner_size([640.0, 420.0]),
+        renderer: Renderer::Wgpu,
+        wgpu_options: gpu::host::configuration(),
+        ..NativeOptions::default()
+    };
+    let shown = eframe::run_native(
+        "wgdenoise",
+        options,
+        Box::new(move |creation| {
+            let viewer = app::Viewer::new(creation, &args.files, args.reference.as_ref())?;
+            Ok(Box::new(viewer))
+        }),
+    );
+    match shown {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(error) => {
+            eprintln!("wgdenoise-view: the window cannot be opened: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! Opening files, with the checks and the sentences of the command line.
+
+use std::path::{Path, PathBuf};
+
+use wgdenoise_files::{FileError, LayerChoice, Picture, Problem, View, escaped};
+
+/// A file that has been read.
+#[derive(Debug)]
+pub(crate) struct Opened {
+    pub(crate) path: PathBuf,
+    pub(crate) picture: Picture,
+    /// The position of the view that is shown; all views are denoised and saved.
+    pub(crate) shown: usize,
+}
+
+/// What to read of a file, where there is a choice.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Wish {
+    /// The layer to denoise; otherwise it is found.
+    pub(crate) color: Option<String>,
+    /// The view to show, by its position, or the last one there is.
+    pub(crate) view: usize,
+}
+
+impl Opened {
+    /// Reads an image with its albedo and normals.
+    ///
+    /// # Errors
+    /// A sentence that names the file and what is wrong with it.
+    pub(crate) fn noisy(path: &Path, Wish { color, view }: Wish) -> Result<Self, String> {
+        let opened = Self::read(path, &LayerChoice { color, ..LayerChoice::default() })?;
+        let last = opened.picture.views().len() - 1;
+        Ok(Self { shown: view.min(last), ..opened })
+    }
+
+    /// Reads a reference: of an EXR file, the layer that results are written to.
+    ///
+    /// # Errors
+    /// Those of [`noisy`](Self::noisy).
+    pub(crate) fn reference(path: &Path) -> Result<Self, String> {
+        Self::read(path, &LayerChoice { finished: true, no_aux: true, ..LayerChoice::default() })
+    }
+
+    fn read(path: &Path, wanted: &LayerChoice) -> Result<Self, String> {
+        let picture = Picture::open(path, wanted).map_err(|error| sentence(&error))?;
+        Ok(Self { path: path.to_path_buf(), picture, shown: 0 })
+    }
+
+    pub(crate) fn view(&self) -> &View {
+        &self.picture.views()[self.shown]
+    }
+
+    /// The names of the views; one without a name if there is only one.
+    pub(crate) fn views(&self) -> Vec<String> {
+        let name = |view: &View| escaped(view.name().unwrap_or_default());
+        self.picture.views().iter().map(name).collect()
+    }
+
+    pub(crate) fn size(&self) -> [u32; 2] {
+        self.view().color().size().into()
+    }
+
+    /// The file's name for the window.
+    pub(crate) fn name(&self) -> String {
+        escaped(&self.path.file_name().unwrap_or_default().to_string_lossy())
+    }
+
+    /// The layers that could be the color, the one that was found first; none for PNG and JPEG.
+    pub(crate) fn colors(&self) -> Vec<String> {
+        let listed = self.view().selection().map(|selection| {
+            [std::slice::from_ref(&selection.color), &selection.other_colors].concat()
+        });
+        listed.unwrap_or_default()
+    }
+
+    /// Which layers were found and why, and what else a user should know about the file.
+    pub(crate) fn explanation(&self) -> Vec<String> {
+        let found = self.view().selection().map(|selection| selection.explanation.clone());
+        let mut lines = found.unwrap_or_default();
+        lines.extend(self.picture.notices().iter().cloned());
+        if let more @ 2.. = self.picture.views().len() {
+            lines.push(format!("all {more} views are denoised and saved"));
+        }
+        lines
+    }
+}
+
+/// A problem with what the user can do about it in the window.
+pub(crate) fn sentence(error: &FileError) -> String {
+    let advice = match error.problem {
+        Problem::TooManyPixels { .. } => "; the command line accepts more with --max-pixels",
+        Problem::AmbiguousColor(_) => "; name one with --color of the command line",
+        _ => "",
+    };
+    format!("{error}{advice}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_no_image_is_one_sentence_with_its_name() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("text.exr");
+        std::fs::write(&file, "no image").unwrap();
+        for path in [file.as_path(), folder.path(), Path::new("/nowhere/a.exr")] {
+            let error = Opened::noisy(path, Wish::default()).unwrap_err();
+            assert!(error.starts_with(&path.display().to_string()), "{error}");
+            assert!(!error.contains('\n'), "{error}");
+        }
+    }
+}

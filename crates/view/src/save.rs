@@ -1,0 +1,75 @@
+//! Saving the result, and a picture of what is compared.
+
+use std::path::{Path, PathBuf};
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder as _};
+use wgdenoise_files::{Denoised, FileError, Format, Identity, Out, Problem, escaped, replace};
+
+use crate::open::{Opened, sentence};
+use crate::picture::Pixels;
+
+/// The name that a result is saved under unless the user gives another: `render.denoised.exr`.
+pub(crate) fn suggested(input: &Path, what: &str, extension: Option<&str>) -> PathBuf {
+    let stem = input.file_stem().unwrap_or_default().to_string_lossy();
+    let own = || input.extension().map_or("exr".into(), |e| e.to_string_lossy().to_lowercase());
+    let extension = extension.map_or_else(own, str::to_string);
+    input.with_file_name(format!("{stem}.{what}.{extension}"))
+}
+
+/// Writes the result as the command line would, over a file that the user has agreed to replace.
+/// Returns what to tell about it.
+///
+/// # Errors
+/// If the file is the input, has an unknown extension, or cannot be written.
+pub(crate) fn result(opened: &Opened, results: &[Denoised], path: &Path) -> Result<String, String> {
+    refuse_input(opened, path)?;
+    let saved = || -> Result<Vec<String>, FileError> {
+        let format = Format::of_extension(path).map_err(|problem| problem.at(path))?;
+        opened.picture.save_as(path, format, results, true)
+    };
+    let notices = saved().map_err(|error| sentence(&error))?;
+    Ok(told(path, &notices))
+}
+
+/// Writes a picture as PNG with 8 bits.
+///
+/// # Errors
+/// Those of [`result`].
+pub(crate) fn picture(opened: &Opened, pixels: &Pixels, path: &Path) -> Result<String, String> {
+    refuse_input(opened, path)?;
+    let [width, height] = pixels.size;
+    let bytes = pixels.rgb.as_flattened();
+    let write = |out: &mut Out<'_>| {
+        let encoder = PngEncoder::new(out);
+        let written = encoder.write_image(bytes, width, height, ExtendedColorType::Rgb8);
+        written.map_err(|error| Problem::Write(std::io::Error::other(error)))
+    };
+    replace(path, true, write).map_err(|error| sentence(&error))?;
+    Ok(told(path, &[]))
+}
+
+fn refuse_input(opened: &Opened, path: &Path) -> Result<(), String> {
+    if Identity::of(path) != Identity::of(&opened.path) {
+        return Ok(());
+    }
+    Err(format!("{}: is the noisy image; give another name", escaped(&path.to_string_lossy())))
+}
+
+fn told(path: &Path, notices: &[String]) -> String {
+    let saved = format!("saved {}", escaped(&path.to_string_lossy()));
+    [std::slice::from_ref(&saved), notices].concat().join("; ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn suggested_names_stand_next_to_the_input() {
+        let name = |input: &str, extension| suggested(Path::new(input), "denoised", extension);
+        assert_eq!(name("a/b.0001.EXR", None), Path::new("a/b.0001.denoised.exr"));
+        assert_eq!(name("b", None), Path::new("b.denoised.exr"));
+        assert_eq!(name("b.exr", Some("png")), Path::new("b.denoised.png"));
+    }
+}

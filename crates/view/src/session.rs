@@ -1,0 +1,368 @@
+//! Everything that is open, and what is being done with it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+
+use wgdenoise::Image;
+
+use crate::compare::Figures;
+use crate::denoise::{Engine, Outcome};
+use crate::gpu::host::Gpu;
+use crate::gpu::texture::Texture;
+use crate::open::{Opened, Wish};
+use crate::picture::Pixels;
+use crate::state::looking::{Available, Looking, Shown};
+use crate::state::sequence::Sequence;
+use crate::state::settings::Settings;
+use crate::state::tone::Tone;
+use crate::state::transform::Transform;
+use crate::watch::Watch;
+use crate::work::{Desk, Lane, Loaded, Reference, Report};
+
+/// A sentence for the user.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Message {
+    pub(crate) text: String,
+    pub(crate) is_error: bool,
+}
+
+/// The result of denoising, and its image on the GPU.
+pub(crate) struct Denoised {
+    pub(crate) outcome: Arc<Outcome>,
+    pub(crate) texture: Texture,
+}
+
+/// What the window shows and does.
+pub(crate) struct Session {
+    pub(crate) looking: Looking,
+    pub(crate) transform: Transform,
+    pub(crate) tone: Tone,
+    pub(crate) settings: Settings,
+    pub(crate) loaded: Option<Loaded>,
+    pub(crate) denoised: Option<Denoised>,
+    pub(crate) reference: Option<Reference>,
+    pub(crate) figures: Option<Figures>,
+    pub(crate) sequence: Option<Sequence>,
+    /// The layers of the file that could be the color.
+    pub(crate) colors: Vec<String>,
+    /// What the user has chosen of the file.
+    pub(crate) wish: Wish,
+    pub(crate) watch: Option<Watch>,
+    pub(crate) message: Option<Message>,
+    /// What is done of the denoising that runs, from 0 to 1.
+    pub(crate) progress: Option<f32>,
+    /// Whether a file is being read.
+    pub(crate) is_opening: bool,
+    pub(crate) shows_help: bool,
+    /// The area that shows the image, in pixels of the screen.
+    pub(crate) area: [f32; 2],
+    /// Whether the line of a split is being dragged.
+    pub(crate) drags_line: bool,
+    /// The pixel under the cursor.
+    pub(crate) pointed: Option<[u32; 2]>,
+    /// A picture to be put on the clipboard.
+    pub(crate) copied: Option<Pixels>,
+    pub(crate) desk: Desk,
+    gpu: Gpu,
+    files: Lane<()>,
+    engine: Lane<Engine>,
+    reports: Receiver<Report>,
+    /// The ticket of the file that was asked for last.
+    opening: u64,
+    /// The ticket of the denoising that was asked for last; the engine's thread skips older ones.
+    denoising: Arc<AtomicU64>,
+    /// Ends the denoising that runs.
+    stop: Arc<AtomicBool>,
+}
+
+impl Session {
+    /// An empty session. `wake` makes the window draw itself again, from any thread.
+    pub(crate) fn new(gpu: Gpu, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        let (sender, reports) = channel();
+        let desk = Desk::new(sender, wake);
+        let for_engine = gpu.clone();
+        Self {
+            looking: Looking::default(),
+            transform: Transform::default(),
+            tone: Tone::default(),
+            settings: Settings::default(),
+            loaded: None,
+            denoised: None,
+            reference: None,
+            figures: None,
+            sequence: None,
+            colors: Vec::new(),
+            wish: Wish::default(),
+            watch: None,
+            message: None,
+            progress: None,
+            is_opening: false,
+            shows_help: false,
+            area: [1.0; 2],
+            drags_line: false,
+            pointed: None,
+            copied: None,
+            files: Lane::new(desk.clone(), || ()),
+            engine: Lane::new(desk.clone(), move || Engine::new(for_engine.clone())),
+            desk,
+            gpu,
+            reports,
+            opening: 0,
+            denoising: Arc::default(),
+            stop: Arc::default(),
+        }
+    }
+
+    pub(crate) fn opened(&self) -> Option<&Arc<Opened>> {
+        self.loaded.as_ref().map(|loaded| &loaded.opened)
+    }
+
+    pub(crate) fn is_denoising(&self) -> bool {
+        self.progress.is_some()
+    }
+
+    /// The images that there are next to the noisy one.
+    pub(crate) fn available(&self) -> Available {
+        let size = self.opened().map(|opened| opened.view().color().size());
+        let fits = |reference: &Reference| Some(reference.image.size()) == size;
+        Available {
+            denoised: self.denoised.is_some(),
+            reference: self.reference.as_ref().is_some_and(fits),
+            albedo: self.loaded.as_ref().is_some_and(|loaded| loaded.albedo.is_some()),
+            normal: self.loaded.as_ref().is_some_and(|loaded| loaded.normal.is_some()),
+        }
+    }
+
+    /// An image on the CPU; the denoised one stands for a difference.
+    pub(crate) fn image(&self, shown: Shown) -> Option<&Image> {
+        let view = self.opened()?.view();
+        match shown {
+            Shown::Noisy => Some(view.color()),
+            Shown::Denoised | Shown::Difference => {
+                Some(&self.denoised.as_ref()?.outcome.results.get(self.opened()?.shown)?.color)
+            }
+            Shown::Reference => self.reference.as_ref().map(|reference| &*reference.image),
+            Shown::Albedo => view.albedo(),
+            Shown::Normal => view.normal(),
+        }
+    }
+
+    /// An image on the GPU; the denoised one stands for a difference.
+    pub(crate) fn texture(&self, shown: Shown) -> Option<&Texture> {
+        let loaded = self.loaded.as_ref()?;
+        match shown {
+            Shown::Noisy => Some(&loaded.noisy),
+            Shown::Denoised | Shown::Difference => self.denoised.as_ref().map(|d| &d.texture),
+            Shown::Reference => self.reference.as_ref().map(|reference| &reference.texture),
+            Shown::Albedo => loaded.albedo.as_ref(),
+            Shown::Normal => loaded.normal.as_ref(),
+        }
+    }
+
+    /// What the denoised image is compared with.
+    pub(crate) fn subtracted(&self) -> Shown {
+        if self.available().reference { Shown::Reference } else { Shown::Noisy }
+    }
+
+    pub(crate) fn tell(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), is_error: false });
+    }
+
+    pub(crate) fn fail(&mut self, text: impl Into<String>) {
+        self.message = Some(Message { text: text.into(), is_error: true });
+    }
+
+    /// Opens the first of these files; the arrow keys lead to the others, or to the other frames.
+    pub(crate) fn open(&mut self, files: &[PathBuf]) {
+        if let Some(sequence) = Sequence::of(files) {
+            let path = sequence.current().to_path_buf();
+            self.sequence = Some(sequence);
+            self.wish = Wish::default();
+            self.read(&path);
+        }
+    }
+
+    /// Reads a file on a thread of its own. What is open stays until then.
+    pub(crate) fn read(&mut self, path: &Path) {
+        self.opening += 1;
+        self.is_opening = true;
+        let (ticket, path, gpu) = (self.opening, path.to_path_buf(), self.gpu.clone());
+        let wish = self.wish.clone();
+        self.files.add(move |()| Report::Opened(ticket, load(&gpu, &path, wish)));
+    }
+
+    /// Reads the open file again, with another layer or view.
+    pub(crate) fn choose(&mut self, wish: Wish) {
+        self.wish = wish;
+        if let Some(path) = self.opened().map(|opened| opened.path.clone()) {
+            self.read(&path);
+        }
+    }
+
+    /// Reads a reference on a thread of its own.
+    pub(crate) fn read_reference(&mut self, path: &Path) {
+        let (path, gpu) = (path.to_path_buf(), self.gpu.clone());
+        self.files.add(move |()| Report::Reference(load_reference(&gpu, path)));
+    }
+
+    /// Denoises what is open, in place of any denoising that runs.
+    pub(crate) fn denoise(&mut self) {
+        let Some(opened) = self.opened().cloned() else { return };
+        let ticket = self.next_ticket();
+        (self.progress, self.message) = (Some(0.0), None);
+        let (latest, settings) = (self.denoising.clone(), self.settings);
+        let (desk, gpu, stop) = (self.desk.clone(), self.gpu.clone(), self.stop.clone());
+        self.engine.add(move |engine| {
+            let outdated = || latest.load(Ordering::Relaxed) != ticket;
+            if outdated() {
+                return Report::Denoised(ticket, Err(String::new()));
+            }
+            let mut progress = |done| desk.report(Report::Progress(ticket, done));
+            let denoised = engine.denoise(&opened.picture, settings, &stop, &mut progress);
+            let shown = denoised.and_then(|outcome| uploaded(&gpu, outcome, opened.shown));
+            Report::Denoised(ticket, shown)
+        });
+    }
+
+    /// Ends the denoising that runs.
+    pub(crate) fn cancel(&mut self) {
+        self.next_ticket();
+        self.progress = None;
+    }
+
+    /// Does work on files on their thread.
+    pub(crate) fn in_background(&self, work: impl FnOnce() -> Report + Send + 'static) {
+        self.files.add(move |()| work());
+    }
+
+    /// Stops what runs and starts to count anew.
+    fn next_ticket(&mut self) -> u64 {
+        self.stop.store(true, Ordering::Relaxed);
+        self.stop = Arc::default();
+        self.denoising.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    fn is_current(&self, ticket: u64) -> bool {
+        self.denoising.load(Ordering::Relaxed) == ticket
+    }
+
+    /// Takes what the threads have reported since the last call.
+    pub(crate) fn take_reports(&mut self) -> Vec<Report> {
+        let mut others = Vec::new();
+        while let Ok(report) = self.reports.try_recv() {
+            match report {
+                Report::Opened(ticket, loaded) if ticket == self.opening => {
+                    self.opened_file(loaded);
+                }
+                Report::Denoised(ticket, result) if self.is_current(ticket) => self.finish(result),
+                Report::Progress(ticket, done) if self.is_current(ticket) => {
+                    self.progress = Some(done);
+                }
+                Report::Figures(ticket, figures) if self.is_current(ticket) => self.judge(figures),
+                Report::Opened(..)
+                | Report::Denoised(..)
+                | Report::Progress(..)
+                | Report::Figures(..) => {}
+                Report::Reference(reference) => self.set_reference(reference),
+                Report::Failed => {
+                    self.progress = None;
+                    self.is_opening = false;
+                    self.fail("an error inside the program stopped the work; please report it");
+                }
+                other => others.push(other),
+            }
+        }
+        others
+    }
+
+    fn opened_file(&mut self, loaded: Result<Loaded, String>) {
+        self.is_opening = false;
+        match loaded {
+            Ok(loaded) => {
+                let size = self.opened().map(|opened| opened.size());
+                if size != Some(loaded.opened.size()) {
+                    self.transform.fit();
+                }
+                if self.wish.color.is_none() {
+                    self.colors = loaded.opened.colors();
+                }
+                self.loaded = Some(loaded);
+                (self.denoised, self.figures, self.message) = (None, None, None);
+                self.denoise();
+                self.compare();
+            }
+            Err(error) => self.fail(error),
+        }
+    }
+
+    fn finish(&mut self, result: Result<(Outcome, Texture), String>) {
+        self.progress = None;
+        match result {
+            Ok((outcome, texture)) => {
+                if let Some(notice) = outcome.notices.first() {
+                    self.tell(notice.clone());
+                }
+                self.denoised = Some(Denoised { outcome: Arc::new(outcome), texture });
+                self.compare();
+            }
+            Err(error) => self.fail(error),
+        }
+    }
+
+    fn set_reference(&mut self, reference: Result<Reference, String>) {
+        match reference {
+            Ok(reference) => {
+                self.reference = Some(reference);
+                self.compare();
+            }
+            Err(error) => self.fail(error),
+        }
+    }
+
+    fn judge(&mut self, figures: Result<Figures, String>) {
+        match figures {
+            Ok(figures) => self.figures = Some(figures),
+            Err(error) => {
+                self.figures = None;
+                self.fail(error);
+            }
+        }
+    }
+
+    /// Compares what there is with the reference, if there is one.
+    fn compare(&mut self) {
+        let (Some(opened), Some(reference)) = (self.opened(), &self.reference) else { return };
+        let (opened, reference) = (opened.clone(), reference.image.clone());
+        let outcome = self.denoised.as_ref().map(|denoised| denoised.outcome.clone());
+        let ticket = self.denoising.load(Ordering::Relaxed);
+        self.files.add(move |()| {
+            let denoised = outcome.as_ref().map(|outcome| &outcome.results[opened.shown].color);
+            let figures = Figures::of(opened.view().color(), denoised, &reference);
+            Report::Figures(ticket, figures)
+        });
+    }
+}
+
+fn load(gpu: &Gpu, path: &Path, wish: Wish) -> Result<Loaded, String> {
+    let opened = Opened::noisy(path, wish)?;
+    let view = opened.view();
+    let upload = |image: Option<&Image>| image.map(|i| Texture::upload(gpu, i)).transpose();
+    let noisy = Texture::upload(gpu, view.color())?;
+    let (albedo, normal) = (upload(view.albedo())?, upload(view.normal())?);
+    Ok(Loaded { opened: Arc::new(opened), noisy, albedo, normal })
+}
+
+fn load_reference(gpu: &Gpu, path: PathBuf) -> Result<Reference, String> {
+    let opened = Opened::reference(&path)?;
+    let image = opened.view().color();
+    let texture = Texture::upload(gpu, image)?;
+    Ok(Reference { image: Arc::new(image.clone()), texture, path })
+}
+
+/// The result of the view that is shown, on the GPU.
+fn uploaded(gpu: &Gpu, outcome: Outcome, shown: usize) -> Result<(Outcome, Texture), String> {
+    let texture = Texture::upload(gpu, &outcome.results[shown].color)?;
+    Ok((outcome, texture))
+}

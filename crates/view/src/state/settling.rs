@@ -1,0 +1,99 @@
+//! When a file that a renderer rewrites is whole enough to be read.
+
+use std::time::{Duration, Instant, SystemTime};
+
+/// A file that keeps its length and time for so long counts as written.
+const QUIET: Duration = Duration::from_millis(400);
+
+/// What tells that a file has changed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct Stamp {
+    pub(crate) length: u64,
+    pub(crate) modified: Option<SystemTime>,
+}
+
+impl Stamp {
+    /// That of a file; `None` if it is not there.
+    pub(crate) fn of(path: &std::path::Path) -> Option<Self> {
+        let metadata = path.metadata().ok()?;
+        Some(Self { length: metadata.len(), modified: metadata.modified().ok() })
+    }
+}
+
+/// Watches the stamps of one file.
+#[derive(Clone, Debug)]
+pub(crate) struct Settling {
+    /// That of the version that has been read.
+    read: Option<Stamp>,
+    /// The last one seen, and when it was seen first.
+    seen: Option<(Stamp, Instant)>,
+}
+
+impl Settling {
+    /// Starts with the version that has been read.
+    pub(crate) fn new(read: Option<Stamp>) -> Self {
+        Self { read, seen: None }
+    }
+
+    /// Whether a new version has been seen that may still grow.
+    pub(crate) fn is_waiting(&self) -> bool {
+        self.seen.is_some()
+    }
+
+    /// Takes note of the file as it is now. Returns whether a new version should be read: one that has
+    /// not changed for a while and is not empty. Each version is reported once.
+    pub(crate) fn look(&mut self, now: Instant, stamp: Option<Stamp>) -> bool {
+        let Some(stamp) = stamp.filter(|stamp| stamp.length > 0 && self.read != Some(*stamp))
+        else {
+            self.seen = None;
+            return false;
+        };
+        match self.seen {
+            Some((seen, since)) if seen == stamp => {
+                let is_quiet = now.duration_since(since) >= QUIET;
+                if is_quiet {
+                    *self = Self::new(Some(stamp));
+                }
+                is_quiet
+            }
+            _ => {
+                self.seen = Some((stamp, now));
+                false
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn stamp(length: u64) -> Stamp {
+        Stamp { length, modified: None }
+    }
+
+    #[test]
+    fn a_growing_file_is_waited_for_and_reported_once() {
+        let start = Instant::now();
+        let at = |ms| start + Duration::from_millis(ms);
+        let mut settling = Settling::new(Some(stamp(9)));
+        let looks =
+            [(0, 9), (100, 3), (400, 5), (700, 5), (900, 5), (1500, 5), (2000, 9), (2500, 9)];
+        let found = looks.map(|(ms, length)| settling.look(at(ms), Some(stamp(length))));
+        assert_eq!(found, [false, false, false, false, true, false, false, true]);
+    }
+
+    #[test]
+    fn a_missing_or_empty_file_is_no_version() {
+        let start = Instant::now();
+        let mut settling = Settling::new(Some(stamp(9)));
+        for (ms, stamp) in [(0, None), (1000, None), (2000, Some(stamp(0))), (3000, Some(stamp(0)))]
+        {
+            assert!(!settling.look(start + Duration::from_millis(ms), stamp));
+        }
+        assert!(
+            !settling.look(start + Duration::from_secs(4), Some(stamp(9))),
+            "it was read before"
+        );
+    }
+}

@@ -1,0 +1,51 @@
+//! The window before anything is open.
+
+use std::path::PathBuf;
+
+use eframe::egui::{RichText, Ui};
+
+use crate::state::keys::Action;
+use crate::ui::theme::QUIET;
+
+/// What the user chose to begin with.
+pub(crate) enum Beginning {
+    Do(Action),
+    Sample(PathBuf),
+}
+
+/// Says what to do, and offers the sample if this is a checkout of the repository.
+pub(crate) fn show(ui: &mut Ui, is_opening: bool) -> Option<Beginning> {
+    let mut chosen = None;
+    ui.vertical_centered(|ui| {
+        ui.add_space((ui.available_height() / 2.0 - 110.0).max(20.0));
+        if is_opening {
+            ui.spinner();
+            ui.label("Opening…");
+            return;
+        }
+        ui.label(RichText::new("Drop a noisy render here").size(26.0));
+        ui.label(
+            RichText::new("EXR, PNG or JPEG; albedo and normals are found by name").color(QUIET),
+        );
+        ui.add_space(14.0);
+        if ui.button("Open…").clicked() {
+            chosen = Some(Beginning::Do(Action::Open));
+        }
+        if let Some(sample) = sample()
+            && ui.button("Try the sample").on_hover_text(sample.display().to_string()).clicked()
+        {
+            chosen = Some(Beginning::Sample(sample));
+        }
+        ui.add_space(14.0);
+        ui.label(RichText::new("? lists the keys").color(QUIET));
+    });
+    chosen
+}
+
+/// The sample that comes with the repository, below the current folder or above the program.
+pub(crate) fn sample() -> Option<PathBuf> {
+    let program = std::env::current_exe().unwrap_or_default();
+    let above = program.ancestors().skip(1).map(PathBuf::from);
+    let files = [PathBuf::new()].into_iter().chain(above);
+    files.map(|folder| folder.join("samples/still_life_8spp.exr")).find(|file| file.is_file())
+}

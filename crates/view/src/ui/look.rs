@@ -1,0 +1,52 @@
+//! How the images are looked at: exposure, tone curve, what is compared. None of it changes a result.
+
+use eframe::egui::{ComboBox, Grid, Slider, Ui};
+
+use crate::session::Session;
+use crate::state::looking::{Layout, Looking, Shown};
+use crate::state::tone::{Curve, Tone};
+
+/// Shows the choices that matter for what is shown.
+pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
+    let visible = session.looking.visible(session.available());
+    let Session { looking, tone, .. } = session;
+    ui.spacing_mut().slider_width = 96.0;
+    Grid::new("look").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+        exposure(ui, tone);
+        if looking.layout != Layout::Single {
+            ui.label("Left image");
+            left(ui, looking);
+            ui.end_row();
+        }
+        if visible.contains(&Shown::Difference) {
+            ui.label("Amplify");
+            let [least, most] = Looking::AMPLIFICATION;
+            let slider = Slider::new(&mut looking.amplification, least..=most).logarithmic(true);
+            ui.add(slider.text("times").max_decimals(0));
+            ui.end_row();
+        }
+    });
+}
+
+fn exposure(ui: &mut Ui, tone: &mut Tone) {
+    ui.label("Exposure").on_hover_text("for looking only: E and Shift E, 0 resets");
+    let stops = Tone::STOPS;
+    ui.add(Slider::new(&mut tone.exposure, -stops..=stops).text("EV").fixed_decimals(1));
+    ui.end_row();
+    ui.label("Tone curve").on_hover_text("for looking only: T");
+    ui.horizontal(|ui| {
+        for (curve, name) in Curve::ALL {
+            ui.selectable_value(&mut tone.curve, curve, name);
+        }
+    });
+    ui.end_row();
+}
+
+fn left(ui: &mut Ui, looking: &mut Looking) {
+    let name = looking.left.name();
+    ComboBox::from_id_salt("left").selected_text(name).width(110.0).show_ui(ui, |ui| {
+        for shown in Shown::ALL {
+            ui.selectable_value(&mut looking.left, shown, shown.name());
+        }
+    });
+}

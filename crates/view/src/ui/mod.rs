@@ -1,0 +1,10 @@
+//! The parts of the window. Each draws itself from the session and returns what the user asks for.
+
+pub(crate) mod canvas;
+pub(crate) mod empty;
+pub(crate) mod help;
+pub(crate) mod look;
+pub(crate) mod panel;
+pub(crate) mod status;
+pub(crate) mod theme;
+pub(crate) mod toolbar;

@@ -1,0 +1,213 @@
+//! The column at the right: the file, how it is denoised, and what came out.
+
+use eframe::egui::{Button, ComboBox, Grid, RichText, ScrollArea, Slider, Ui};
+use wgdenoise::{Precision, Quality};
+use wgdenoise_files::escaped;
+
+use crate::commands;
+use crate::open::Wish;
+use crate::session::Session;
+use crate::state::keys::Action;
+use crate::state::settings::{Alpha, Settings};
+use crate::ui::look;
+use crate::ui::theme::QUIET;
+
+/// Shows the column; returns what the user asks for.
+pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
+    let mut asked = None;
+    ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+        ui.add_space(6.0);
+        file(ui, session);
+        color(ui, session);
+        view(ui, session);
+        asked = sequence(ui, session).or(asked);
+        ui.separator();
+        look::show(ui, session);
+        ui.separator();
+        let before = session.settings;
+        settings(ui, session);
+        if session.settings != before {
+            session.denoise();
+        }
+        ui.separator();
+        result(ui, session);
+        figures(ui, session, &mut asked);
+        ui.separator();
+        outputs(ui, &mut asked);
+    });
+    asked
+}
+
+/// The file's name and size, and which layers were found and why.
+fn file(ui: &mut Ui, session: &Session) {
+    let Some(opened) = session.opened() else { return };
+    let [width, height] = opened.size();
+    ui.heading(opened.name());
+    ui.label(RichText::new(format!("{width} × {height} pixels")).color(QUIET));
+    for line in opened.explanation() {
+        ui.label(RichText::new(line).small().color(QUIET));
+    }
+}
+
+/// The layer to denoise, if there are several.
+fn color(ui: &mut Ui, session: &mut Session) {
+    let Some(selection) = session.opened().and_then(|opened| opened.view().selection()) else {
+        return;
+    };
+    if session.colors.len() < 2 {
+        return;
+    }
+    let (found, mut chosen) = (selection.color.clone(), selection.color.clone());
+    ComboBox::from_label("Color").selected_text(escaped(&found)).show_ui(ui, |ui| {
+        for name in &session.colors {
+            ui.selectable_value(&mut chosen, name.clone(), escaped(name));
+        }
+    });
+    if chosen != found {
+        session.choose(Wish { color: Some(chosen), view: 0 });
+    }
+}
+
+/// The view to show, if there are several.
+fn view(ui: &mut Ui, session: &mut Session) {
+    let Some(opened) = session.opened().filter(|opened| opened.picture.views().len() > 1) else {
+        return;
+    };
+    let (names, mut chosen) = (opened.views(), opened.shown);
+    let (before, shown) = (chosen, names[chosen].clone());
+    ComboBox::from_label("View").selected_text(shown).show_ui(ui, |ui| {
+        for (i, name) in names.into_iter().enumerate() {
+            ui.selectable_value(&mut chosen, i, name);
+        }
+    });
+    if chosen != before {
+        session.choose(Wish { view: chosen, ..session.wish.clone() });
+    }
+}
+
+/// The place in the sequence, and watching.
+fn sequence(ui: &mut Ui, session: &mut Session) -> Option<Action> {
+    let mut watches = session.watch.is_some();
+    if let Some((at, count)) = session.sequence.as_ref().map(|s| (s.at(), s.len()))
+        && count > 1
+    {
+        let mut place = at + 1;
+        ui.spacing_mut().slider_width = 150.0;
+        let slider = Slider::new(&mut place, 1..=count).text(format!("of {count}"));
+        if ui.add(slider).on_hover_text("arrow keys").changed() {
+            commands::go(session, |sequence| sequence.go(place - 1));
+        }
+    }
+    let hint = "W: denoise anew whenever the file is written";
+    let clicked = ui.checkbox(&mut watches, "Watch the file").on_hover_text(hint).clicked();
+    clicked.then_some(Action::Watch)
+}
+
+fn settings(ui: &mut Ui, session: &mut Session) {
+    let (albedo, normal, alpha) = session.opened().map_or((false, false, false), |opened| {
+        let view = opened.view();
+        (view.albedo().is_some(), view.normal().is_some(), view.alpha().is_some())
+    });
+    let chosen = &mut session.settings;
+    Grid::new("settings").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+        ui.label("Quality");
+        quality(ui, chosen);
+        ui.end_row();
+        ui.label("Precision");
+        ui.horizontal(|ui| {
+            ui.selectable_value(&mut chosen.precision, Precision::F16, "16 bit");
+            ui.selectable_value(&mut chosen.precision, Precision::F32, "32 bit");
+        });
+        ui.end_row();
+        ui.label("Use");
+        ui.horizontal(|ui| {
+            ui.add_enabled_ui(albedo, |ui| ui.checkbox(&mut chosen.albedo, "albedo"));
+            ui.add_enabled_ui(normal, |ui| ui.checkbox(&mut chosen.normal, "normal"));
+        });
+        ui.end_row();
+        if alpha {
+            ui.label("Alpha").on_hover_text("Auto denoises it if it is fractional anywhere");
+            ui.horizontal(|ui| {
+                for (value, name) in Alpha::ALL {
+                    ui.selectable_value(&mut chosen.alpha, value, name);
+                }
+            });
+            ui.end_row();
+        }
+        ui.label("Skip");
+        ui.checkbox(&mut chosen.skip_clean, "constant areas");
+        ui.end_row();
+    });
+}
+
+fn quality(ui: &mut Ui, chosen: &mut Settings) {
+    ui.horizontal(|ui| {
+        for (value, name) in
+            [(Quality::Fast, "Fast"), (Quality::Balanced, "Balanced"), (Quality::High, "High")]
+        {
+            ui.selectable_value(&mut chosen.quality, value, name)
+                .on_hover_text("each tier takes two to three times as long as the one before");
+        }
+    });
+}
+
+/// Time, tiles and memory.
+fn result(ui: &mut Ui, session: &mut Session) {
+    let Some(denoised) = &session.denoised else {
+        if session.is_denoising() {
+            ui.label(RichText::new("denoising…").color(QUIET));
+        } else if ui.button("Denoise now").clicked() {
+            session.denoise();
+        }
+        return;
+    };
+    let outcome = &denoised.outcome;
+    ui.label(format!("denoised in {:.2} s", outcome.took.as_secs_f64()));
+    let prepared = outcome
+        .prepared
+        .map(|time| format!("after {:.2} s for kernels and weights", time.as_secs_f64()));
+    for line in prepared.iter().chain([&outcome.plan]).chain(&outcome.notices) {
+        ui.label(RichText::new(line).small().color(QUIET));
+    }
+}
+
+/// The error against the reference.
+fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
+    ui.separator();
+    let Some(figures) = &session.figures else {
+        let hint = "R, or drop the file with Shift held";
+        if ui.button("Compare with a reference…").on_hover_text(hint).clicked() {
+            *asked = Some(Action::OpenReference);
+        }
+        return;
+    };
+    if let Some(reference) = &session.reference {
+        let name = reference.path.file_name().unwrap_or_default().to_string_lossy();
+        ui.label(RichText::new(format!("against {name}")).small().color(QUIET));
+    }
+    Grid::new("figures").num_columns(3).striped(true).show(ui, |ui| {
+        for heading in ["", "noisy", "denoised"] {
+            ui.label(RichText::new(heading).color(QUIET));
+        }
+        ui.end_row();
+        for row in figures.rows() {
+            ui.label(row.name).on_hover_text(row.hint);
+            ui.monospace(row.noisy);
+            ui.monospace(row.denoised);
+            ui.end_row();
+        }
+    });
+}
+
+fn outputs(ui: &mut Ui, asked: &mut Option<Action>) {
+    for (text, hint, action) in [
+        ("Save the result…", "Ctrl S: as the command line writes it", Action::Save),
+        ("Save the comparison…", "Ctrl Shift S: what is shown, as PNG", Action::SaveComparison),
+        ("Copy the command line", "Ctrl E: the command that does the same", Action::CopyCommand),
+    ] {
+        let button = Button::new(text).min_size([190.0, 0.0].into());
+        if ui.add(button).on_hover_text(hint).clicked() {
+            *asked = Some(action);
+        }
+    }
+}

@@ -1,0 +1,46 @@
+//! Colors and sizes of the window.
+
+use eframe::egui::{Color32, Context, CornerRadius, FontId, Stroke, TextStyle, Theme, Visuals};
+
+/// What is chosen or running.
+pub(crate) const ACCENT: Color32 = Color32::from_rgb(255, 176, 84);
+/// Errors.
+pub(crate) const ALARM: Color32 = Color32::from_rgb(255, 118, 104);
+/// Explanations.
+pub(crate) const QUIET: Color32 = Color32::from_rgb(150, 152, 158);
+
+/// Dark and neutral, so that the window does not tint what is looked at.
+pub(crate) fn apply(context: &Context) {
+    context.set_theme(Theme::Dark);
+    let mut visuals = Visuals::dark();
+    visuals.panel_fill = Color32::from_gray(30);
+    visuals.window_fill = Color32::from_gray(36);
+    visuals.extreme_bg_color = Color32::from_gray(20);
+    visuals.override_text_color = Some(Color32::from_gray(222));
+    visuals.selection.bg_fill = Color32::from_rgb(112, 74, 28);
+    visuals.selection.stroke = Stroke::new(1.0, ACCENT);
+    visuals.hyperlink_color = ACCENT;
+    for widget in [
+        &mut visuals.widgets.inactive,
+        &mut visuals.widgets.hovered,
+        &mut visuals.widgets.active,
+        &mut visuals.widgets.open,
+    ] {
+        widget.corner_radius = CornerRadius::same(4);
+    }
+    context.set_visuals_of(Theme::Dark, visuals);
+    context.all_styles_mut(|style| {
+        style.spacing.item_spacing = [8.0, 6.0].into();
+        style.spacing.button_padding = [8.0, 4.0].into();
+        let sizes = [
+            (TextStyle::Small, 11.5),
+            (TextStyle::Body, 13.5),
+            (TextStyle::Button, 13.5),
+            (TextStyle::Heading, 17.0),
+        ];
+        for (text, size) in sizes {
+            style.text_styles.insert(text, FontId::proportional(size));
+        }
+        style.text_styles.insert(TextStyle::Monospace, FontId::monospace(12.5));
+    });
+}

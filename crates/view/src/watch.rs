@@ -1,0 +1,98 @@
+//! Watching a file that a renderer rewrites.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
+use std::thread;
+use std::time::{Duration, Instant};
+
+use notify::{RecommendedWatcher, RecursiveMode, Watcher as _};
+use wgdenoise_files::escaped;
+
+use crate::state::settling::{Settling, Stamp};
+use crate::work::{Desk, Report};
+
+/// How often a file that is being written is looked at.
+const SOON: Duration = Duration::from_millis(100);
+
+/// How often a file is looked at without an event, which network drives do not send.
+const SELDOM: Duration = Duration::from_secs(2);
+
+/// A watched file. Watching ends when it is dropped.
+pub(crate) struct Watch {
+    path: PathBuf,
+    _watcher: RecommendedWatcher,
+}
+
+impl Watch {
+    /// Reports [`Report::Changed`] for every version of a file after the one that is there now.
+    ///
+    /// # Errors
+    /// If the system cannot watch the file's folder.
+    pub(crate) fn start(path: &Path, desk: Desk) -> Result<Self, String> {
+        let (sender, events) = channel();
+        let folder = path.parent().filter(|parent| *parent != Path::new(""));
+        let wake = move |_| {
+            // The watch may have ended.
+            let _ = sender.send(());
+        };
+        let watching = || {
+            let mut watcher = notify::recommended_watcher(wake)?;
+            // A renderer may replace the file, and then only its folder knows.
+            watcher.watch(folder.unwrap_or(Path::new(".")), RecursiveMode::NonRecursive)?;
+            Ok(watcher)
+        };
+        let watcher = watching().map_err(|error: notify::Error| {
+            format!("{}: cannot be watched: {error}", escaped(&path.to_string_lossy()))
+        })?;
+        let (watched, settling) = (path.to_path_buf(), Settling::new(Stamp::of(path)));
+        thread::spawn(move || run(&watched, settling, &events, &desk));
+        Ok(Self { path: path.to_path_buf(), _watcher: watcher })
+    }
+
+    pub(crate) fn path(&self) -> &Path {
+        &self.path
+    }
+}
+
+/// Looks at the file after every event until the watcher is gone.
+fn run(path: &Path, mut settling: Settling, events: &Receiver<()>, desk: &Desk) {
+    loop {
+        let wait = if settling.is_waiting() { SOON } else { SELDOM };
+        if events.recv_timeout(wait) == Err(RecvTimeoutError::Disconnected) {
+            return;
+        }
+        if settling.look(Instant::now(), Stamp::of(path)) {
+            desk.report(Report::Changed);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_rewritten_file_is_reported_once_it_is_whole() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("render.exr");
+        std::fs::write(&path, "first").unwrap();
+        let (sender, reports) = channel();
+        let watch = Watch::start(&path, Desk::new(sender, || {})).unwrap();
+        for part in ["s", "sec", "second"] {
+            std::fs::write(&path, part).unwrap();
+            thread::sleep(Duration::from_millis(150));
+        }
+        let start = Instant::now();
+        assert!(matches!(reports.recv_timeout(Duration::from_secs(10)), Ok(Report::Changed)));
+        assert!(start.elapsed() > Duration::from_millis(100), "it was read while it was written");
+        assert!(reports.recv_timeout(Duration::from_secs(1)).is_err(), "it was reported twice");
+        drop(watch);
+    }
+
+    #[test]
+    fn a_folder_that_is_gone_is_one_sentence() {
+        let (sender, _reports) = channel();
+        let error = Watch::start(Path::new("/nowhere/a.exr"), Desk::new(sender, || {}));
+        assert!(error.err().unwrap().starts_with("/nowhere/a.exr: cannot be watched: "));
+    }
+}

@@ -1,0 +1,128 @@
+//! Threads that work while the window stays responsive.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::mpsc::{Sender, channel};
+use std::thread;
+
+use wgdenoise::Image;
+use wgdenoise::panics::caught;
+
+use crate::compare::Figures;
+use crate::denoise::Outcome;
+use crate::gpu::texture::Texture;
+use crate::open::Opened;
+use crate::picture::Pixels;
+
+/// What a thread has to tell the window. A ticket tells apart what was asked for and what is out of
+/// date.
+pub(crate) enum Report {
+    Opened(u64, Result<Loaded, String>),
+    Progress(u64, f32),
+    Denoised(u64, Result<(Outcome, Texture), String>),
+    Reference(Result<Reference, String>),
+    Figures(u64, Result<Figures, String>),
+    Saved(Result<String, String>),
+    /// The watched file has a new version.
+    Changed,
+    /// Files from a dialog; none if it was closed.
+    Chosen(Purpose, Vec<PathBuf>),
+    /// What the window shows, for the clipboard.
+    Pictured(Pixels),
+    /// A task panicked.
+    Failed,
+}
+
+/// What files of a dialog are for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Purpose {
+    Open,
+    Reference,
+    Save,
+    SaveComparison,
+}
+
+/// A file with its images on the GPU.
+pub(crate) struct Loaded {
+    pub(crate) opened: Arc<Opened>,
+    pub(crate) noisy: Texture,
+    pub(crate) albedo: Option<Texture>,
+    pub(crate) normal: Option<Texture>,
+}
+
+/// What the noisy image would be with many samples.
+pub(crate) struct Reference {
+    pub(crate) path: PathBuf,
+    pub(crate) image: Arc<Image>,
+    pub(crate) texture: Texture,
+}
+
+/// Where reports go. Each wakes the window.
+#[derive(Clone)]
+pub(crate) struct Desk {
+    reports: Sender<Report>,
+    wake: Arc<dyn Fn() + Send + Sync>,
+}
+
+impl Desk {
+    pub(crate) fn new(reports: Sender<Report>, wake: impl Fn() + Send + Sync + 'static) -> Self {
+        Self { reports, wake: Arc::new(wake) }
+    }
+
+    /// Leaves a report. After the window has closed, nobody reads it.
+    pub(crate) fn report(&self, report: Report) {
+        let _ = self.reports.send(report);
+        (self.wake)();
+    }
+}
+
+type Task<S> = Box<dyn FnOnce(&mut S) -> Report + Send>;
+
+/// A thread that does one task after the other, with a state of its own.
+pub(crate) struct Lane<S> {
+    tasks: Sender<Task<S>>,
+}
+
+impl<S: 'static> Lane<S> {
+    /// Starts the thread. The state is made there, and made anew after a panic.
+    pub(crate) fn new(desk: Desk, state: impl Fn() -> S + Send + 'static) -> Self {
+        let (tasks, inbox) = channel::<Task<S>>();
+        thread::spawn(move || {
+            let mut made = state();
+            for task in inbox {
+                let report = caught(|| task(&mut made)).unwrap_or_else(|| {
+                    made = state();
+                    Report::Failed
+                });
+                desk.report(report);
+            }
+        });
+        Self { tasks }
+    }
+
+    /// Adds a task. The thread ends with the window.
+    pub(crate) fn add(&self, task: impl FnOnce(&mut S) -> Report + Send + 'static) {
+        let _ = self.tasks.send(Box::new(task));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_lane_keeps_order_and_survives_a_panic() {
+        let (sender, reports) = channel();
+        let lane = Lane::new(Desk::new(sender, || {}), || 0);
+        lane.add(|count: &mut i32| {
+            *count += 1;
+            Report::Progress(7, *count as f32)
+        });
+        lane.add(|_| panic!("this test wants it"));
+        lane.add(|count| Report::Progress(8, *count as f32));
+        let next = || reports.recv().unwrap();
+        assert!(matches!(next(), Report::Progress(7, 1.0)));
+        assert!(matches!(next(), Report::Failed));
+        assert!(matches!(next(), Report::Progress(8, 0.0)), "its state was made anew");
+    }
+}
