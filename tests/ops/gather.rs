@@ -77,8 +77,10 @@ fn a_small_share_of_bright_light_is_exact() {
     for brightness in [1e3, 1e5, 1e7] {
         let mut level = Level::random(&mut random, [16, 16], Precision::F32);
         let (colors, weights) = level.light.data.split_at_mut(3 * 256);
-        colors.iter_mut().for_each(|v| *v = (*v + 0.1) * brightness);
-        weights.iter_mut().for_each(|v| *v = 30.0 / brightness);
+        for v in colors {
+            *v = (*v + 0.1) * brightness;
+        }
+        weights.fill(30.0 / brightness);
         let mut coarser = Level::random(&mut random, [8, 8], Precision::F32);
         coarser.light.data[3 * 64..].fill(1.0);
         let found = run(&level, Some(&coarser));
