@@ -67,6 +67,8 @@ pub(crate) struct Session {
     pub(crate) desk: Desk,
     gpu: Gpu,
     files: Lane<()>,
+    /// Figures have a thread of their own: no file waits for them.
+    judging: Lane<()>,
     engine: Lane<Engine>,
     reports: Receiver<Report>,
     /// The ticket of the file that was asked for last.
@@ -105,6 +107,7 @@ impl Session {
             pointed: None,
             copied: None,
             files: Lane::new(desk.clone(), || ()),
+            judging: Lane::new(desk.clone(), || ()),
             engine: Lane::new(desk.clone(), move || Engine::new(for_engine.clone())),
             desk,
             gpu,
@@ -331,15 +334,15 @@ impl Session {
         }
     }
 
-    /// Compares what there is with the reference, if there is one.
+    /// Finds the figures of what there is.
     fn compare(&mut self) {
-        let (Some(opened), Some(reference)) = (self.opened(), &self.reference) else { return };
-        let (opened, reference) = (opened.clone(), reference.image.clone());
+        let Some(opened) = self.opened().cloned() else { return };
+        let reference = self.reference.as_ref().map(|reference| reference.image.clone());
         let outcome = self.denoised.as_ref().map(|denoised| denoised.outcome.clone());
         let ticket = self.denoising.load(Ordering::Relaxed);
-        self.files.add(move |()| {
+        self.judging.add(move |()| {
             let denoised = outcome.as_ref().map(|outcome| &outcome.results[opened.shown].color);
-            let figures = Figures::of(opened.view().color(), denoised, &reference);
+            let figures = Figures::of(opened.view().color(), denoised, reference.as_deref());
             Report::Figures(ticket, figures)
         });
     }

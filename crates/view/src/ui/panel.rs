@@ -5,6 +5,7 @@ use wgdenoise::{Precision, Quality};
 use wgdenoise_files::escaped;
 
 use crate::commands;
+use crate::compare::Figures;
 use crate::open::Wish;
 use crate::session::Session;
 use crate::state::keys::Action;
@@ -171,26 +172,28 @@ fn result(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// The error against the reference.
+/// The error against the reference, and how noisy the images look.
 fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
     ui.separator();
-    let Some(figures) = &session.figures else {
+    if let Some(reference) = &session.reference {
+        let name = reference.path.file_name().unwrap_or_default().to_string_lossy();
+        ui.label(RichText::new(format!("against {name}")).small().color(QUIET));
+    } else {
         let hint = "R, or drop the file with Shift held";
         if ui.button("Compare with a reference…").on_hover_text(hint).clicked() {
             *asked = Some(Action::OpenReference);
         }
+    }
+    let rows = session.figures.iter().flat_map(Figures::rows).collect::<Vec<_>>();
+    if rows.is_empty() {
         return;
-    };
-    if let Some(reference) = &session.reference {
-        let name = reference.path.file_name().unwrap_or_default().to_string_lossy();
-        ui.label(RichText::new(format!("against {name}")).small().color(QUIET));
     }
     Grid::new("figures").num_columns(3).striped(true).show(ui, |ui| {
         for heading in ["", "noisy", "denoised"] {
             ui.label(RichText::new(heading).color(QUIET));
         }
         ui.end_row();
-        for row in figures.rows() {
+        for row in rows {
             ui.label(row.name).on_hover_text(row.hint);
             ui.monospace(row.noisy);
             ui.monospace(row.denoised);
