@@ -2,8 +2,10 @@
 
 use std::sync::Arc;
 
-use eframe::egui_wgpu::{RenderState, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew};
-use wgdenoise::wgpu;
+use eframe::egui_wgpu::{
+    RenderState, SurfaceErrorAction, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew,
+};
+use wgdenoise::wgpu::{self, CurrentSurfaceTexture};
 
 /// What is needed to compute on the window's device.
 #[derive(Clone, Debug)]
@@ -16,6 +18,10 @@ pub(crate) struct Gpu {
 impl Gpu {
     pub(crate) fn of(state: &RenderState) -> Self {
         let RenderState { adapter, device, queue, .. } = state.clone();
+        // wgpu panics by default. Resizing the window waits for the device, but not for long: while
+        // a slow one denoises, that fails, and the next frame tries again. The denoiser catches its
+        // own errors.
+        device.on_uncaptured_error(Arc::new(|error| eprintln!("wgdenoise-view: {error}")));
         Self { adapter, device, queue }
     }
 }
@@ -27,7 +33,20 @@ pub(crate) fn configuration() -> WgpuConfiguration {
         device_descriptor: Arc::new(descriptor),
         ..WgpuSetupCreateNew::without_display_handle()
     };
-    WgpuConfiguration { wgpu_setup: WgpuSetup::CreateNew(setup), ..Default::default() }
+    let wgpu_setup = WgpuSetup::CreateNew(setup);
+    WgpuConfiguration { wgpu_setup, on_surface_status: Arc::new(action), ..Default::default() }
+}
+
+/// What to do about a frame that has no texture.
+fn action(status: &CurrentSurfaceTexture) -> SurfaceErrorAction {
+    match status {
+        // After a failure to resize, the surface has no size until it is configured again.
+        CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Validation => {
+            SurfaceErrorAction::Reconfigure
+        }
+        CurrentSurfaceTexture::Lost => SurfaceErrorAction::RecreateSurface,
+        _ => SurfaceErrorAction::SkipFrame,
+    }
 }
 
 fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
@@ -37,5 +56,18 @@ fn descriptor(adapter: &wgpu::Adapter) -> wgpu::DeviceDescriptor<'static> {
         required_limits: wgdenoise::required_limits(adapter),
         memory_hints: wgpu::MemoryHints::MemoryUsage,
         ..Default::default()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_surface_that_could_not_be_resized_is_configured_by_the_next_frame() {
+        for status in [CurrentSurfaceTexture::Outdated, CurrentSurfaceTexture::Validation] {
+            assert!(matches!(action(&status), SurfaceErrorAction::Reconfigure), "{status:?}");
+        }
+        assert!(matches!(action(&CurrentSurfaceTexture::Timeout), SurfaceErrorAction::SkipFrame));
     }
 }
