@@ -1,8 +1,8 @@
 //! The program `wgdenoise-view`: shows a render noisy and denoised.
 //!
-//! `state` is what the window is told, without a window. Files are opened and denoised on threads of
-//! their own (`work`), on the window's device (`gpu`); `session` holds what there is, `commands`
-//! carries out what is asked for, and `ui` draws it.
+//! `state` decides what the window shows and does, as plain values. Files are opened and denoised on
+//! threads of their own (`work`), on the window's device (`gpu`); `session` holds everything that is
+//! open, `commands` carries out what the user asks for, and `ui` draws it.
 
 mod app;
 mod args;

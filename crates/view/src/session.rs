@@ -334,7 +334,7 @@ impl Session {
         }
     }
 
-    /// Finds the figures of what there is.
+    /// Computes the figures of the open images.
     fn compare(&mut self) {
         let Some(opened) = self.opened().cloned() else { return };
         let reference = self.reference.as_ref().map(|reference| reference.image.clone());

@@ -24,7 +24,7 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// Reports [`Report::Changed`] for every version of a file after the one that is there now.
+    /// Reports [`Report::Changed`] for every version of a file after the present one.
     ///
     /// # Errors
     /// If the system cannot watch the file's folder.

@@ -1,4 +1,4 @@
-//! What the window is told to show and do, without a window: plain values that are easy to test.
+//! What the window shows and does, as plain values that are tested without a window.
 
 pub(crate) mod keys;
 pub(crate) mod looking;

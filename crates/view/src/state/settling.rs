@@ -5,7 +5,7 @@ use std::time::{Duration, Instant, SystemTime};
 /// A file that keeps its length and time for so long counts as written.
 const QUIET: Duration = Duration::from_millis(400);
 
-/// What tells that a file has changed.
+/// The signs by which a changed file is recognized.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stamp {
     pub(crate) length: u64,

@@ -51,7 +51,7 @@ impl Place {
         [columns.max(1.0), size.y.max(1.0)]
     }
 
-    /// A position of the window in pixels of the view that is there.
+    /// A position of the window in pixels of the view under it.
     fn within(&self, at: Pos2) -> [f32; 2] {
         let offset = (at - self.rect.min) * self.scale;
         let [columns, _] = self.area();
