@@ -36,8 +36,8 @@ Constant images come back unchanged because a mean of equal colors is that color
 
 ## Missed goals
 
-- **A step on a block's border**: the kernels mix a thousandth of the bright side, which is 100 times brighter, into the
-  first pixels of the dark one.
+- **A step on a block's border**: the kernels mix one and a half thousandths of the bright side, which is 100 times
+  brighter, into the first pixels of the dark one.
 - **Exposures in 16-bit tensors**: scaled pixels round differently, and a logit that rounds to its neighbor changes by
   2^-11. 32-bit tensors meet the goal.
 - **Dark surroundings**: the exposure stays that of the scene, but the network sees surroundings instead of an edge,
