@@ -313,7 +313,8 @@ def test_every_kind_makes_scenes_that_can_be_built(kind):
 def test_the_features_of_brisque_are_those_that_the_program_is_tested_with():
     stored = load_file(Path(__file__).parents[1] / "crates/metrics/tests/brisque.safetensors")
     for name, color in brisque.pictures().items():
-        np.testing.assert_array_equal(stored[name], color.numpy())
+        np.testing.assert_allclose(stored[name], color.numpy(), rtol=1e-6)  # versions of PyTorch round differently
+        color = torch.from_numpy(stored[name])
         shown = brisque.display(torch.where(color.isfinite(), color, 0).double() * stored["exposure"][0])
         found = scene_statistics.features(shown.numpy())
         np.testing.assert_allclose(found, stored[f"{name}.features"], atol=1e-9)
