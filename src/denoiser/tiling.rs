@@ -3,7 +3,7 @@
 use std::sync::atomic::Ordering;
 
 use super::Denoiser;
-use super::frame::Contents;
+use super::frame::{Contents, Frame};
 use super::tile_buffers::PIXEL_BYTES;
 use crate::error::{Error, Result};
 use crate::model::macs::largest_layer_macs_per_pixel;
@@ -61,6 +61,18 @@ impl Denoiser {
         let texel = self.options.precision.texel_bytes();
         let tensors = self.network(contents.inputs)?.bytes([w, h], texel, contents.layers);
         Ok(tensors + images(width, contents).bytes(u64::from(w) * u64::from(h)))
+    }
+
+    /// How the blocking call cuts this frame into tiles, and the GPU memory in bytes that takes;
+    /// images that the weights do not read are left out.
+    ///
+    /// # Errors
+    /// Fails like [`tile_plan`](Self::tile_plan), and if the frame's images do not match.
+    pub fn frame_plan(&self, frame: &Frame<'_>) -> Result<(TilePlan, u64)> {
+        let (width, height) = self.size_with_columns(frame)?;
+        let contents = self.readable(frame)?.contents();
+        let plan = self.tile_plan(width, height, contents)?;
+        Ok((plan, self.memory_bytes(width, height, contents)?))
     }
 
     /// The tile plan within the budget, with `images` allocated next to the tensors, and with room

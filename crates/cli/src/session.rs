@@ -224,10 +224,8 @@ const NOTHING_TO_VERIFY: &str = "nothing to verify: the image has no noise";
 /// How a frame is cut into tiles, and the memory that takes.
 fn plan(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<String, Failure> {
     let (own, (width, height)) = (frame.color.width(), denoiser.size_with_columns(frame)?);
-    let mut contents = frame.contents();
-    contents.inputs = contents.inputs.intersection(denoiser.weights().metadata().inputs);
-    let plan = denoiser.tile_plan(width, height, contents)?;
-    let memory = denoiser.memory_bytes(width, height, contents)?.div_ceil(1 << 20);
+    let (plan, bytes) = denoiser.frame_plan(frame)?;
+    let memory = bytes.div_ceil(1 << 20);
     let (count, [w, h]) = (plan.tiles.len(), plan.tile);
     let tiles = if count == 1 { "tile" } else { "tiles" };
     let repeated = match width - own {

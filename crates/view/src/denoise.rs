@@ -128,15 +128,8 @@ fn frame(view: &View, settings: Settings) -> Frame<'_> {
 
 /// How a frame is cut into tiles, and the memory that takes.
 fn plan(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<String, String> {
-    let described = || {
-        let (width, height) = denoiser.size_with_columns(frame)?;
-        let mut contents = frame.contents();
-        contents.inputs = contents.inputs.intersection(denoiser.weights().metadata().inputs);
-        let plan = denoiser.tile_plan(width, height, contents)?;
-        let memory = denoiser.memory_bytes(width, height, contents)?.div_ceil(1 << 20);
-        let (count, [w, h]) = (plan.tiles.len(), plan.tile);
-        let tiles = if count == 1 { "tile" } else { "tiles" };
-        Ok(format!("{count} {tiles} of {w}×{h}, {memory} MiB of GPU memory"))
-    };
-    described().map_err(|error: wgdenoise::Error| error.to_string())
+    let (plan, bytes) = denoiser.frame_plan(frame).map_err(|error| error.to_string())?;
+    let (count, [w, h], memory) = (plan.tiles.len(), plan.tile, bytes.div_ceil(1 << 20));
+    let tiles = if count == 1 { "tile" } else { "tiles" };
+    Ok(format!("{count} {tiles} of {w}×{h}, {memory} MiB of GPU memory"))
 }

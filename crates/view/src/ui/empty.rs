@@ -13,7 +13,7 @@ pub(crate) enum Beginning {
     Sample(PathBuf),
 }
 
-/// Says what to do, and offers the sample if this is a checkout of the repository.
+/// Draws the window without an image: how to open one, and a button for the sample if it is found.
 pub(crate) fn show(ui: &mut Ui, is_opening: bool) -> Option<Beginning> {
     let mut chosen = None;
     ui.vertical_centered(|ui| {
