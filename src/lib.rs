@@ -106,6 +106,7 @@ pub use denoiser::pass::{
     InputScale, LayerFormats, NormalEncoding, Pass, PassDescriptor, PassFormats, PassImage,
     PassLayer, Schedule,
 };
+pub use denoiser::progress::{FinishedTile, Progress};
 pub use denoiser::verify::Verified;
 pub use error::{Error, Result};
 pub use gpu::device::Gpu;

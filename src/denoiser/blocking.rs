@@ -4,6 +4,7 @@ use crate::denoiser::Denoiser;
 use crate::denoiser::alpha::with_alpha;
 use crate::denoiser::frame::{Denoised, Frame};
 use crate::denoiser::panorama::Wrapped;
+use crate::denoiser::progress::{FinishedTile, Progress};
 use crate::denoiser::tile_buffers::TileBuffers;
 use crate::error::{Error, Result};
 use crate::gpu::wait::wait;
@@ -18,6 +19,9 @@ use crate::plan::tiles::{PlacedTile, TilePlan};
 /// and an error from it ends the run.
 pub(crate) type RunTile<'r> =
     &'r mut dyn FnMut(&TileBuffers<'_>, &mut dyn FnMut(usize) -> Result<()>) -> Result<()>;
+
+/// Receives what is done.
+type OnProgress<'p> = &'p mut dyn FnMut(Progress<'_>);
 
 impl Denoiser {
     /// Denoises a frame's color and blocks until the result is ready: linear color at the input's
@@ -48,7 +52,8 @@ impl Denoiser {
         progress: &mut dyn FnMut(usize, usize),
     ) -> Result<Image> {
         let frame = frame.layers(&[]).alpha(None);
-        Ok(self.denoise_by(&frame, progress, &mut |tile, done| tile.run(done))?.color)
+        let mut progress = |step: Progress<'_>| progress(step.done, step.total);
+        Ok(self.denoise_by(&frame, &mut progress, &mut |tile, done| tile.run(done))?.color)
     }
 
     /// [`denoise_with_progress`](Self::denoise_with_progress), and denoises the frame's layers by
@@ -64,14 +69,12 @@ impl Denoiser {
     /// mended with it. Where the color is constant and the network is skipped, layers keep their
     /// pixels.
     ///
+    /// `progress` also receives each tile of the color on the GPU. If tiles shrink, they come anew.
+    ///
     /// # Errors
     /// Fails like [`denoise`](Self::denoise), and if there are layers but the weights predict color
     /// and not a kernel pyramid.
-    pub fn denoise_layers(
-        &self,
-        frame: &Frame<'_>,
-        progress: &mut dyn FnMut(usize, usize),
-    ) -> Result<Denoised> {
+    pub fn denoise_layers(&self, frame: &Frame<'_>, progress: OnProgress<'_>) -> Result<Denoised> {
         frame.check()?;
         if frame.contents().layers {
             self.check_layers()?;
@@ -99,7 +102,7 @@ impl Denoiser {
     pub(crate) fn denoise_by(
         &self,
         frame: &Frame<'_>,
-        progress: &mut dyn FnMut(usize, usize),
+        progress: OnProgress<'_>,
         run: RunTile<'_>,
     ) -> Result<Denoised> {
         let frame = self.readable(frame)?;
@@ -107,7 +110,8 @@ impl Denoiser {
             let wrapped = Wrapped::new(self, &frame)?;
             let layers = wrapped.layers();
             let flat = wrapped.frame().layers(&layers).stop(frame.stop);
-            return wrapped.unwrap(&self.denoise_flat(&flat, frame.color, progress, run)?);
+            let mut progress = |step: Progress<'_>| progress(wrapped.unwrap_step(step));
+            return wrapped.unwrap(&self.denoise_flat(&flat, frame.color, &mut progress, run)?);
         }
         self.denoise_flat(&frame, frame.color, progress, run)
     }
@@ -117,7 +121,7 @@ impl Denoiser {
         &self,
         frame: &Frame<'_>,
         measured: &Image,
-        progress: &mut dyn FnMut(usize, usize),
+        progress: OnProgress<'_>,
         run: RunTile<'_>,
     ) -> Result<Denoised> {
         let (width, height) = frame.color.size();
@@ -153,7 +157,7 @@ impl Denoiser {
         plan: &TilePlan,
         network: &CompiledNetwork,
         result: &mut Denoised,
-        progress: &mut dyn FnMut(usize, usize),
+        progress: OnProgress<'_>,
         run: RunTile<'_>,
     ) -> Result<()> {
         let (context, width, skip) = (&self.context, frame.color.width(), self.options.skip_clean);
@@ -167,10 +171,13 @@ impl Denoiser {
             frame.check_stop()?;
             context.catch(|| {
                 let (rect, tile) = self.upload(frame, placed, plan.tile, &buffers)?;
-                run(&buffers, &mut |done| {
-                    progress(i * calls + done, total);
+                let mut report = |done, tile| {
+                    progress(Progress { done: i * calls + done, total, tile });
                     frame.check_stop()
-                })?;
+                };
+                run(&buffers, &mut |done| report(done, None))?;
+                let finished = FinishedTile::new(&buffers.output, &tile, placed);
+                report(buffers.calls().len(), Some(finished))?;
                 buffers.download(&tile, &mut result.color, placed)?;
                 for (image, layer) in frame.layers.iter().zip(&mut result.layers) {
                     buffers.run_layer(image, &rect)?;
@@ -178,7 +185,7 @@ impl Denoiser {
                 }
                 Ok(())
             })?;
-            progress((i + 1) * calls, total);
+            progress(Progress { done: (i + 1) * calls, total, tile: None });
         }
         Ok(())
     }
@@ -273,7 +280,7 @@ mod tests {
         let pixel = |i: u32| [0, 1, 2].map(|c| ((i * 7919 + c * 31) % 256) as f32 / 256.0);
         let color = Image::new(300, 200, (0..300 * 200).map(pixel).collect())?;
         denoiser
-            .denoise_by(&Frame::new(&color), &mut |_, _| {}, &mut |tile, progress| {
+            .denoise_by(&Frame::new(&color), &mut |_| {}, &mut |tile, progress| {
                 tile.run(progress)?;
                 if tile.rows_of(1) > most { Err(Error::OutOfMemory("none".into())) } else { Ok(()) }
             })
@@ -317,7 +324,7 @@ mod tests {
         let mut finished = false;
         let stopped = denoiser.denoise_by(
             &frame,
-            &mut |_, _| stop.store(true, Ordering::Relaxed),
+            &mut |_| stop.store(true, Ordering::Relaxed),
             &mut |tile, progress| {
                 progress(1)?;
                 finished = true;

@@ -6,6 +6,7 @@ pub(crate) mod frame;
 pub(crate) mod options;
 mod panorama;
 pub(crate) mod pass;
+pub(crate) mod progress;
 pub mod self_test;
 mod tile_buffers;
 mod tiling;

@@ -2,6 +2,7 @@
 
 use super::Denoiser;
 use super::frame::{Denoised, Frame};
+use super::progress::Progress;
 use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::plan::tiles::MAX_SIDE;
@@ -81,6 +82,12 @@ impl Wrapped {
         let layers =
             wrapped.layers.iter().map(|layer| self.middle(layer)).collect::<Result<_>>()?;
         Ok(Denoised { color: self.middle(&wrapped.color)?, layers, alpha: None })
+    }
+
+    /// The step with its tile in the panorama's own coordinates.
+    pub(crate) fn unwrap_step<'a>(&self, step: Progress<'a>) -> Progress<'a> {
+        let width = self.color.width() - 2 * self.columns;
+        Progress { tile: step.tile.and_then(|tile| tile.cropped(self.columns, width)), ..step }
     }
 
     fn middle(&self, image: &Image) -> Result<Image> {

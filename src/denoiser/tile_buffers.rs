@@ -26,7 +26,7 @@ pub(crate) struct TileBuffers<'a> {
     normal: Option<wgpu::Buffer>,
     /// One layer at a time.
     layer: Option<wgpu::Buffer>,
-    output: wgpu::Buffer,
+    pub(crate) output: wgpu::Buffer,
     readback: wgpu::Buffer,
     pub(crate) input_scale: wgpu::Buffer,
     /// Uniform buffer holding one [`Tile`].

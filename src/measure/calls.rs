@@ -66,7 +66,7 @@ impl Denoiser {
     /// One run, summed over the tiles.
     fn profile_once(&self, frame: &Frame<'_>, clock: &Clock) -> Result<Vec<CallProfile>> {
         let mut profile: Vec<CallProfile> = Vec::new();
-        self.denoise_by(frame, &mut |_, _| {}, &mut |tile, _| {
+        self.denoise_by(frame, &mut |_| {}, &mut |tile, _| {
             profile.resize_with(tile.calls().len(), CallProfile::default);
             for (row, call) in profile.iter_mut().zip(tile.calls()) {
                 row.add(call, clock.time(&self.context, call)?);

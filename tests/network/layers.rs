@@ -23,7 +23,7 @@ fn split(image: &Image, seed: u64) -> [Image; 2] {
 
 fn denoised(options: &Options, frame: &Frame<'_>, layers: &[&Image]) -> Vec<Image> {
     let frame = frame.layers(layers);
-    let found = denoiser_of(&tiny_kernels(), options).denoise_layers(&frame, &mut |_, _| {});
+    let found = denoiser_of(&tiny_kernels(), options).denoise_layers(&frame, &mut |_| {});
     let found = found.expect("the frame is fine");
     [found.color].into_iter().chain(found.layers).collect()
 }
@@ -163,14 +163,14 @@ fn networks_that_predict_color_take_no_layers() {
     let layers = [&all[0]];
     let frame = Frame::new(&all[0]).layers(&layers);
     let denoiser = denoiser_of(&tiny(), &Options::default());
-    let error = denoiser.denoise_layers(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    let error = denoiser.denoise_layers(&frame, &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("predict color and not a kernel pyramid"), "{error}");
     denoiser.denoise(&frame).expect("layers are left out");
     let small = Image::filled(31, 32, [0.0; 3]).expect("a valid image");
     let layers = [&small];
     let frame = Frame::new(&all[0]).layers(&layers);
     let denoiser = denoiser_of(&tiny_kernels(), &Options::default());
-    let error = denoiser.denoise_layers(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    let error = denoiser.denoise_layers(&frame, &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("a layer is 31×32, but the color is 32×32"), "{error}");
 }
 
@@ -274,7 +274,7 @@ fn premultiplied_edges_get_better_over_any_background() {
         let weights = Weights::builtin(quality).expect("it is built in");
         let denoiser = denoiser_of(&weights, &Options::default());
         let frame = Frame::new(&moving.noisy).alpha(moving.alpha.as_slice());
-        let found = denoiser.denoise_layers(&frame, &mut |_, _| {}).expect("the frame is fine");
+        let found = denoiser.denoise_layers(&frame, &mut |_| {}).expect("the frame is fine");
         let alpha = found.alpha.expect("it was given");
         for background in [0.0, 0.5, 1.0] {
             let before = moving.error(&moving.noisy, &moving.alpha, background);
@@ -301,6 +301,6 @@ fn alpha_must_have_a_value_per_pixel() {
     let all = images(32, 32);
     let frame = Frame::new(&all[0]).alpha([0.5; 31].as_slice());
     let denoiser = denoiser_of(&tiny_kernels(), &Options::default());
-    let error = denoiser.denoise_layers(&frame, &mut |_, _| {}).unwrap_err().to_string();
+    let error = denoiser.denoise_layers(&frame, &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("alpha has 31 values, but the color has 1024 pixels"), "{error}");
 }

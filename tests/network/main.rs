@@ -10,6 +10,7 @@ mod overflow;
 mod panorama;
 mod pass;
 mod profile;
+mod progress;
 mod shipped;
 mod skip;
 mod support;

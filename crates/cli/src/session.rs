@@ -9,8 +9,8 @@ use crate::failure::Failure;
 use crate::request::{DeviceChoice, WeightsChoice};
 use crate::weights::{Source, Subject};
 use wgdenoise::{
-    Denoised, Denoiser, Frame, Gpu, Inputs, MainImage, MatrixShape, Metadata, Options, Topology,
-    Weights,
+    Denoised, Denoiser, Frame, Gpu, Inputs, MainImage, MatrixShape, Metadata, Options, Progress,
+    Topology, Weights,
 };
 
 /// Opens the adapter, with the engine's defaults except for what was chosen.
@@ -177,8 +177,8 @@ impl<'a> Session<'a> {
     ) -> Result<Denoised, Failure> {
         let plan = plan(denoiser, frame)?;
         self.console.detail(|| plan);
-        let progress = &mut |done: usize, total: usize| {
-            let fraction = done as f64 / total.max(1) as f64;
+        let progress = &mut |step: Progress<'_>| {
+            let fraction = step.done as f64 / step.total.max(1) as f64;
             self.console.within_item((stage as f64 + fraction) / stages as f64);
         };
         let result = denoiser.denoise_layers(frame, progress);

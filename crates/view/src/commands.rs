@@ -130,7 +130,7 @@ fn chosen(session: &mut Session, purpose: Purpose, paths: &[PathBuf]) {
 /// Writes the result as the command line would.
 pub(crate) fn save_result(session: &Session, path: &Path) {
     let (Some(opened), Some(denoised)) = (session.opened(), &session.denoised) else { return };
-    let (opened, outcome) = (opened.clone(), denoised.outcome.clone());
+    let (opened, outcome) = (opened.clone(), denoised.clone());
     let path = path.to_path_buf();
     session.in_background(move || Report::Saved(save::result(&opened, &outcome.results, &path)));
 }

@@ -4,15 +4,19 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use wgdenoise::wgpu::DeviceType;
-use wgdenoise::{Denoiser, Frame, MatrixShape, Options, Precision, Quality, Weights};
-use wgdenoise_files::{Denoised, Picture, View};
+use wgdenoise::{Denoiser, Frame, MatrixShape, Options, Precision, Progress, Quality, Weights};
+use wgdenoise_files::{Denoised, View};
 
+use crate::gpu::canvas::Canvas;
 use crate::gpu::host::Gpu;
+use crate::gpu::texture::Texture;
+use crate::open::Opened;
 use crate::state::settings::{Alpha, Settings};
 
-/// The device with the denoiser that was used last.
+/// The denoiser that was used last, with its device and the window's.
 #[derive(Debug)]
 pub(crate) struct Engine {
+    window: Gpu,
     gpu: Gpu,
     made: Option<(Key, Denoiser)>,
 }
@@ -25,6 +29,8 @@ type Key = (Quality, Precision, bool);
 pub(crate) struct Outcome {
     /// By view.
     pub(crate) results: Vec<Denoised>,
+    /// The color of the view that is shown, on the window's device.
+    pub(crate) texture: Texture,
     /// The time it took, without compiling kernels.
     pub(crate) took: Duration,
     /// The time to compile kernels and upload weights, if that was needed.
@@ -36,8 +42,8 @@ pub(crate) struct Outcome {
 }
 
 impl Engine {
-    pub(crate) fn new(gpu: Gpu) -> Self {
-        Self { gpu, made: None }
+    pub(crate) fn new(window: Gpu) -> Self {
+        Self { gpu: window.for_denoiser(), window, made: None }
     }
 
     /// Denoises every view until `stop` is set; `progress` receives what is done, from 0 to 1.
@@ -46,30 +52,31 @@ impl Engine {
     /// The sentence of the engine's error.
     pub(crate) fn denoise(
         &mut self,
-        picture: &Picture,
+        opened: &Opened,
         settings: Settings,
         stop: &AtomicBool,
         progress: &mut dyn FnMut(f32),
     ) -> Result<Outcome, String> {
         let prepared = self.prepare(settings)?;
         let Some((_, denoiser)) = &self.made else { unreachable!("it was just prepared") };
-        let (start, views) = (Instant::now(), picture.views());
+        let (start, views) = (Instant::now(), opened.picture.views());
+        let shown = frame(opened.view(), settings);
+        let canvas = Canvas::new(&self.window, &self.gpu, opened.size(), shown.alpha.is_some())?;
         let mut results = Vec::new();
         for (i, view) in views.iter().enumerate() {
-            let mut within = |done: usize, total: usize| {
-                progress((i as f32 + done as f32 / total.max(1) as f32) / views.len() as f32);
+            let mut within = |step: Progress<'_>| {
+                let done = step.done as f32 / step.total.max(1) as f32;
+                progress((i as f32 + done) / views.len() as f32);
+                step.tile.filter(|_| i == opened.shown).into_iter().for_each(|t| canvas.add(t));
             };
-            results.push(denoise_view(
-                denoiser,
-                &frame(view, settings).stop(stop),
-                view,
-                &mut within,
-            )?);
+            let frame = frame(view, settings).stop(stop);
+            results.push(denoise_view(denoiser, &frame, view, &mut within)?);
         }
+        let texture = canvas.finish(&results[opened.shown].color)?;
         let took = start.elapsed();
-        let plan = plan(denoiser, &frame(picture.first(), settings))?;
+        let plan = plan(denoiser, &shown)?;
         let notices = denoiser.take_notices();
-        Ok(Outcome { results, took, prepared, plan, notices })
+        Ok(Outcome { results, texture, took, prepared, plan, notices })
     }
 
     /// Makes the denoiser that the settings need; returns how long that took.
@@ -81,7 +88,7 @@ impl Engine {
         let start = Instant::now();
         // Its memory may be needed.
         self.made = None;
-        let Gpu { adapter, device, queue } = &self.gpu;
+        let Gpu { adapter, device, queue, .. } = &self.gpu;
         let options = Options::default()
             .precision(settings.precision)
             .skip_clean(settings.skip_clean)
@@ -104,7 +111,7 @@ fn denoise_view(
     denoiser: &Denoiser,
     frame: &Frame<'_>,
     view: &View,
-    progress: &mut dyn FnMut(usize, usize),
+    progress: &mut dyn FnMut(Progress<'_>),
 ) -> Result<Denoised, String> {
     let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
     let found = denoiser

@@ -28,12 +28,6 @@ pub(crate) struct Message {
     pub(crate) is_error: bool,
 }
 
-/// The result of denoising, and its image on the GPU.
-pub(crate) struct Denoised {
-    pub(crate) outcome: Arc<Outcome>,
-    pub(crate) texture: Texture,
-}
-
 /// What the window shows and does.
 pub(crate) struct Session {
     pub(crate) looking: Looking,
@@ -41,7 +35,7 @@ pub(crate) struct Session {
     pub(crate) tone: Tone,
     pub(crate) settings: Settings,
     pub(crate) loaded: Option<Loaded>,
-    pub(crate) denoised: Option<Denoised>,
+    pub(crate) denoised: Option<Arc<Outcome>>,
     pub(crate) reference: Option<Reference>,
     pub(crate) figures: Option<Figures>,
     pub(crate) sequence: Option<Sequence>,
@@ -144,7 +138,7 @@ impl Session {
         match shown {
             Shown::Noisy => Some(view.color()),
             Shown::Denoised | Shown::Difference => {
-                Some(&self.denoised.as_ref()?.outcome.results.get(self.opened()?.shown)?.color)
+                Some(&self.denoised.as_ref()?.results.get(self.opened()?.shown)?.color)
             }
             Shown::Reference => self.reference.as_ref().map(|reference| &*reference.image),
             Shown::Albedo => view.albedo(),
@@ -216,16 +210,14 @@ impl Session {
         let ticket = self.next_ticket();
         (self.progress, self.message) = (Some(0.0), None);
         let (latest, settings) = (self.denoising.clone(), self.settings);
-        let (desk, gpu, stop) = (self.desk.clone(), self.gpu.clone(), self.stop.clone());
+        let (desk, stop) = (self.desk.clone(), self.stop.clone());
         self.engine.add(move |engine| {
             let outdated = || latest.load(Ordering::Relaxed) != ticket;
             if outdated() {
                 return Report::Denoised(ticket, Err(String::new()));
             }
             let mut progress = |done| desk.report(Report::Progress(ticket, done));
-            let denoised = engine.denoise(&opened.picture, settings, &stop, &mut progress);
-            let shown = denoised.and_then(|outcome| uploaded(&gpu, outcome, opened.shown));
-            Report::Denoised(ticket, shown)
+            Report::Denoised(ticket, engine.denoise(&opened, settings, &stop, &mut progress))
         });
     }
 
@@ -300,14 +292,14 @@ impl Session {
         }
     }
 
-    fn finish(&mut self, result: Result<(Outcome, Texture), String>) {
+    fn finish(&mut self, result: Result<Outcome, String>) {
         self.progress = None;
         match result {
-            Ok((outcome, texture)) => {
+            Ok(outcome) => {
                 if let Some(notice) = outcome.notices.first() {
                     self.tell(notice.clone());
                 }
-                self.denoised = Some(Denoised { outcome: Arc::new(outcome), texture });
+                self.denoised = Some(Arc::new(outcome));
                 self.compare();
             }
             Err(error) => self.fail(error),
@@ -338,7 +330,7 @@ impl Session {
     fn compare(&mut self) {
         let Some(opened) = self.opened().cloned() else { return };
         let reference = self.reference.as_ref().map(|reference| reference.image.clone());
-        let outcome = self.denoised.as_ref().map(|denoised| denoised.outcome.clone());
+        let outcome = self.denoised.clone();
         let ticket = self.denoising.load(Ordering::Relaxed);
         self.judging.add(move |()| {
             let denoised = outcome.as_ref().map(|outcome| &outcome.results[opened.shown].color);
@@ -362,10 +354,4 @@ fn load_reference(gpu: &Gpu, path: PathBuf) -> Result<Reference, String> {
     let image = opened.view().color();
     let texture = Texture::upload(gpu, image)?;
     Ok(Reference { image: Arc::new(image.clone()), texture, path })
-}
-
-/// The result of the view that is shown, on the GPU.
-fn uploaded(gpu: &Gpu, outcome: Outcome, shown: usize) -> Result<(Outcome, Texture), String> {
-    let texture = Texture::upload(gpu, &outcome.results[shown].color)?;
-    Ok((outcome, texture))
 }

@@ -208,7 +208,7 @@ fn save_all(window: &Window) {
     let folder = tempfile::tempdir().unwrap();
     let session = &window.0.state().session;
     let path = folder.path().join("clean.exr");
-    let outcome = &session.denoised.as_ref().unwrap().outcome;
+    let outcome = session.denoised.as_ref().unwrap();
     let told = save::result(session.opened().unwrap(), &outcome.results, &path).unwrap();
     assert!(told.starts_with("saved "), "{told}");
     let saved = Picture::open(&path, &Default::default()).unwrap();
@@ -316,7 +316,7 @@ fn another_view_can_be_shown() {
     assert_eq!(light(window.0.state()), [Some(0.25); 2]);
     window.0.state_mut().session.choose(Wish { color: None, view: 1 });
     window.wait_for("right", |viewer| light(viewer) == [Some(0.75); 2]);
-    let outcome = &window.0.state().session.denoised.as_ref().unwrap().outcome;
+    let outcome = window.0.state().session.denoised.as_ref().unwrap();
     assert_eq!(outcome.results.len(), 2, "both are denoised");
 }
 

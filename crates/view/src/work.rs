@@ -19,7 +19,7 @@ use crate::picture::Pixels;
 pub(crate) enum Report {
     Opened(u64, Result<Loaded, String>),
     Progress(u64, f32),
-    Denoised(u64, Result<(Outcome, Texture), String>),
+    Denoised(u64, Result<Outcome, String>),
     Reference(Result<Reference, String>),
     Figures(u64, Result<Figures, String>),
     Saved(Result<String, String>),

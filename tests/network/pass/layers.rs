@@ -32,7 +32,7 @@ impl Picture {
     fn expected(&self, options: &Options) -> [Image; 3] {
         let layers = [&self.layers[0], &self.layers[1]];
         let frame = frame(&self.images, Inputs::ALL).layers(&layers);
-        let found = denoiser_of(&tiny_kernels(), options).denoise_layers(&frame, &mut |_, _| {});
+        let found = denoiser_of(&tiny_kernels(), options).denoise_layers(&frame, &mut |_| {});
         let found = found.expect("the frame is fine");
         let [first, second] = found.layers.try_into().expect("there are two");
         [found.color, first, second]

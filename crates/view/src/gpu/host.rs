@@ -1,11 +1,13 @@
 //! How the window asks for its device, so that the denoiser is fast on it.
 
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use eframe::egui_wgpu::{
     RenderState, SurfaceErrorAction, WgpuConfiguration, WgpuSetup, WgpuSetupCreateNew,
 };
-use wgdenoise::wgpu::{self, CurrentSurfaceTexture};
+use wgdenoise::wgpu::{self, CurrentSurfaceTexture, DeviceType};
+
+use crate::gpu::levels::Levels;
 
 /// What is needed to compute on the window's device.
 #[derive(Clone, Debug)]
@@ -13,6 +15,8 @@ pub(crate) struct Gpu {
     pub(crate) adapter: wgpu::Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
+    /// Compiled by the first thread that needs them, so that the window need not wait.
+    levels: Arc<OnceLock<Levels>>,
 }
 
 impl Gpu {
@@ -22,7 +26,36 @@ impl Gpu {
         // a slow one denoises, that fails, and the next frame tries again. The denoiser catches its
         // own errors.
         device.on_uncaptured_error(Arc::new(|error| eprintln!("wgdenoise-view: {error}")));
-        Self { adapter, device, queue }
+        Self { adapter, device, queue, levels: Arc::default() }
+    }
+
+    /// The kernels that fill textures.
+    pub(crate) fn levels(&self) -> &Levels {
+        self.levels.get_or_init(|| Levels::new(&self.device))
+    }
+
+    /// The device to denoise on. That is the window's, so results stay on the GPU, unless it is a
+    /// CPU driver: that one runs the commands of a device one after the other, and the window would
+    /// wait for every layer of the network. Two devices share the cores.
+    pub(crate) fn for_denoiser(&self) -> Self {
+        if self.adapter.get_info().device_type != DeviceType::Cpu {
+            return self.clone();
+        }
+        let request = self.adapter.request_device(&descriptor(&self.adapter));
+        match pollster::block_on(request) {
+            Ok((device, queue)) => {
+                Self { device, queue, adapter: self.adapter.clone(), levels: Arc::default() }
+            }
+            // Slower to look at, but right.
+            Err(_) => self.clone(),
+        }
+    }
+
+    #[cfg(test)]
+    pub(crate) fn for_tests() -> Self {
+        let wgdenoise::Gpu { adapter, device, queue, .. } =
+            wgdenoise::Gpu::open(None).expect("the tests need an adapter");
+        Self { adapter, device, queue, levels: Arc::default() }
     }
 }
 

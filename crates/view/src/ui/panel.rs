@@ -162,7 +162,7 @@ fn result(ui: &mut Ui, session: &mut Session) {
         }
         return;
     };
-    let outcome = &denoised.outcome;
+    let outcome = denoised;
     ui.label(format!("denoised in {:.2} s", outcome.took.as_secs_f64()));
     let prepared = outcome
         .prepared
