@@ -31,7 +31,7 @@ impl Gpu {
 
     /// The kernels that fill textures.
     pub(crate) fn levels(&self) -> &Levels {
-        self.levels.get_or_init(|| Levels::new(&self.device))
+        self.levels.get_or_init(|| Levels::new(&self.device, &self.queue))
     }
 
     /// The device to denoise on. That is the window's, so results stay on the GPU, unless it is a

@@ -3,8 +3,6 @@
 use wgdenoise::{FinishedTile, Rect, wgpu};
 use wgpu::util::DeviceExt as _;
 
-use crate::gpu::host::Gpu;
-
 /// Pixels of an image on the GPU: linear red, green and blue in 32-bit float, packed.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pixels<'a> {
@@ -34,15 +32,17 @@ struct Place {
     size: [u32; 2],
 }
 
-/// Compiled kernels.
+/// Compiled kernels, with the device they run on.
 #[derive(Debug)]
 pub(crate) struct Levels {
+    device: wgpu::Device,
+    queue: wgpu::Queue,
     place: wgpu::ComputePipeline,
     halve: wgpu::ComputePipeline,
 }
 
 impl Levels {
-    pub(crate) fn new(device: &wgpu::Device) -> Self {
+    pub(crate) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
         let module = device.create_shader_module(wgpu::include_wgsl!("levels.wgsl"));
         let pipeline = |entry_point| {
             device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -54,14 +54,19 @@ impl Levels {
                 cache: None,
             })
         };
-        Self { place: pipeline("place_pixels"), halve: pipeline("halve") }
+        Self {
+            device: device.clone(),
+            queue: queue.clone(),
+            place: pipeline("place_pixels"),
+            halve: pipeline("halve"),
+        }
     }
 
     /// Submits the copy of pixels to a level.
-    pub(crate) fn place(&self, gpu: &Gpu, pixels: &Pixels<'_>, level: &wgpu::TextureView) {
+    pub(crate) fn place(&self, pixels: &Pixels<'_>, level: &wgpu::TextureView) {
         let &Pixels { buffer, first, stride, rect } = pixels;
         let place = Place { first, stride, origin: rect.begin, size: rect.size() };
-        let uniform = gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
+        let uniform = self.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
             label: Some("place"),
             contents: bytemuck::bytes_of(&place),
             usage: wgpu::BufferUsages::UNIFORM,
@@ -71,37 +76,37 @@ impl Levels {
             buffer.as_entire_binding(),
             wgpu::BindingResource::TextureView(level),
         ];
-        submit(gpu, &self.place, &resources, rect.size());
+        self.submit(&self.place, &resources, rect.size());
     }
 
     /// Submits the mean of a level to the next one, which has this size.
-    pub(crate) fn halve(&self, gpu: &Gpu, [from, to]: [&wgpu::TextureView; 2], size: [u32; 2]) {
+    pub(crate) fn halve(&self, [from, to]: [&wgpu::TextureView; 2], size: [u32; 2]) {
         let resources = [from, to].map(wgpu::BindingResource::TextureView);
-        submit(gpu, &self.halve, &resources, size);
+        self.submit(&self.halve, &resources, size);
     }
-}
 
-/// Submits a kernel with one invocation per pixel.
-fn submit(
-    gpu: &Gpu,
-    pipeline: &wgpu::ComputePipeline,
-    resources: &[wgpu::BindingResource<'_>],
-    [width, height]: [u32; 2],
-) {
-    let entries: Vec<_> = (0..)
-        .zip(resources)
-        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
-        .collect();
-    let group = gpu.device.create_bind_group(&wgpu::BindGroupDescriptor {
-        label: None,
-        layout: &pipeline.get_bind_group_layout(0),
-        entries: &entries,
-    });
-    let mut encoder = gpu.device.create_command_encoder(&Default::default());
-    let mut pass = encoder.begin_compute_pass(&Default::default());
-    pass.set_pipeline(pipeline);
-    pass.set_bind_group(0, &group, &[]);
-    pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
-    drop(pass);
-    gpu.queue.submit([encoder.finish()]);
+    /// Submits a kernel with one invocation per pixel.
+    fn submit(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        resources: &[wgpu::BindingResource<'_>],
+        [width, height]: [u32; 2],
+    ) {
+        let entries: Vec<_> = (0..)
+            .zip(resources)
+            .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
+            .collect();
+        let group = self.device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: None,
+            layout: &pipeline.get_bind_group_layout(0),
+            entries: &entries,
+        });
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(pipeline);
+        pass.set_bind_group(0, &group, &[]);
+        pass.dispatch_workgroups(width.div_ceil(8), height.div_ceil(8), 1);
+        drop(pass);
+        self.queue.submit([encoder.finish()]);
+    }
 }

@@ -65,7 +65,7 @@ impl Texture {
 
     /// Fills part of the image.
     pub(crate) fn place(&self, gpu: &Gpu, pixels: &Pixels<'_>) {
-        gpu.levels().place(gpu, pixels, &self.level(0));
+        gpu.levels().place(pixels, &self.level(0));
     }
 
     /// Fills the smaller levels.
@@ -73,7 +73,7 @@ impl Texture {
         let texture = self.view.texture();
         for level in 1..texture.mip_level_count() {
             let size = [texture.width(), texture.height()].map(|side| (side >> level).max(1));
-            gpu.levels().halve(gpu, [&self.level(level - 1), &self.level(level)], size);
+            gpu.levels().halve([&self.level(level - 1), &self.level(level)], size);
         }
     }
 
