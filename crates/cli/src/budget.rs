@@ -73,10 +73,7 @@ pub(crate) fn choose(
 
 /// The pixels of all tiles, overlap and a panorama's repeated columns included.
 fn computed_pixels(denoiser: &Denoiser, frame: &Frame<'_>) -> wgdenoise::Result<u64> {
-    let (width, height) = denoiser.size_with_columns(frame)?;
-    let mut contents = frame.contents();
-    contents.inputs = contents.inputs.intersection(denoiser.weights().metadata().inputs);
-    let plan = denoiser.tile_plan(width, height, contents)?;
+    let (plan, _) = denoiser.frame_plan(frame)?;
     Ok(plan.tiles.len() as u64 * u64::from(plan.tile[0]) * u64::from(plan.tile[1]))
 }
 
