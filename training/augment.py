@@ -58,10 +58,11 @@ class Random:
 
 class Crops:
     """Endless random batches: network input [B,9,S,S], exposed light to gather [B,4,S,S], and target [B,3,S,S] in the
-    network domain."""
+    network domain. `effects` scales the odds of everything that makes a crop unlike a plain render: at 1, one crop in
+    seven is plain, at 0.4 every second one."""
 
-    def __init__(self, views, size, seed):
-        self.views, self.size, self.random = views, size, Random(seed)
+    def __init__(self, views, size, seed, effects=1.0):
+        self.views, self.size, self.random, self.effects = views, size, Random(seed), effects
         self.scales = [[autoexposure(image[:3].float()) for _, image in v["noisy"]] for v in views]
         # References of dark and indoor scenes are often noisy themselves; draw them less often.
         self.odds = torch.tensor([1 / (1 + (v["relerr"] / 0.3) ** 2) for v in views])
@@ -80,24 +81,28 @@ class Crops:
         window = self._window(view["ref"])
         noisy, scale = self._noisy(view["noisy"], scales, window)
         target = window(view["target"])
-        if r.flip(0.3):
+        if self._happens(0.3):
             noisy = self._converged(noisy, target)
-        if r.flip(0.15):  # some renderers provide noise-free features
+        if self._happens(0.15):  # some renderers provide noise-free features
             noisy = torch.cat([noisy[:3], window(view["ref"])[3:]])
         color, features = noisy[:3], noisy[3:]
-        if r.flip(0.05):
+        if self._happens(0.05):
             color, features, target = self._smooth(features, target)
-        if r.flip(0.10):
+        if self._happens(0.10):
             color, features, target = self._textured(color, features, target)
-        if r.flip(0.10):
+        if self._happens(0.10):
             color = self._sparse(color, target)
-        if r.flip(0.15):
+        if self._happens(0.15):
             color, features, target = self._splat(color, features, target)
-        if r.flip(0.50):
+        if self._happens(0.50):
             color, features, target, scale = self._hue(color, features, target, scale)
         color, features, target = self._lit(color, features, target, scale)
         scale *= 2 ** ((2.0 if r.flip(0.1) else 0.5) * float(r.gauss(1)))
         return torch.cat([color, features[:3], self._frame(features[3:])]), target, self._kept(), scale
+
+    def _happens(self, odds):
+        """Whether an effect changes this crop."""
+        return self.random.flip(self.effects * odds)
 
     def _noisy(self, renders, scales, window):
         """One render, or sometimes the mean of all, which simulates other sample counts."""
@@ -173,15 +178,15 @@ class Crops:
     def _lit(self, color, features, target, scale):
         """Lamps, fireflies and dark surroundings, each in a few of the crops."""
         r = self.random
-        if r.flip(0.10):
+        if self._happens(0.10):
             for _ in range(1 + r.index(3)):
                 lamp, light = self._area(0.3) < 1, self._light(r.power(10, 1e5), scale)
                 color, target = (torch.where(lamp, light, image) for image in (color, target))
                 if r.flip():
                     features = torch.cat([torch.where(lamp, r.uniform(), features[:3]), features[3:]])
-        if r.flip(0.10):
+        if self._happens(0.10):
             color = self._fireflies(color, scale)
-        if r.flip(0.06):
+        if self._happens(0.06):
             dim = 0.0 if r.flip() else r.power(1e-6, 1e-3)
             level = torch.where((self._area(0.8) < 1) ^ r.flip(0.2), 1.0, dim)
             color, target = color * level, target * level

@@ -62,7 +62,7 @@ class Run:
         self.parents = self._start_from(o.init) if o.init else []
         self.model.to(self.device, memory_format=torch.channels_last)
         self.optimizer = OPTIMIZERS[o.optimizer](self.model, o.lr, o.weight_decay)
-        self.ema, self.crops = Ema(self.model, 0.998), Crops(views, o.crop, o.seed)
+        self.ema, self.crops = Ema(self.model, 0.998), Crops(views, o.crop, o.seed, o.effects)
         self.step, self.elapsed, self.best, self.stale = 0, 0.0, math.inf, 0
         if o.resume:
             self._restore()
@@ -92,7 +92,8 @@ class Run:
         o = self.o
         return [*self.parents, f"{self.step} steps of {o.batch} crops of {o.crop} pixels from {len(self.crops.views)} "
                 f"views, targets {o.targets}, loss {o.loss}, {o.optimizer}, peak rate {o.lr:g}, weight decay "
-                f"{o.weight_decay:g}, seed {o.seed}, norm frozen after {o.freeze_norm:.0%}, {self.elapsed / 60:.0f} min"]
+                f"{o.weight_decay:g}, seed {o.seed}, norm frozen after {o.freeze_norm:.0%}, effects {o.effects:.0%}, "
+                f"{self.elapsed / 60:.0f} min"]
 
     def save(self, score):
         self.stale = 0 if score < self.best else self.stale + 1

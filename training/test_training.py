@@ -237,6 +237,16 @@ def test_crops_are_finite_and_their_light_is_what_the_input_encodes(random):
         torch.testing.assert_close(x[:, :3], transfer(light[:, :3].clamp(min=0)))
 
 
+@pytest.mark.parametrize(("effects", "changes"), [(0.0, False), (1.0, True)])
+def test_crops_without_effects_are_the_views_own_light(effects, changes):
+    gray = torch.full((9, 40, 40), 0.25)
+    view = dict(name="a", ref=gray, target=gray[:3], noisy=[(2, gray)], relerr=0.1)
+    crops = Crops([view], 32, 1, effects)
+    seen = [torch.stack([light[:, :3].std(), transfer(light[:, :3]).sub(target).abs().max()])
+            for _, light, target in (crops.batch(1) for _ in range(40))]
+    assert bool((torch.stack(seen) > 1e-4).any()) == changes
+
+
 def test_the_fixtures_are_finite_and_gather_what_they_say(tmp_path, random):
     repaired = bad_pixels(random)
     assert repaired["expected"].isfinite().all() and repaired["valid"].unique().tolist() == [0, 1]

@@ -61,6 +61,8 @@ def arguments():
     p.add_argument("--weight-decay", type=float, default=1e-2)
     p.add_argument("--batch", type=int, default=8)
     p.add_argument("--crop", type=int, default=128)
+    p.add_argument("--effects", type=float, default=1.0, metavar="SHARE",
+                   help="odds of unusual light, texture and filters, relative to the default; see augment.py")
     p.add_argument("--validations", type=int, default=20, help="number of validations and checkpoints over the run")
     p.add_argument("--patience", type=int, default=6, help="stop after this many validations without a new best")
     p.add_argument("--device", default="cuda" if torch.cuda.is_available() else "cpu", help="cpu or cuda")
