@@ -230,7 +230,8 @@ fn as_array<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, 
         "from_dlpack"
     } else {
         let kind = object.get_type().name()?;
-        return Err(errors::of_image(py, format!("{name} is a {kind}, expected an array")));
+        let expected = "a NumPy array, or an object with __array__ or __dlpack__";
+        return Err(errors::of_image(py, format!("{name} is a {kind}, expected {expected}")));
     };
     let read = py.import(intern!(py, "numpy"))?.call_method1(function, (object,));
     read.and_then(|array| Ok(array.cast_into()?)).map_err(|cause| {

@@ -8,6 +8,8 @@ images, `denoise_exr` denoises files as the command `wgdenoise` does.
 
 from __future__ import annotations
 
+import os
+
 from ._denoiser import Denoised, Denoiser, denoise
 from ._errors import (
     AdapterError,
@@ -22,6 +24,10 @@ from ._errors import (
 from ._files import denoise_exr
 from ._tools import Device, Metrics, compare, devices
 from ._wgdenoise import __version__
+
+# As the command line does: Mesa's device-select layer reorders adapters for desktops, and complains
+# on stderr where no desktop session runs.
+os.environ.setdefault("NODEVICE_SELECT", "1")
 
 __all__ = [
     "AdapterError",

@@ -5,7 +5,7 @@ from __future__ import annotations
 import logging
 import os
 from collections.abc import Mapping, Sequence
-from typing import Any, Callable, NamedTuple, Optional, Union
+from typing import Any, Callable, NamedTuple, Optional, Union, overload
 
 import numpy as np
 import numpy.typing as npt
@@ -40,7 +40,7 @@ class Denoiser:
         quality: the built-in weights: "fast", "balanced" or "high". Each takes two to three times as
             long as the one before.
         precision: how intermediate values are stored: "f16" or "f32".
-        device: an index of `devices()` or part of a name; by default the fastest kind.
+        device: a number of `devices()` or part of a name; by default the fastest kind.
         weights: a weights file in place of the built-in ones, safetensors or TZA.
         memory_bytes: most GPU memory for tensors and images; 2 GiB by default. Large images are cut
             into tiles, which does not change the result.
@@ -93,11 +93,41 @@ class Denoiser:
 
     @property
     def kernels(self) -> str:
-        """The variant of the kernels that run: "simd", "matrix", "tiled" or "plain"."""
+        """The variant of the kernels that run: "Simd", "Matrix", "Tiled" or "Plain"."""
         return self._network.kernels
 
     def __repr__(self) -> str:
         return f"<wgdenoise.Denoiser on {self.device}, {self.kernels} kernels>"
+
+    @overload
+    def denoise(
+        self,
+        color: Any,
+        albedo: Any = None,
+        normal: Any = None,
+        *,
+        layers: None = None,
+        alpha: None = None,
+        input_scale: Optional[float] = None,
+        panorama: bool = False,
+        srgb: bool = False,
+        progress: Optional[Progress] = None,
+    ) -> Array: ...
+
+    @overload
+    def denoise(
+        self,
+        color: Any,
+        albedo: Any = None,
+        normal: Any = None,
+        *,
+        layers: Optional[Layers] = None,
+        alpha: Any = None,
+        input_scale: Optional[float] = None,
+        panorama: bool = False,
+        srgb: bool = False,
+        progress: Optional[Progress] = None,
+    ) -> Denoised: ...
 
     def denoise(
         self,
@@ -165,6 +195,44 @@ class Denoiser:
     def _log_notices(self) -> None:
         for notice in self._network.take_notices():
             _LOG.warning("%s", notice)
+
+
+@overload
+def denoise(
+    color: Any,
+    albedo: Any = None,
+    normal: Any = None,
+    *,
+    layers: None = None,
+    alpha: None = None,
+    input_scale: Optional[float] = None,
+    panorama: bool = False,
+    srgb: bool = False,
+    progress: Optional[Progress] = None,
+    quality: str = "balanced",
+    precision: str = "f16",
+    device: Union[str, int, None] = None,
+    **options: Any,
+) -> Array: ...
+
+
+@overload
+def denoise(
+    color: Any,
+    albedo: Any = None,
+    normal: Any = None,
+    *,
+    layers: Optional[Layers] = None,
+    alpha: Any = None,
+    input_scale: Optional[float] = None,
+    panorama: bool = False,
+    srgb: bool = False,
+    progress: Optional[Progress] = None,
+    quality: str = "balanced",
+    precision: str = "f16",
+    device: Union[str, int, None] = None,
+    **options: Any,
+) -> Denoised: ...
 
 
 def denoise(

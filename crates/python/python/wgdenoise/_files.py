@@ -8,6 +8,7 @@ from collections.abc import Iterable
 from typing import Callable, Optional, Union
 
 from . import _wgdenoise
+from ._errors import UsageError
 
 Path = Union[str, "os.PathLike[str]"]
 
@@ -44,9 +45,11 @@ def denoise_exr(
         UsageError: the options are wrong.
         AdapterError, DeviceError: as in `Denoiser`.
     """
-    is_single = isinstance(src, (str, os.PathLike))
-    sources: Iterable[Path] = [src] if is_single else src  # type: ignore[list-item, assignment]
-    flags = [_flag(name, value) for name, value in options.items() if value not in (False, None)]
+    sources = [src] if isinstance(src, (str, os.PathLike)) else list(src)
+    if not sources:
+        raise UsageError("src is empty, expected an image or several")
+    given = {name: value for name, value in options.items() if value not in (False, None)}
+    flags = [_flag(name, value) for name, value in given.items()]
     files = [os.fspath(path) for path in (*sources, dst)]
     _wgdenoise.denoise_files(["wgdenoise", *flags, "--", *files], _LOG, progress)
 

@@ -10,8 +10,8 @@ from . import _wgdenoise
 class Device(NamedTuple):
     """An adapter of this machine: a GPU, or a driver that computes on the CPU."""
 
-    index: int
-    """What `device=` takes, beside a part of the name."""
+    number: int
+    """What `device=` takes, as it does a part of the name."""
     name: str
     type: str
     """`DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`."""
@@ -45,7 +45,7 @@ class Metrics(NamedTuple):
 
 def devices() -> list[Device]:
     """All adapters of this machine, the fastest kind first; empty if there is none."""
-    return [Device(index, *device) for index, device in enumerate(_wgdenoise.devices())]
+    return [Device(number, *device) for number, device in enumerate(_wgdenoise.devices())]
 
 
 def compare(image: object, reference: object) -> Metrics:

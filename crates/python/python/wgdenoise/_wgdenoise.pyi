@@ -1,13 +1,16 @@
 """The compiled half of the package; `wgdenoise` wraps all of it."""
 
 import logging
-from typing import Any, Callable, Optional
+from typing import Any, Callable, Optional, final
 
 import numpy as np
 import numpy.typing as npt
 
 __version__: str
 
+__all__ = ["Network", "__version__", "compare", "denoise_files", "devices", "run_command"]
+
+@final
 class Network:
     def __new__(cls, settings: dict[str, Any]) -> Network: ...
     @property
