@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 
 import numpy as np
 import OpenEXR
@@ -135,3 +134,13 @@ def test_ctrl_c_ends_the_command_with_its_exit_code_and_no_file(tmp_path):
     _, rest = process.communicate(timeout=60)
     assert process.returncode == 130 and "stopped before an image was written" in rest
     assert os.listdir(tmp_path) == ["noisy.exr"]
+
+
+def test_ctrl_c_ends_a_command_that_leaves_signals_alone(tmp_path):
+    pipe = tmp_path / "noisy.exr"
+    os.mkfifo(pipe)
+    process = subprocess.Popen([sys.executable, "-m", "wgdenoise", "info", str(pipe)])
+    # Opens once the command reads.
+    with pipe.open("wb"):
+        process.send_signal(signal.SIGINT)
+        assert process.wait(timeout=60) == -signal.SIGINT
