@@ -25,31 +25,57 @@ pub(crate) enum Verbosity {
     Verbose,
 }
 
-/// Messages to the user.
-#[derive(Debug)]
+/// The weight of a message.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Level {
+    /// One of several images failed; the batch continues.
+    Error,
+    /// What the program would print: layers, notices, what was written.
+    Notice,
+}
+
+/// What a program hears of a run, on the thread that called.
+pub trait Host {
+    /// A sentence that the program would print on stderr, without its name.
+    fn message(&self, level: Level, text: &str);
+
+    /// How far the run is: `done` of `total`, each image counting 1000.
+    fn progress(&self, done: u64, total: u64);
+}
+
+/// A message and its weight.
+pub(crate) type Message = (Level, String);
+
+/// Messages to the user, or to the program that hosts this one.
 pub(crate) struct Console {
     pub(crate) verbosity: Verbosity,
     said: RefCell<HashSet<String>>,
     /// Messages that wait for those of an earlier image.
-    held: RefCell<Option<Vec<String>>>,
+    held: RefCell<Option<Vec<Message>>>,
     progress: RefCell<Option<Progress>>,
+    host: Option<Box<dyn Host>>,
 }
 
 impl Console {
     pub(crate) fn new(verbosity: Verbosity) -> Self {
         let (said, held, progress) = Default::default();
-        Self { verbosity, said, held, progress }
+        Self { verbosity, said, held, progress, host: None }
+    }
+
+    /// A console that writes nothing and tells the host instead.
+    pub(crate) fn of_host(verbosity: Verbosity, host: Box<dyn Host>) -> Self {
+        Self { host: Some(host), ..Self::new(verbosity) }
     }
 
     /// Reports a failure, whatever the verbosity.
     pub(crate) fn error(&self, failure: &Failure) {
-        self.say(&format!("error: {failure}"));
+        self.say(Level::Error, &failure.to_string());
     }
 
     /// Tells what a user should know.
     pub(crate) fn notice(&self, text: &str) {
         if self.verbosity >= Verbosity::Normal {
-            self.say(text);
+            self.say(Level::Notice, text);
         }
     }
 
@@ -63,7 +89,7 @@ impl Console {
     /// Tells what only `--verbose` shows.
     pub(crate) fn detail(&self, text: impl FnOnce() -> String) {
         if self.verbosity >= Verbosity::Verbose {
-            self.say(&text());
+            self.say(Level::Notice, &text());
         }
     }
 
@@ -73,24 +99,33 @@ impl Console {
     }
 
     /// Ends [`hold`](Self::hold) and returns what was held back.
-    pub(crate) fn release(&self) -> Vec<String> {
+    pub(crate) fn release(&self) -> Vec<Message> {
         self.held.take().unwrap_or_default()
     }
 
     /// Prints messages that were held back.
-    pub(crate) fn say_all(&self, held: &[String]) {
-        for text in held {
-            self.say(text);
+    pub(crate) fn say_all(&self, held: &[Message]) {
+        for (level, text) in held {
+            self.say(*level, text);
+        }
+    }
+
+    fn say(&self, level: Level, text: &str) {
+        if let Some(held) = &mut *self.held.borrow_mut() {
+            return held.push((level, text.into()));
+        }
+        match &self.host {
+            Some(host) => host.message(level, &escaped_lines(text)),
+            None => self.write(level, text),
         }
     }
 
     /// A message that nobody can read is no reason to lose the work.
-    fn say(&self, text: &str) {
-        if let Some(held) = &mut *self.held.borrow_mut() {
-            return held.push(text.into());
-        }
+    fn write(&self, level: Level, text: &str) {
+        let kind = if level == Level::Error { "error: " } else { "" };
+        let text = escaped_lines(&format!("{kind}{text}"));
         let write = || {
-            let _ = writeln!(std::io::stderr(), "wgdenoise: {}", escaped_lines(text));
+            let _ = writeln!(std::io::stderr(), "wgdenoise: {text}");
         };
         match &*self.progress.borrow() {
             Some(progress) => progress.bar.suspend(write),
@@ -98,17 +133,20 @@ impl Console {
         }
     }
 
-    /// Begins a progress bar over so many items, if a person is watching.
+    /// Begins a progress bar over so many items, if a person or a host is watching.
     pub(crate) fn begin(&self, items: usize) {
-        if self.verbosity >= Verbosity::Normal && std::io::stderr().is_terminal() {
-            *self.progress.borrow_mut() = Some(Progress::new(items));
-        }
+        let is_seen = self.verbosity >= Verbosity::Normal && std::io::stderr().is_terminal();
+        *self.progress.borrow_mut() = match &self.host {
+            Some(_) => Some(Progress::hidden(items)),
+            None => is_seen.then(|| Progress::hidden(items).appearing()),
+        };
     }
 
     /// Moves the bar to the start of an item, counted from 0.
     pub(crate) fn item(&self, index: usize, name: &str) {
         if let Some(progress) = &*self.progress.borrow() {
             progress.item(index, name);
+            self.tell_host(progress);
         }
     }
 
@@ -116,6 +154,13 @@ impl Console {
     pub(crate) fn within_item(&self, done: f64) {
         if let Some(progress) = &*self.progress.borrow() {
             progress.within_item(done);
+            self.tell_host(progress);
+        }
+    }
+
+    fn tell_host(&self, Progress { bar, items, .. }: &Progress) {
+        if let Some(host) = &self.host {
+            host.progress(bar.position(), *items as u64 * STEPS);
         }
     }
 
@@ -179,16 +224,21 @@ struct Progress {
 }
 
 impl Progress {
-    fn new(items: usize) -> Self {
+    fn hidden(items: usize) -> Self {
+        let hidden = ProgressDrawTarget::hidden();
+        let bar = ProgressBar::with_draw_target(Some(items as u64 * STEPS), hidden);
+        Self { bar, items, index: Cell::new(0), patience: None, appearance: None }
+    }
+
+    /// Lets the bar appear on stderr if the work takes long.
+    fn appearing(mut self) -> Self {
         let style = ProgressStyle::with_template(TEMPLATE).expect("the template is well-formed");
         let style =
             style.with_key("time", |state: &ProgressState, text: &mut dyn std::fmt::Write| {
                 let _ = text.write_str(&time(state.pos(), state.elapsed(), state.eta()));
             });
-        let hidden = ProgressDrawTarget::hidden();
-        let bar = ProgressBar::with_draw_target(Some(items as u64 * STEPS), hidden);
         let (patience, done) = channel();
-        let shown = bar.clone().with_style(style);
+        let shown = self.bar.clone().with_style(style);
         // A thread of its own, because the first step alone may take longer.
         let appearance = thread::spawn(move || {
             if done.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
@@ -196,8 +246,8 @@ impl Progress {
                 shown.enable_steady_tick(Duration::from_millis(100));
             }
         });
-        let index = Cell::new(0);
-        Self { bar, items, index, patience: Some(patience), appearance: Some(appearance) }
+        (self.patience, self.appearance) = (Some(patience), Some(appearance));
+        self
     }
 
     fn item(&self, index: usize, name: &str) {
@@ -237,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_bar_shows_the_image_the_count_and_the_way_through_all_images() {
-        let progress = Progress::new(4);
+        let progress = Progress::hidden(4);
         progress.item(2, "beauty.0007.exr");
         assert_eq!(progress.bar.message(), "beauty.0007.exr (3 of 4)");
         assert_eq!((progress.bar.position(), progress.bar.length()), (2000, Some(4000)));
@@ -247,7 +297,7 @@ mod tests {
         progress.within_item(0.0);
         progress.within_item(1.0);
         assert_eq!(progress.bar.position(), 3000);
-        let single = Progress::new(1);
+        let single = Progress::hidden(1);
         single.item(0, "render.exr");
         assert_eq!(single.bar.message(), "render.exr");
     }

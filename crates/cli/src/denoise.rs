@@ -4,6 +4,7 @@
 //! of its own. At most three images are in memory, and messages keep the order of the images.
 
 use std::panic::resume_unwind;
+use std::sync::atomic::AtomicBool;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
@@ -18,8 +19,12 @@ use crate::session::Session;
 use wgdenoise::Frame;
 use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed};
 
-/// Carries out a request.
-pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
+/// Carries out a request. Signals end the process, unless a host gives a flag to stop the run by.
+pub(crate) fn run(
+    request: &Denoise,
+    console: &Console,
+    stop: Option<&AtomicBool>,
+) -> Result<(), Failure> {
     let Plan { jobs, skipped, notices } = plan::plan(request)?;
     for notice in &notices {
         console.notice(notice);
@@ -31,9 +36,12 @@ pub(crate) fn run(request: &Denoise, console: &Console) -> Result<(), Failure> {
     let session = Session::new(&request.device, &request.weights, console)?;
     let (images, failed, start) = (jobs.len(), 0, Instant::now());
     let tally = Tally::default();
-    let mut batch = Batch { request, console, session, images, skipped, failed, tally, start };
+    let mut batch =
+        Batch { request, console, session, images, skipped, failed, stop, tally, start };
     console.begin(images);
-    interrupt::watch(console.last_words(batch.tally.clone(), images));
+    if stop.is_none() {
+        interrupt::watch(console.last_words(batch.tally.clone(), images));
+    }
     let outcome = batch.images(&jobs);
     console.end();
     outcome?;
@@ -91,6 +99,7 @@ struct Batch<'a> {
     /// Images that were done before.
     skipped: usize,
     failed: usize,
+    stop: Option<&'a AtomicBool>,
     tally: Tally,
     start: Instant,
 }
@@ -148,7 +157,7 @@ impl Batch<'_> {
     fn denoise_view(&self, job: &Job, view: &View) -> Result<Denoised, Failure> {
         let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
         let alpha = if self.denoises_alpha(job, view) { view.alpha() } else { None };
-        let frame = self.frame(view).layers(&layers).alpha(alpha);
+        let frame = self.frame(view).layers(&layers).alpha(alpha).stop(self.stop);
         let found = self.session.denoise(&frame, self.request.verify)?;
         Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
     }

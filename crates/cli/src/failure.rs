@@ -1,14 +1,13 @@
 //! Why the program stops, and with which exit code.
 
 use std::path::Path;
-use std::process::ExitCode;
 
 use wgdenoise::Error;
 use wgdenoise_files::{FileError, Problem, escaped};
 
 /// A failed run. The message is one sentence.
 #[derive(Debug, thiserror::Error)]
-pub(crate) enum Failure {
+pub enum Failure {
     /// An input could not be read or the output not be made.
     #[error("{0}")]
     Work(String),
@@ -21,6 +20,9 @@ pub(crate) enum Failure {
     /// The device was lost, hangs or computes wrong results.
     #[error("{0}")]
     Device(String),
+    /// The host has asked to stop.
+    #[error("denoising was stopped")]
+    Stopped,
 }
 
 impl Failure {
@@ -43,13 +45,16 @@ impl Failure {
         Self::Work(format!("{error}{advice}"))
     }
 
-    pub(crate) fn exit_code(&self) -> ExitCode {
-        ExitCode::from(match self {
+    /// The exit code of a program that ends with this.
+    #[must_use]
+    pub fn exit_code(&self) -> u8 {
+        match self {
             Self::Work(_) => 1,
             Self::Usage(_) => 2,
             Self::Adapter(_) => 3,
             Self::Device(_) => 4,
-        })
+            Self::Stopped => 130,
+        }
     }
 }
 
@@ -72,6 +77,7 @@ impl From<Error> for Failure {
             | Error::Timeout { .. }
             | Error::WrongResult(_)
             | Error::Device { .. } => Self::Device(error.to_string()),
+            Error::Stopped => Self::Stopped,
             other => Self::Work(other.to_string()),
         }
     }

@@ -1,5 +1,6 @@
 //! The command line: words become a request, the request is carried out, and the outcome is reported.
 
+use std::ffi::OsString;
 use std::process::ExitCode;
 
 mod args;
@@ -11,6 +12,7 @@ mod denoise;
 mod failure;
 mod fit;
 mod frames;
+pub mod host;
 mod inputs;
 mod inspect;
 mod interrupt;
@@ -23,18 +25,27 @@ mod values;
 mod weights;
 
 use crate::console::{Console, Verbosity};
-use crate::failure::Failure;
 use crate::request::Request;
 
-/// Runs the program and returns its exit code: 0 done, 1 an input or output failed, 2 wrong usage,
-/// 3 no usable adapter, or it lacks what the flags need, 4 the device failed.
+pub use crate::failure::Failure;
+
+/// Runs the program on the words of its command line.
 #[must_use]
 pub fn main() -> ExitCode {
-    wgdenoise::Gpu::silence_device_select();
     wgdenoise::panics::silence_caught();
     let words: Vec<_> = std::env::args_os().collect();
-    match parse::parse(&words).and_then(run) {
-        Ok(()) => ExitCode::SUCCESS,
+    ExitCode::from(run_words(&words))
+}
+
+/// Runs the program on these words, its name first, and returns its exit code: 0 done, 1 an input or
+/// output failed, 2 wrong usage, 3 no usable adapter, or it lacks what the flags need, 4 the device
+/// failed. Ends the process itself after help and after words that the grammar refuses. For programs
+/// with a `main` of their own; [`host::denoise`] is for those that go on.
+#[must_use]
+pub fn run_words(words: &[OsString]) -> u8 {
+    wgdenoise::Gpu::silence_device_select();
+    match parse::parse(words).and_then(run) {
+        Ok(()) => 0,
         Err(failure) => {
             Console::new(Verbosity::Quiet).error(&failure);
             failure.exit_code()
@@ -45,7 +56,7 @@ pub fn main() -> ExitCode {
 fn run(request: Request) -> Result<(), Failure> {
     let console = Console::new(Verbosity::Normal);
     match request {
-        Request::Denoise(request) => denoise::run(&request, &Console::new(request.verbosity)),
+        Request::Denoise(request) => denoise::run(&request, &Console::new(request.verbosity), None),
         Request::Info(request) => inspect::info(&request),
         Request::Preview(request) => inspect::preview(&request, &console),
         Request::Compare(request) => inspect::compare(&request),

@@ -37,6 +37,25 @@ pub(crate) fn parse(words: &[OsString]) -> Result<Request, Failure> {
     request(Cli::parse_from(words))
 }
 
+/// Parses the words of a command line that denoises, the program's name first.
+///
+/// # Errors
+/// If the grammar refuses the words, or they contradict each other or the files they name.
+pub(crate) fn parse_denoise(words: &[OsString]) -> Result<Denoise, Failure> {
+    let cli = Cli::try_parse_from(words).map_err(|error| Failure::Usage(reason(&error)))?;
+    match cli.command {
+        None => denoise(cli.denoise),
+        Some(_) => Err(Failure::Usage("a host denoises and runs no other command".into())),
+    }
+}
+
+/// The sentence of a refusal, without the advice on usage below it.
+fn reason(error: &clap::Error) -> String {
+    let text = error.to_string();
+    let sentence = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
+    sentence.lines().map(str::trim).collect::<Vec<_>>().join(" ")
+}
+
 /// The command that was probably meant by a word that names no file.
 fn misspelled(word: &OsStr) -> Option<String> {
     let text = word.to_str()?.to_lowercase();
