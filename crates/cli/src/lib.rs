@@ -9,9 +9,6 @@ mod cache;
 mod console;
 mod denoise;
 mod failure;
-mod fit;
-mod frames;
-mod inputs;
 mod inspect;
 mod interrupt;
 mod parse;
@@ -65,8 +62,9 @@ pub mod fuzzing {
 
     use clap::Parser as _;
 
+    use wgdenoise_files::frames::{self, Pattern};
+
     use crate::args::Cli;
-    use crate::frames::{self, Pattern};
 
     /// Whether the grammar accepts the words of a command line, the program's name first.
     pub fn accepts<'a>(words: impl IntoIterator<Item = &'a str>) -> bool {

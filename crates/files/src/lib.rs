@@ -6,8 +6,12 @@
 pub mod choice;
 pub mod exr;
 pub mod features;
+pub mod fit;
+pub mod frames;
 pub mod guard;
+pub mod inputs;
 pub mod layers;
+pub mod weights;
 
 mod aux_file;
 mod conventions;
