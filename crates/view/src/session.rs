@@ -10,16 +10,19 @@ use wgdenoise::Image;
 use crate::compare::Figures;
 use crate::denoise::{Engine, Outcome};
 use crate::gpu::host::Gpu;
+use crate::gpu::screen::Kind;
 use crate::gpu::texture::Texture;
-use crate::open::{Opened, Wish};
+use crate::open::{Opened, Wish, sentence};
+use crate::perceived::{Perceived, Perceiving};
 use crate::picture::Pixels;
-use crate::state::looking::{Available, Looking, Shown};
+use crate::recent::Recent;
+use crate::state::looking::{Available, Looking, Measure, Shown};
 use crate::state::sequence::Sequence;
 use crate::state::settings::Settings;
 use crate::state::tone::Tone;
 use crate::state::transform::Transform;
 use crate::watch::Watch;
-use crate::work::{Desk, Lane, Loaded, Reference, Report};
+use crate::work::{Desk, Lane, Loaded, Prompt, Reference, Report};
 
 /// A sentence for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -50,6 +53,9 @@ pub(crate) struct Session {
     /// What the user has chosen of the file.
     pub(crate) wish: Wish,
     pub(crate) watch: Option<Watch>,
+    pub(crate) recent: Recent,
+    /// What a path is to be typed for, where the system has no dialog.
+    pub(crate) prompt: Option<Prompt>,
     pub(crate) message: Option<Message>,
     /// What is done of the denoising that runs, from 0 to 1.
     pub(crate) progress: Option<f32>,
@@ -64,8 +70,9 @@ pub(crate) struct Session {
     pub(crate) pointed: Option<[u32; 2]>,
     /// A picture to be put on the clipboard.
     pub(crate) copied: Option<Pixels>,
+    pub(crate) perceiving: Perceiving,
     pub(crate) desk: Desk,
-    gpu: Gpu,
+    pub(crate) gpu: Gpu,
     files: Lane<()>,
     /// Figures have a thread of their own: no file waits for them.
     judging: Lane<()>,
@@ -98,6 +105,8 @@ impl Session {
             colors: Vec::new(),
             wish: Wish::default(),
             watch: None,
+            recent: Recent::default(),
+            prompt: None,
             message: None,
             progress: None,
             is_opening: false,
@@ -106,6 +115,7 @@ impl Session {
             drags_line: false,
             pointed: None,
             copied: None,
+            perceiving: Perceiving::new(desk.clone()),
             files: Lane::new(desk.clone(), || ()),
             judging: Lane::new(desk.clone(), || ()),
             engine: Lane::new(desk.clone(), move || Engine::new(for_engine.clone())),
@@ -138,11 +148,28 @@ impl Session {
         }
     }
 
-    /// An image on the CPU; the denoised one stands for a difference.
+    /// The visible errors, if a difference shows them.
+    pub(crate) fn perceived(&self) -> Option<&Perceived> {
+        self.perceiving.found().filter(|_| self.looking.measure == Measure::Perceived)
+    }
+
+    /// How the values of an image are to be read.
+    pub(crate) fn kind(&self, shown: Shown) -> Kind {
+        match shown {
+            Shown::Noisy | Shown::Denoised | Shown::Reference => Kind::Light,
+            Shown::Albedo => Kind::Surface,
+            Shown::Normal => Kind::Direction,
+            Shown::Difference if self.perceived().is_some() => Kind::Surface,
+            Shown::Difference => Kind::Difference,
+        }
+    }
+
+    /// An image on the CPU; the denoised one stands for a difference of light.
     pub(crate) fn image(&self, shown: Shown) -> Option<&Image> {
         let view = self.opened()?.view();
         match shown {
             Shown::Noisy => Some(view.color()),
+            Shown::Difference if let Some(perceived) = self.perceived() => Some(&perceived.map),
             Shown::Denoised | Shown::Difference => {
                 Some(&self.denoised.as_ref()?.outcome.results.get(self.opened()?.shown)?.color)
             }
@@ -152,11 +179,12 @@ impl Session {
         }
     }
 
-    /// An image on the GPU; the denoised one stands for a difference.
+    /// An image on the GPU; the denoised one stands for a difference of light.
     pub(crate) fn texture(&self, shown: Shown) -> Option<&Texture> {
         let loaded = self.loaded.as_ref()?;
         match shown {
             Shown::Noisy => Some(&loaded.noisy),
+            Shown::Difference if let Some(perceived) = self.perceived() => Some(&perceived.texture),
             Shown::Denoised | Shown::Difference => self.denoised.as_ref().map(|d| &d.texture),
             Shown::Reference => self.reference.as_ref().map(|reference| &reference.texture),
             Shown::Albedo => loaded.albedo.as_ref(),
@@ -179,11 +207,15 @@ impl Session {
 
     /// Opens the first of these files; the arrow keys lead to the others, or to the other frames.
     pub(crate) fn open(&mut self, files: &[PathBuf]) {
-        if let Some(sequence) = Sequence::of(files) {
-            let path = sequence.current().to_path_buf();
-            self.sequence = Some(sequence);
-            self.wish = Wish::default();
-            self.read(&path);
+        match Sequence::of(files) {
+            Ok(Some(sequence)) => {
+                let path = sequence.current().to_path_buf();
+                self.sequence = Some(sequence);
+                self.wish = Wish::default();
+                self.read(&path);
+            }
+            Ok(None) => {}
+            Err(error) => self.fail(sentence(&error)),
         }
     }
 
@@ -215,7 +247,7 @@ impl Session {
         let Some(opened) = self.opened().cloned() else { return };
         let ticket = self.next_ticket();
         (self.progress, self.message) = (Some(0.0), None);
-        let (latest, settings) = (self.denoising.clone(), self.settings);
+        let (latest, settings) = (self.denoising.clone(), self.settings.clone());
         let (desk, gpu, stop) = (self.desk.clone(), self.gpu.clone(), self.stop.clone());
         self.engine.add(move |engine| {
             let outdated = || latest.load(Ordering::Relaxed) != ticket;
@@ -223,7 +255,7 @@ impl Session {
                 return Report::Denoised(ticket, Err(String::new()));
             }
             let mut progress = |done| desk.report(Report::Progress(ticket, done));
-            let denoised = engine.denoise(&opened.picture, settings, &stop, &mut progress);
+            let denoised = engine.denoise(&opened, &settings, &stop, &mut progress);
             let shown = denoised.and_then(|outcome| uploaded(&gpu, outcome, opened.shown));
             Report::Denoised(ticket, shown)
         });
@@ -291,6 +323,7 @@ impl Session {
                 if self.wish.color.is_none() {
                     self.colors = loaded.opened.colors();
                 }
+                self.recent.add(&loaded.opened.path, &self.desk);
                 self.loaded = Some(loaded);
                 (self.denoised, self.figures, self.message) = (None, None, None);
                 self.denoise();

@@ -2,6 +2,7 @@
 
 pub(crate) mod keys;
 pub(crate) mod looking;
+pub(crate) mod magma;
 pub(crate) mod pixel;
 pub(crate) mod sequence;
 pub(crate) mod settings;
