@@ -28,6 +28,9 @@ const SIZE: [f32; 2] = [1280.0, 800.0];
 /// How long a machine without a GPU may take to denoise the sample.
 const PATIENCE: Duration = Duration::from_mins(4);
 
+mod choices;
+mod input;
+
 struct Window(Harness<'static, Viewer>);
 
 impl Window {

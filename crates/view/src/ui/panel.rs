@@ -132,7 +132,7 @@ fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
         }
     }
     let flip = session.perceiving.found().map(|found| flip_row(found.means));
-    let rows = flip.into_iter().chain(session.figures.iter().flat_map(Figures::rows));
+    let rows = session.figures.iter().flat_map(Figures::rows).chain(flip);
     let rows = rows.collect::<Vec<_>>();
     if rows.is_empty() {
         return;

@@ -16,6 +16,7 @@ pub(crate) fn show(context: &Context, session: &mut Session) -> Option<(Purpose,
         .anchor(Align2::CENTER_CENTER, [0.0, 0.0])
         .collapsible(false)
         .resizable(false)
+        .default_width(540.0)
         .show(context, |ui| {
             ui.label("This system has no dialog for files. Type the path:");
             let line = ui.add(TextEdit::singleline(path).desired_width(520.0).hint_text("path"));

@@ -51,6 +51,5 @@ fn reading(session: &Session) -> Option<String> {
     let index = at[1] as usize * view.color().width() as usize + at[0] as usize;
     let alpha = view.alpha().and_then(|alpha| alpha.get(index).copied());
     let perceived = session.perceived().and_then(|found| found.errors.get(index));
-    let perceived = perceived.map_or_else(String::new, |error| format!("   FLIP {error:.3}"));
-    Some(pixel::reading(at, &images, alpha) + &perceived)
+    Some(pixel::reading(at, perceived.copied(), &images, alpha))
 }
