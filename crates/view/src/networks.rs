@@ -52,12 +52,13 @@ impl Key {
             let subject = Subject { main, inputs, hdr, clean };
             Origin::of(settings, subject)
         };
+        let color = origin(MainImage::Color)?;
         let mut prefilter = None;
         if clean {
             prefilter = Some([origin(MainImage::Albedo)?, origin(MainImage::Normal)?]);
         }
         Ok(Self {
-            color: origin(MainImage::Color)?,
+            color,
             prefilter,
             precision: settings.precision,
             skip_clean: settings.skip_clean,

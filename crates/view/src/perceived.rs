@@ -10,9 +10,11 @@ use wgdenoise_metrics::{PIXELS_PER_DEGREE, flip};
 
 use crate::denoise::Outcome;
 use crate::gpu::host::Gpu;
+use crate::gpu::screen::Kind;
 use crate::gpu::texture::Texture;
 use crate::open::Opened;
 use crate::session::Session;
+use crate::state::looking::{Measure, Shown};
 use crate::state::magma::magma;
 use crate::state::tone::{Curve, Tone, light_of};
 use crate::work::{Desk, Lane, Report};
@@ -90,6 +92,24 @@ pub(crate) fn keep_up(session: &mut Session) {
         let found = is_latest.then(|| wanted.compute(&gpu));
         found.map_or(Report::Nothing, |found| Report::Perceived(ticket, found))
     });
+}
+
+impl Session {
+    /// The visible errors, if a difference shows them.
+    pub(crate) fn perceived(&self) -> Option<&Perceived> {
+        self.perceiving.found().filter(|_| self.looking.measure == Measure::Perceived)
+    }
+
+    /// How the values of an image are to be read.
+    pub(crate) fn kind(&self, shown: Shown) -> Kind {
+        match shown {
+            Shown::Noisy | Shown::Denoised | Shown::Reference => Kind::Light,
+            Shown::Albedo => Kind::Surface,
+            Shown::Normal => Kind::Direction,
+            Shown::Difference if self.perceived().is_some() => Kind::Surface,
+            Shown::Difference => Kind::Difference,
+        }
+    }
 }
 
 impl Asked {

@@ -10,13 +10,12 @@ use wgdenoise::Image;
 use crate::compare::Figures;
 use crate::denoise::{Engine, Outcome};
 use crate::gpu::host::Gpu;
-use crate::gpu::screen::Kind;
 use crate::gpu::texture::Texture;
 use crate::open::{Opened, Wish, sentence};
-use crate::perceived::{Perceived, Perceiving};
+use crate::perceived::Perceiving;
 use crate::picture::Pixels;
 use crate::recent::Recent;
-use crate::state::looking::{Available, Looking, Measure, Shown};
+use crate::state::looking::{Available, Looking, Shown};
 use crate::state::sequence::Sequence;
 use crate::state::settings::Settings;
 use crate::state::tone::Tone;
@@ -35,6 +34,8 @@ pub(crate) struct Message {
 pub(crate) struct Denoised {
     pub(crate) outcome: Arc<Outcome>,
     pub(crate) texture: Texture,
+    /// What it was made with.
+    pub(crate) settings: Settings,
 }
 
 /// What the window shows and does.
@@ -136,6 +137,11 @@ impl Session {
         self.progress.is_some()
     }
 
+    /// Whether there is no result of the settings: it failed, was cancelled, or is to come.
+    pub(crate) fn is_outdated(&self) -> bool {
+        self.denoised.as_ref().is_none_or(|denoised| denoised.settings != self.settings)
+    }
+
     /// The images that there are next to the noisy one.
     pub(crate) fn available(&self) -> Available {
         let size = self.opened().map(|opened| opened.view().color().size());
@@ -145,22 +151,6 @@ impl Session {
             reference: self.reference.as_ref().is_some_and(fits),
             albedo: self.loaded.as_ref().is_some_and(|loaded| loaded.albedo.is_some()),
             normal: self.loaded.as_ref().is_some_and(|loaded| loaded.normal.is_some()),
-        }
-    }
-
-    /// The visible errors, if a difference shows them.
-    pub(crate) fn perceived(&self) -> Option<&Perceived> {
-        self.perceiving.found().filter(|_| self.looking.measure == Measure::Perceived)
-    }
-
-    /// How the values of an image are to be read.
-    pub(crate) fn kind(&self, shown: Shown) -> Kind {
-        match shown {
-            Shown::Noisy | Shown::Denoised | Shown::Reference => Kind::Light,
-            Shown::Albedo => Kind::Surface,
-            Shown::Normal => Kind::Direction,
-            Shown::Difference if self.perceived().is_some() => Kind::Surface,
-            Shown::Difference => Kind::Difference,
         }
     }
 
@@ -340,7 +330,8 @@ impl Session {
                 if let Some(notice) = outcome.notices.first() {
                     self.tell(notice.clone());
                 }
-                self.denoised = Some(Denoised { outcome: Arc::new(outcome), texture });
+                let (outcome, settings) = (Arc::new(outcome), self.settings.clone());
+                self.denoised = Some(Denoised { outcome, texture, settings });
                 self.compare();
             }
             Err(error) => self.fail(error),

@@ -111,12 +111,9 @@ fn patterned(amount: i32) -> Image {
 fn errors_agree_with_the_reference_implementation() {
     let Flip { errors, mean } = found(&patterned(1), &patterned(0));
     assert!((mean - 0.108_889_557).abs() < 1e-4, "{mean}");
-    for (x, y, expected) in [
-        (0, 0, 0.123_692_7),
-        (12, 10, 0.048_699_68),
-        (23, 19, 0.242_444),
-        (5, 17, 0.163_901),
-    ] {
+    for (x, y, expected) in
+        [(0, 0, 0.123_692_7), (12, 10, 0.048_699_68), (23, 19, 0.242_444), (5, 17, 0.163_901)]
+    {
         let error = errors[y * 24 + x];
         assert!((error - expected).abs() < 1e-4, "{error}, not {expected} at {x}, {y}");
     }

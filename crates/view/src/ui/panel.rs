@@ -101,15 +101,16 @@ fn sequence(ui: &mut Ui, session: &mut Session) -> Option<Action> {
 
 /// Time, tiles and memory.
 fn result(ui: &mut Ui, session: &mut Session) {
-    let Some(denoised) = &session.denoised else {
-        if session.is_denoising() {
-            ui.label(RichText::new("denoising…").color(QUIET));
-        } else if ui.button("Denoise now").clicked() {
-            session.denoise();
-        }
-        return;
-    };
+    if session.is_denoising() {
+        ui.label(RichText::new("denoising…").color(QUIET));
+    } else if session.is_outdated() && ui.button("Denoise now").clicked() {
+        session.denoise();
+    }
+    let Some(denoised) = &session.denoised else { return };
     let outcome = &denoised.outcome;
+    if session.is_outdated() {
+        ui.label(RichText::new("the image shown has other settings").small().color(QUIET));
+    }
     ui.label(format!("denoised in {:.2} s", outcome.took.as_secs_f64()));
     let prepared = outcome
         .prepared

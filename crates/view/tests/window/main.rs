@@ -155,7 +155,7 @@ fn save(desktop: &Desktop) {
     Display::wait_for("the file", || path.is_file().then_some(()));
     let saved = Picture::open(&path, &Default::default()).unwrap();
     assert_eq!(saved.first().color().size(), (576, 432));
-    desktop.image("saved");
+    desktop.wait_for_image("saved", |image| !asks(image));
 }
 
 /// The clipboard gets the command line, and then the picture.
