@@ -19,7 +19,7 @@ use x11rb::wrapper::ConnectionExt as _;
 pub(crate) const SIZE: [u16; 2] = [1400, 900];
 
 /// How long a machine without a GPU may take for anything.
-const PATIENCE: Duration = Duration::from_mins(4);
+const PATIENCE: Duration = Duration::from_mins(2);
 
 /// Xvfb and a connection to it. The server ends with this.
 pub(crate) struct Display {
