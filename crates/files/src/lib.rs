@@ -1,4 +1,5 @@
-//! Image files: reading color, albedo and normal, and writing the result.
+//! Image files: reading color, albedo and normal, and writing the result. Next to them, what programs
+//! need around that: the names of inputs and frames, weights files, and whether weights suit an image.
 //!
 //! The format of an input is recognized by its content, that of an output by its extension. Colors
 //! are linear in memory, with Rec. 709 primaries if the file does not say otherwise.
