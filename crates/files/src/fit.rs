@@ -141,6 +141,24 @@ mod tests {
     use wgdenoise::{Quality, Weights};
 
     #[test]
+    fn alpha_is_denoised_if_it_is_asked_for_or_fractional_and_has_a_place() {
+        let image = Image::filled(2, 1, [0.5; 3]).expect("a valid image");
+        let view = |alpha: Option<[f32; 2]>| View::of_color(image.clone(), alpha.map(Vec::from));
+        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
+        let pyramid = Metadata { topology: Topology::KernelPyramid, ..weights.metadata().clone() };
+        let [fractional, solid] = [[0.5, 1.0], [0.0, 1.0]].map(Some);
+        let denoises = |wish, given, format| alpha(wish, &view(given), format, &pyramid).0;
+        assert!(denoises(Alpha::Auto, fractional, None));
+        assert!(denoises(Alpha::Auto, fractional, Some(Format::Png)));
+        assert!(!denoises(Alpha::Auto, fractional, Some(Format::Jpeg)));
+        assert!(!denoises(Alpha::Auto, solid, None) && denoises(Alpha::Denoise, solid, None));
+        assert!(!denoises(Alpha::Keep, fractional, None) && !denoises(Alpha::Denoise, None, None));
+        let unet = Metadata { topology: Topology::Unet, ..pyramid.clone() };
+        let (denoises, why) = alpha(Alpha::Auto, &view(fractional), None, &unet);
+        assert!(!denoises && why.is_some_and(|why| why.contains("stays noisy")));
+    }
+
+    #[test]
     fn pixels_that_are_no_light_are_counted_by_what_becomes_of_them() {
         let (nan, inf) = (f32::NAN, f32::INFINITY);
         let pixels = [[nan, inf, 1.0], [-inf, 0.0, 0.0], [inf, -1.0, 2.0], [1.0; 3]];

@@ -5,10 +5,9 @@ use std::path::PathBuf;
 use eframe::egui::{CentralPanel, ColorImage, Context, Event, Frame, Panel, Ui, ViewportCommand};
 use eframe::{App, CreationContext};
 
-use crate::commands::{self, act, follow, keep_watching, open_any};
+use crate::commands::{self, act, follow, keep_perceiving, keep_watching, open_any};
 use crate::gpu::host::Gpu;
 use crate::gpu::screen;
-use crate::perceived;
 use crate::recent::Recent;
 use crate::session::Session;
 use crate::state::keys::{Action, action};
@@ -90,7 +89,7 @@ impl Viewer {
             follow(&mut self.session, report);
         }
         keep_watching(&mut self.session);
-        perceived::keep_up(&mut self.session);
+        keep_perceiving(&mut self.session);
         if let Some(pixels) = self.session.copied.take() {
             let size = pixels.size.map(|side| side as usize);
             context.copy_image(ColorImage::from_rgb(size, pixels.rgb.as_flattened()));

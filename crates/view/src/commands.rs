@@ -6,7 +6,9 @@ use std::sync::Arc;
 use wgdenoise_files::escaped;
 
 use crate::dialog;
+use crate::gpu::screen::Kind;
 use crate::open::Wish;
+use crate::perceived::Asked;
 use crate::picture::{Pixels, Side, picture};
 use crate::save;
 use crate::session::Session;
@@ -92,6 +94,21 @@ pub(crate) fn keep_watching(session: &mut Session) {
         session.watch = None;
         toggle_watch(session);
     }
+}
+
+/// Has the visible errors of what is open computed, if there are a result and a reference of its size.
+pub(crate) fn keep_perceiving(session: &mut Session) {
+    let wanted = || {
+        let reference = session.reference.as_ref().filter(|_| session.available().reference)?;
+        Some(Asked {
+            opened: session.opened()?.clone(),
+            outcome: session.denoised.as_ref()?.outcome.clone(),
+            reference: reference.image.clone(),
+            exposure: session.tone.exposure,
+        })
+    };
+    let wanted = wanted();
+    session.perceiving.ask(wanted, &session.gpu);
 }
 
 fn show(session: &mut Session, shown: Shown) {
@@ -202,7 +219,8 @@ fn drawn(session: &Session) -> Option<impl FnOnce() -> Pixels + Send + use<>> {
     let image = |shown| session.image(shown).cloned().map(Arc::new);
     let [left, right] = [image(visible[0])?, image(visible[1])?];
     let subtracted = image(session.subtracted())?;
-    let kinds = visible.map(|shown| session.kind(shown));
+    let has_map = session.perceived().is_some();
+    let kinds = visible.map(|shown| Kind::of(shown, has_map));
     let (looking, tone) = (session.looking.clone(), session.tone);
     Some(move || {
         let side = |i: usize, image| Side { kind: kinds[i], image, subtracted: &subtracted };

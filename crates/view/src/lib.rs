@@ -14,6 +14,7 @@ mod gpu;
 mod networks;
 mod open;
 mod perceived;
+mod perceiving;
 mod picture;
 mod recent;
 mod save;

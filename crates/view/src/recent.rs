@@ -9,6 +9,7 @@ use std::thread;
 use etcetera::BaseStrategy;
 use wgdenoise_files::{Out, Problem, replace};
 
+use crate::state::entry::Entry;
 use crate::work::{Desk, Report};
 
 /// Most files on the list.
@@ -16,13 +17,6 @@ const MOST: usize = 10;
 
 /// A longer file is not the list.
 const MOST_BYTES: u64 = 1 << 16;
-
-/// A file on the list.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Entry {
-    pub(crate) path: PathBuf,
-    pub(crate) exists: bool,
-}
 
 /// The list, the last file first, and the file that keeps it.
 #[derive(Debug, Default)]

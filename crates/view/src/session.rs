@@ -12,10 +12,11 @@ use crate::denoise::{Engine, Outcome};
 use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
 use crate::open::{Opened, Wish, sentence};
-use crate::perceived::Perceiving;
+use crate::perceived::Perceived;
+use crate::perceiving::Perceiving;
 use crate::picture::Pixels;
 use crate::recent::Recent;
-use crate::state::looking::{Available, Looking, Shown};
+use crate::state::looking::{Available, Looking, Measure, Shown};
 use crate::state::sequence::Sequence;
 use crate::state::settings::Settings;
 use crate::state::tone::Tone;
@@ -152,6 +153,11 @@ impl Session {
             albedo: self.loaded.as_ref().is_some_and(|loaded| loaded.albedo.is_some()),
             normal: self.loaded.as_ref().is_some_and(|loaded| loaded.normal.is_some()),
         }
+    }
+
+    /// The visible errors, if a difference shows them.
+    pub(crate) fn perceived(&self) -> Option<&Perceived> {
+        self.perceiving.found().filter(|_| self.looking.measure == Measure::Perceived)
     }
 
     /// An image on the CPU; the denoised one stands for a difference of light.

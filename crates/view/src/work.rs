@@ -14,7 +14,7 @@ use crate::gpu::texture::Texture;
 use crate::open::Opened;
 use crate::perceived::Perceived;
 use crate::picture::Pixels;
-use crate::recent::Entry;
+use crate::state::entry::Entry;
 
 /// What a thread has to tell the window. A ticket tells apart what was asked for and what is out of
 /// date.

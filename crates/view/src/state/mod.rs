@@ -1,5 +1,6 @@
 //! What the window shows and does, as plain values that are tested without a window.
 
+pub(crate) mod entry;
 pub(crate) mod keys;
 pub(crate) mod looking;
 pub(crate) mod magma;

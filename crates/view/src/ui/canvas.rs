@@ -5,7 +5,7 @@ use eframe::egui::{
 };
 use eframe::egui_wgpu::Callback;
 
-use crate::gpu::screen::{Draw, View};
+use crate::gpu::screen::{Draw, Kind, View};
 use crate::session::Session;
 use crate::state::looking::{Layout, Shown};
 use crate::state::tone::Curve;
@@ -115,7 +115,7 @@ fn draw(session: &Session, place: &Place) -> Option<Draw> {
         area: whole.into(),
         center: session.transform.image_at(middle, session.area),
         size,
-        kinds: visible.map(|shown| session.kind(shown) as u32),
+        kinds: visible.map(|shown| Kind::of(shown, session.perceived().is_some()) as u32),
         zoom: session.transform.zoom(),
         gain: session.tone.gain(),
         amplification: session.looking.amplification,

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use eframe::egui::{Button, Ui};
 use wgdenoise_files::escaped;
 
-use crate::recent::Entry;
 use crate::session::Session;
+use crate::state::entry::Entry;
 
 /// A button for each file; those that are missing are faint. Returns the one to open.
 pub(crate) fn list(ui: &mut Ui, entries: &[Entry]) -> Option<PathBuf> {

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use eframe::egui::DroppedFile;
 
 use super::*;
-use crate::recent::Entry;
+use crate::state::entry::Entry;
 use crate::work::{Prompt, Purpose, Report};
 
 #[derive(Debug)]
