@@ -138,23 +138,29 @@ pub fn unusable_pixels(metadata: &Metadata, color: &Image) -> Vec<String> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use wgdenoise::{Quality, Weights};
+
+    /// That of weights for scene-referred color, albedo and normals.
+    fn metadata() -> Metadata {
+        let fixture = "../../tests/fixtures/oidn/rt_hdr_alb_nrm.tza";
+        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(fixture);
+        crate::weights::load(&path).expect("a weights file").metadata().clone()
+    }
 
     #[test]
     fn alpha_is_denoised_if_it_is_asked_for_or_fractional_and_has_a_place() {
         let image = Image::filled(2, 1, [0.5; 3]).expect("a valid image");
         let view = |alpha: Option<[f32; 2]>| View::of_color(image.clone(), alpha.map(Vec::from));
-        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
-        let pyramid = Metadata { topology: Topology::KernelPyramid, ..weights.metadata().clone() };
+        let mut metadata = metadata();
+        metadata.topology = Topology::KernelPyramid;
         let [fractional, solid] = [[0.5, 1.0], [0.0, 1.0]].map(Some);
-        let denoises = |wish, given, format| alpha(wish, &view(given), format, &pyramid).0;
+        let denoises = |wish, given, format| alpha(wish, &view(given), format, &metadata).0;
         assert!(denoises(Alpha::Auto, fractional, None));
         assert!(denoises(Alpha::Auto, fractional, Some(Format::Png)));
         assert!(!denoises(Alpha::Auto, fractional, Some(Format::Jpeg)));
         assert!(!denoises(Alpha::Auto, solid, None) && denoises(Alpha::Denoise, solid, None));
         assert!(!denoises(Alpha::Keep, fractional, None) && !denoises(Alpha::Denoise, None, None));
-        let unet = Metadata { topology: Topology::Unet, ..pyramid.clone() };
-        let (denoises, why) = alpha(Alpha::Auto, &view(fractional), None, &unet);
+        metadata.topology = Topology::Unet;
+        let (denoises, why) = alpha(Alpha::Auto, &view(fractional), None, &metadata);
         assert!(!denoises && why.is_some_and(|why| why.contains("stays noisy")));
     }
 
@@ -163,12 +169,11 @@ mod tests {
         let (nan, inf) = (f32::NAN, f32::INFINITY);
         let pixels = [[nan, inf, 1.0], [-inf, 0.0, 0.0], [inf, -1.0, 2.0], [1.0; 3]];
         let image = Image::new(4, 1, pixels.to_vec()).expect("the count is right");
-        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
         let mut expected = vec![
             "2 pixels are NaN or −∞; each is filled from its neighbors",
             "1 pixel is infinite; four or more together count as very bright, fewer are filled",
         ];
-        let mut metadata = weights.metadata().clone();
+        let mut metadata = metadata();
         metadata.topology = Topology::KernelPyramid;
         assert_eq!(unusable_pixels(&metadata, &image), expected, "wide gamuts stay");
         metadata.topology = Topology::Unet;
