@@ -6,8 +6,8 @@ use std::time::Duration;
 
 use clap::{Args, Parser, Subcommand};
 use clap_complete::Shell;
+use wgdenoise_files::frames::{self, Frames};
 
-use crate::frames::{self, Frames};
 use crate::request::Alpha;
 use crate::values::{
     FormatArg, KernelsArg, PrecisionArg, QualityArg, memory, pixels, positive, runs, side, stops,

@@ -10,9 +10,9 @@ use crate::console::{Console, print, print_json};
 use crate::failure::Failure;
 use crate::request::Bench;
 use crate::session;
-use crate::weights::Subject;
 use wgdenoise::measure::{self, Timing};
 use wgdenoise::{CallProfile, Denoiser, Gpu};
+use wgdenoise_files::weights::Subject;
 
 /// Measures whole frames, from images in memory to an image in memory.
 pub(crate) fn bench(request: &Bench, console: &Console) -> Result<(), Failure> {

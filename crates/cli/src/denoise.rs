@@ -10,14 +10,12 @@ use std::time::{Duration, Instant};
 
 use crate::console::{Console, Verbosity};
 use crate::failure::{Failure, shown};
-use crate::fit;
 use crate::interrupt::{self, Tally};
 use crate::plan::{self, Job, Plan};
-use crate::request::Alpha;
 use crate::request::Denoise;
 use crate::session::Session;
 use wgdenoise::Frame;
-use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed};
+use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed, fit};
 
 /// Carries out a request. Signals end the process, unless a host gives a flag to stop the run by.
 pub(crate) fn run(
@@ -162,27 +160,12 @@ impl Batch<'_> {
         Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
     }
 
-    /// Whether to denoise the alpha: as requested, or else if it is fractional. Reports the default,
-    /// and a request that cannot be met.
+    /// Whether to denoise the alpha. Reports the default, and a request that cannot be met.
     fn denoises_alpha(&self, job: &Job, view: &View) -> bool {
-        let is_asked = self.request.alpha == Some(Alpha::Denoise);
-        if view.alpha().is_none() || !job.format.has_alpha() {
-            let lacks = if view.alpha().is_none() { "found" } else { "JPEG has" };
-            self.tell(job, is_asked.then(|| format!("{lacks} no alpha to denoise")).as_slice());
-            return false;
-        }
-        match (self.request.alpha, view.has_fractional_alpha(), self.session.takes_layers()) {
-            (Some(Alpha::Keep), ..) | (None, false, _) => false,
-            (Some(Alpha::Denoise), ..) => true,
-            (None, true, true) => {
-                self.tell(job, &["alpha is denoised by the color's weights".into()]);
-                true
-            }
-            (None, true, false) => {
-                self.tell(job, &["alpha stays noisy: only a kernel pyramid can denoise it".into()]);
-                false
-            }
-        }
+        let wish = self.request.alpha.map(Into::into).unwrap_or_default();
+        let (denoises, notice) = fit::alpha(wish, view, Some(job.format), self.session.metadata());
+        self.tell(job, notice.map(Into::into).as_slice());
+        denoises
     }
 
     fn frame<'p>(&self, view: &'p View) -> Frame<'p> {
@@ -258,7 +241,7 @@ impl Batch<'_> {
     /// If the files cannot hold what the weights are for.
     fn tell_fit(&self, job: &Job, picture: &Picture, view: &View) -> Result<(), Failure> {
         let (metadata, named) = (self.session.metadata(), self.session.weights_are_named());
-        fit::check(metadata, job, picture)?;
+        fit::check(metadata, picture, &job.input, Some((&job.output, job.format)))?;
         for notice in fit::unusable_pixels(metadata, view.color()) {
             self.console.notice(&format!("{}{notice}", self.about(job)));
         }

@@ -34,6 +34,9 @@ impl Failure {
     /// A file that cannot be used as the command line asks, with the flags that help. Layers are
     /// named by `layer_flag`.
     pub(crate) fn of_file(error: &FileError, layer_flag: &str) -> Self {
+        if matches!(error.problem, Problem::Pattern(_)) {
+            return Self::Usage(error.to_string());
+        }
         let advice = match error.problem {
             Problem::Exists => "; give --force to replace it".into(),
             Problem::NoFolder(_) => "; give --parents to create it".into(),

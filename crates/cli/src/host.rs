@@ -31,7 +31,7 @@ pub fn denoise(words: &[OsString], host: Box<dyn Host>, stop: &AtomicBool) -> Re
 /// # Errors
 /// If the file cannot be read or is not a weights file.
 pub fn weights(path: &Path) -> Result<Weights, Failure> {
-    crate::weights::load(path)
+    Ok(wgdenoise_files::weights::load(path)?)
 }
 
 #[cfg(test)]

@@ -10,10 +10,7 @@ mod cache;
 mod console;
 mod denoise;
 mod failure;
-mod fit;
-mod frames;
 pub mod host;
-mod inputs;
 mod inspect;
 mod interrupt;
 mod parse;
@@ -76,8 +73,9 @@ pub mod fuzzing {
 
     use clap::Parser as _;
 
+    use wgdenoise_files::frames::{self, Pattern};
+
     use crate::args::Cli;
-    use crate::frames::{self, Pattern};
 
     /// Whether the grammar accepts the words of a command line, the program's name first.
     pub fn accepts<'a>(words: impl IntoIterator<Item = &'a str>) -> bool {

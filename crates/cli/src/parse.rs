@@ -11,13 +11,13 @@ use crate::args::{
 };
 use crate::console::Verbosity;
 use crate::failure::{Failure, shown};
-use crate::inputs::Source;
 use crate::request::{
     Bench, Compare, Convert, Denoise, DeviceChoice, Info, Preview, Report, Request, WeightsChoice,
     Writing,
 };
 use crate::values::QualityArg;
 use wgdenoise::Quality;
+use wgdenoise_files::inputs::Source;
 use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits, is_standard};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the

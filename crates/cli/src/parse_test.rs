@@ -1,7 +1,7 @@
 use std::time::Duration;
 
 use super::*;
-use crate::frames::Frames;
+use wgdenoise_files::frames::Frames;
 
 fn words(line: &str) -> Vec<OsString> {
     line.split_whitespace().map(OsString::from).collect()

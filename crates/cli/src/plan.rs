@@ -6,9 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf, is_separator};
 
 use crate::failure::{Failure, shown};
-use crate::frames::{self, Frames, PLAIN_CHARACTERS};
-use crate::inputs::{Sequence, Source};
 use crate::request::{Denoise, Writing};
+use wgdenoise_files::frames::{self, Frames, PLAIN_CHARACTERS};
+use wgdenoise_files::inputs::{Sequence, Source};
 use wgdenoise_files::{Format, Identity, LayerChoice, Problem, is_standard, is_stream};
 
 /// What a request comes to.
@@ -127,7 +127,7 @@ fn check_streams(jobs: &[Job]) -> Result<(), Failure> {
 /// What sequences leave out, unless frames were chosen.
 fn left_out(request: &Denoise, sources: &[Source]) -> Result<Vec<String>, Failure> {
     let whole = sources.iter().filter(|_| request.frames.is_none());
-    whole.filter_map(|source| source.left_out().transpose()).collect()
+    whole.filter_map(|source| Some(source.left_out().transpose()?.map_err(Failure::from))).collect()
 }
 
 /// Checks that an output can be written, and creates its folder if asked to.

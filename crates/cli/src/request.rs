@@ -4,10 +4,10 @@ use std::path::PathBuf;
 use std::time::Duration;
 
 use wgdenoise::{KernelSet, MatrixShape, Precision, Quality};
-use wgdenoise_files::{Format, LayerChoice, Limits};
+use wgdenoise_files::frames::Frames;
+use wgdenoise_files::{Format, LayerChoice, Limits, fit};
 
 use crate::console::Verbosity;
-use crate::frames::Frames;
 
 /// One run of the program.
 #[derive(Debug)]
@@ -65,6 +65,15 @@ pub(crate) enum Alpha {
     Keep,
     /// It is denoised by the color's weights.
     Denoise,
+}
+
+impl From<Alpha> for fit::Alpha {
+    fn from(alpha: Alpha) -> Self {
+        match alpha {
+            Alpha::Keep => Self::Keep,
+            Alpha::Denoise => Self::Denoise,
+        }
+    }
 }
 
 /// What may happen to existing files and missing folders.

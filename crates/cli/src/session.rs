@@ -7,11 +7,12 @@ use crate::cache;
 use crate::console::Console;
 use crate::failure::Failure;
 use crate::request::{DeviceChoice, WeightsChoice};
-use crate::weights::{Source, Subject};
+use crate::weights::Source;
 use wgdenoise::{
     Denoised, Denoiser, Frame, Gpu, Inputs, MainImage, MatrixShape, Metadata, Options, Progress,
-    Topology, Weights,
+    Weights,
 };
+use wgdenoise_files::weights::{self, Subject};
 
 /// Opens the adapter, with the engine's defaults except for what was chosen.
 pub(crate) fn open(choice: &DeviceChoice) -> Result<(Gpu, Options), Failure> {
@@ -70,7 +71,7 @@ impl<'a> Session<'a> {
         console: &'a Console,
     ) -> Result<Self, Failure> {
         let named = match weights_choice {
-            WeightsChoice::File(file) => Some(crate::weights::load(file)?),
+            WeightsChoice::File(file) => Some(weights::load(file)?),
             _ => None,
         };
         let (device, engine) = (None, None);
@@ -190,11 +191,6 @@ impl<'a> Session<'a> {
             self.console.notice(&told);
         }
         Ok(result)
-    }
-
-    /// Whether the weights can denoise further layers and alpha.
-    pub(crate) fn takes_layers(&self) -> bool {
-        self.metadata().topology == Topology::KernelPyramid
     }
 
     /// The metadata of the weights for color.

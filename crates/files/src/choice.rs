@@ -58,6 +58,8 @@ pub struct Choice {
     pub missing: [Option<String>; 2],
     /// The further layers of light.
     pub layers: Vec<Pick>,
+    /// The names, without the view, of all layers that could be denoised along.
+    pub possible_layers: Vec<String>,
     /// Other layers that could be the color.
     pub other_colors: Vec<String>,
     /// Why a layer that was found is not used, a sentence each.
@@ -126,6 +128,7 @@ impl Color<'_> {
             normal,
             missing: [no_albedo, no_normal],
             layers: light.picks,
+            possible_layers: light::possible(others().copied()),
             other_colors: self.others.iter().map(|l| l.shown().to_string()).collect(),
             left_out: light.left_out,
         })

@@ -33,6 +33,12 @@ pub enum Problem {
     /// It is a device, whose reading may never end, or a pipe where a file is needed.
     #[error("is not a regular file; give a file on disk")]
     NotRegular,
+    /// No file has the name that was given, or a frame of a sequence is missing.
+    #[error("{0}")]
+    NotFound(String),
+    /// Its name is not a valid pattern for files or frames.
+    #[error("{0}")]
+    Pattern(String),
     /// It exists and must not be replaced.
     #[error("already exists")]
     Exists,

@@ -1,4 +1,5 @@
-//! Image files: reading color, albedo and normal, and writing the result.
+//! Image files: reading color, albedo and normal, and writing the result. Next to them, what programs
+//! need around that: the names of inputs and frames, weights files, and whether weights suit an image.
 //!
 //! The format of an input is recognized by its content, that of an output by its extension. Colors
 //! are linear in memory, with Rec. 709 primaries if the file does not say otherwise.
@@ -6,8 +7,12 @@
 pub mod choice;
 pub mod exr;
 pub mod features;
+pub mod fit;
+pub mod frames;
 pub mod guard;
+pub mod inputs;
 pub mod layers;
+pub mod weights;
 
 mod aux_file;
 mod conventions;

@@ -73,6 +73,12 @@ pub(super) struct Light {
     pub(super) left_out: Vec<String>,
 }
 
+/// The layers that can be denoised along, by the names that find them in every view.
+pub(super) fn possible<'a>(others: impl Iterator<Item = &'a Layer>) -> Vec<String> {
+    let name = |layer: &Layer| Some(Pick::new(layer, usable(layer).ok()?, ASKED_FOR).pass);
+    others.filter_map(name).collect()
+}
+
 /// Chooses among the layers of a view other than the color and its target.
 pub(super) fn choose<'a>(
     others: impl Iterator<Item = &'a Layer>,

@@ -24,6 +24,9 @@ pub struct Selection {
     pub normal: bool,
     /// Further layers of light to denoise.
     pub layers: Vec<String>,
+    /// All layers that could be denoised along by the names that [`LayersWish`](crate::LayersWish)
+    /// takes, and whether each is.
+    pub possible_layers: Vec<(String, bool)>,
     /// The names of color and target without the view.
     pub(super) passes: [String; 2],
     /// Color, albedo and normal with the reasons they were chosen, a line each; then alpha and further
@@ -45,6 +48,7 @@ impl Selection {
             albedo: choice.albedo.is_some() || files.albedo.is_some(),
             normal: choice.normal.is_some() || files.normal.is_some(),
             layers: choice.layers.iter().map(|pick| pick.layer.clone()).collect(),
+            possible_layers: possible_layers(choice),
             passes: [&choice.color, &choice.target].map(|pick| pick.pass.clone()),
             explanation: explain(choice, files),
             other_colors: choice.other_colors.clone(),
@@ -91,6 +95,11 @@ impl Selection {
             n => text + &format!(", and {n} layers"),
         }
     }
+}
+
+fn possible_layers(choice: &Choice) -> Vec<(String, bool)> {
+    let is_chosen = |name: &String| choice.layers.iter().any(|pick| pick.pass == *name);
+    choice.possible_layers.iter().map(|name| (name.clone(), is_chosen(name))).collect()
 }
 
 fn explain(choice: &Choice, files: &Files) -> Vec<String> {
@@ -161,6 +170,7 @@ mod tests {
             albedo: true,
             normal: true,
             layers: Vec::new(),
+            possible_layers: Vec::new(),
             passes: [color.into(), target.into()],
             explanation: Vec::new(),
             other_colors: Vec::new(),

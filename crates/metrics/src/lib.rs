@@ -4,10 +4,12 @@
 use wgdenoise::{Error, Image, Result};
 
 mod brisque;
+mod flip;
 mod ssim;
 mod window;
 
 pub use brisque::brisque;
+pub use flip::{Flip, PIXELS_PER_DEGREE, flip};
 
 /// Metrics of one image against its reference. Smaller is better, except for `psnr` and `ssim`.
 ///

@@ -5,13 +5,14 @@ use std::path::PathBuf;
 use eframe::egui::{CentralPanel, ColorImage, Context, Event, Frame, Panel, Ui, ViewportCommand};
 use eframe::{App, CreationContext};
 
-use crate::commands::{act, follow, keep_watching};
+use crate::commands::{self, act, follow, keep_perceiving, keep_watching, open_any};
 use crate::gpu::host::Gpu;
 use crate::gpu::screen;
+use crate::recent::Recent;
 use crate::session::Session;
 use crate::state::keys::{Action, action};
 use crate::ui::empty::Beginning;
-use crate::ui::{canvas, empty, help, panel, status, theme, toolbar};
+use crate::ui::{canvas, empty, help, panel, prompt, status, theme, toolbar};
 
 /// The program in its window.
 pub(crate) struct Viewer {
@@ -42,6 +43,11 @@ impl Viewer {
         Ok(Self { session, title: String::new() })
     }
 
+    /// Lists the files that were opened last, and keeps the list in this file.
+    pub(crate) fn remember_in(&mut self, store: Option<PathBuf>) {
+        self.session.recent = Recent::kept_in(store, &self.session.desk);
+    }
+
     /// Does what is asked for, and fills the clipboard.
     fn act(&mut self, context: &Context, action: Action) {
         if let Some(text) = act(&mut self.session, action) {
@@ -51,7 +57,7 @@ impl Viewer {
 
     /// Keys do nothing while text is typed.
     fn keys(&mut self, context: &Context) {
-        if context.egui_wants_keyboard_input() {
+        if context.egui_wants_keyboard_input() || self.session.prompt.is_some() {
             return;
         }
         let asked: Vec<_> = context.input(|input| {
@@ -67,17 +73,15 @@ impl Viewer {
         }
     }
 
-    /// Opens dropped files; with Shift held, the first one becomes the reference.
+    /// Opens dropped files or takes dropped weights; with Shift held, the first file becomes the
+    /// reference.
     fn dropped(&mut self, context: &Context) {
         let (paths, shift) = context.input(|input| {
             let dropped = input.raw.dropped_files.iter();
             let paths: Vec<_> = dropped.map(|file| file.path().to_path_buf()).collect();
             (paths, input.modifiers.shift)
         });
-        match paths.first() {
-            Some(first) if shift => self.session.read_reference(first),
-            _ => self.session.open(&paths),
-        }
+        open_any(&mut self.session, &paths, shift);
     }
 
     fn reports(&mut self, context: &Context) {
@@ -85,6 +89,7 @@ impl Viewer {
             follow(&mut self.session, report);
         }
         keep_watching(&mut self.session);
+        keep_perceiving(&mut self.session);
         if let Some(pixels) = self.session.copied.take() {
             let size = pixels.size.map(|side| side as usize);
             context.copy_image(ColorImage::from_rgb(size, pixels.rgb.as_flattened()));
@@ -104,7 +109,7 @@ impl Viewer {
     fn begin(&mut self, context: &Context, beginning: Beginning) {
         match beginning {
             Beginning::Do(action) => self.act(context, action),
-            Beginning::Sample(path) => self.session.open(&[path]),
+            Beginning::Open(path) => self.session.open(&[path]),
         }
     }
 }
@@ -129,10 +134,12 @@ impl App for Viewer {
             asked = column.inner.or(asked);
             CentralPanel::default().frame(Frame::NONE).show(ui, |ui| canvas::show(ui, session));
         } else {
-            let opening = session.is_opening;
-            beginning = CentralPanel::default().show(ui, |ui| empty::show(ui, opening)).inner;
+            beginning = CentralPanel::default().show(ui, |ui| empty::show(ui, session)).inner;
         }
         help::show(&context, &mut session.shows_help);
+        if let Some((purpose, path)) = prompt::show(&context, session) {
+            commands::typed(session, purpose, path);
+        }
         if let Some(action) = asked {
             self.act(&context, action);
         }

@@ -3,13 +3,19 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use wgdenoise_files::escaped;
+
 use crate::dialog;
+use crate::gpu::screen::Kind;
+use crate::open::Wish;
+use crate::perceived::Asked;
 use crate::picture::{Pixels, Side, picture};
 use crate::save;
 use crate::session::Session;
 use crate::state::keys::Action;
-use crate::state::looking::Shown;
+use crate::state::looking::{Measure, Shown};
 use crate::state::sequence::Sequence;
+use crate::state::settings::{Layers, Source};
 use crate::watch::Watch;
 use crate::work::{Purpose, Report};
 
@@ -28,8 +34,12 @@ pub(crate) fn act(session: &mut Session, action: Action) -> Option<String> {
         Action::Brighten(stops) => session.tone.brighten(stops),
         Action::ResetExposure => session.tone.exposure = 0.0,
         Action::NextCurve => session.tone.next_curve(),
+        Action::NextMeasure => next_measure(session),
         Action::Open => ask_to_open(session, Purpose::Open),
         Action::OpenReference => ask_to_open(session, Purpose::Reference),
+        Action::OpenWeights => ask_to_open(session, Purpose::Weights),
+        Action::OpenWeightsFolder => ask_to_open(session, Purpose::WeightsFolder),
+        Action::BuiltInWeights => use_weights(session, Source::BuiltIn),
         Action::Save => ask_to_save(session, Purpose::Save),
         Action::SaveComparison => ask_to_save(session, Purpose::SaveComparison),
         Action::CopyCommand => return command(session),
@@ -62,8 +72,11 @@ pub(crate) fn follow(session: &mut Session, report: Report) {
                 session.read(&path);
             }
         }
+        Report::Perceived(ticket, Ok(found)) => session.perceiving.take(ticket, found),
+        Report::Perceived(_, Err(error)) | Report::Saved(Err(error)) => session.fail(error),
+        Report::NoDialog(prompt) => session.prompt = Some(prompt),
+        Report::Recent(entries) => session.recent.entries = entries,
         Report::Saved(Ok(told)) => session.tell(told),
-        Report::Saved(Err(error)) => session.fail(error),
         Report::Pictured(pixels) => {
             session.copied = Some(pixels);
             session.tell("copied the image as it is shown");
@@ -83,6 +96,21 @@ pub(crate) fn keep_watching(session: &mut Session) {
     }
 }
 
+/// Has the visible errors of what is open computed, if there are a result and a reference of its size.
+pub(crate) fn keep_perceiving(session: &mut Session) {
+    let wanted = || {
+        let reference = session.reference.as_ref().filter(|_| session.available().reference)?;
+        Some(Asked {
+            opened: session.opened()?.clone(),
+            outcome: session.denoised.clone()?,
+            reference: reference.image.clone(),
+            exposure: session.tone.exposure,
+        })
+    };
+    let wanted = wanted();
+    session.perceiving.ask(wanted, &session.gpu);
+}
+
 fn show(session: &mut Session, shown: Shown) {
     session.looking.shown = shown;
     let has_file = session.opened().is_some();
@@ -96,8 +124,32 @@ fn show(session: &mut Session, shown: Shown) {
     }
 }
 
+fn next_measure(session: &mut Session) {
+    session.looking.next_measure();
+    let needs_reference = session.looking.measure == Measure::Perceived;
+    if needs_reference && !session.available().reference {
+        session.tell(NO_REFERENCE);
+    }
+}
+
 const NO_REFERENCE: &str =
     "there is no reference of this size; open one with R, or drop it with Shift held";
+
+/// Opens files that were dropped or named: weights, a reference if that is wanted, or images.
+pub(crate) fn open_any(session: &mut Session, paths: &[PathBuf], as_reference: bool) {
+    match paths {
+        [] => {}
+        [first, ..] if as_reference => session.read_reference(first),
+        [only] if Source::is_weights(only) => use_weights(session, Source::of(only)),
+        _ => session.open(paths),
+    }
+}
+
+/// Denoises by other weights.
+fn use_weights(session: &mut Session, weights: Source) {
+    session.settings.weights = weights;
+    session.denoise();
+}
 
 fn ask_to_open(session: &Session, purpose: Purpose) {
     let folder = session.opened().and_then(|opened| opened.path.parent());
@@ -122,8 +174,22 @@ fn chosen(session: &mut Session, purpose: Purpose, paths: &[PathBuf]) {
     match purpose {
         Purpose::Open => session.open(paths),
         Purpose::Reference => session.read_reference(first),
+        Purpose::Weights | Purpose::WeightsFolder => use_weights(session, Source::of(first)),
         Purpose::Save => save_result(session, first),
         Purpose::SaveComparison => save_comparison(session, first),
+    }
+}
+
+/// Uses a path that was typed. Without the system's dialog, nobody was asked about replacing a file.
+pub(crate) fn typed(session: &mut Session, purpose: Purpose, path: PathBuf) {
+    let saves = matches!(purpose, Purpose::Save | Purpose::SaveComparison);
+    if path.as_os_str().is_empty() {
+        session.tell("no path was typed");
+    } else if saves && path.exists() {
+        let name = escaped(&path.to_string_lossy());
+        session.fail(format!("{name}: already exists; give another name"));
+    } else {
+        chosen(session, purpose, &[path]);
     }
 }
 
@@ -153,9 +219,11 @@ fn drawn(session: &Session) -> Option<impl FnOnce() -> Pixels + Send + use<>> {
     let image = |shown| session.image(shown).cloned().map(Arc::new);
     let [left, right] = [image(visible[0])?, image(visible[1])?];
     let subtracted = image(session.subtracted())?;
+    let has_map = session.perceived().is_some();
+    let kinds = visible.map(|shown| Kind::of(shown, has_map));
     let (looking, tone) = (session.looking.clone(), session.tone);
     Some(move || {
-        let side = |i: usize, image| Side { shown: visible[i], image, subtracted: &subtracted };
+        let side = |i: usize, image| Side { kind: kinds[i], image, subtracted: &subtracted };
         picture([side(0, &left), side(1, &right)], &looking, tone)
     })
 }
@@ -163,7 +231,9 @@ fn drawn(session: &Session) -> Option<impl FnOnce() -> Pixels + Send + use<>> {
 fn command(session: &mut Session) -> Option<String> {
     let input = session.opened()?.path.clone();
     let output = save::suggested(&input, "denoised", None);
-    match session.settings.command(&input, &output, session.wish.color.as_deref()) {
+    let Wish { color, layers, .. } = &session.wish;
+    let layers = Layers { color: color.as_deref(), further: layers.as_ref() };
+    match session.settings.command(&input, &output, layers) {
         Ok(command) => {
             session.tell(format!("copied: {command}"));
             Some(command)

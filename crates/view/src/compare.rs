@@ -55,6 +55,15 @@ impl Figures {
     }
 }
 
+/// The row of the mean visible errors.
+pub(crate) fn flip_row(means: [f64; 2]) -> Row {
+    let [noisy, denoised] = means.map(|mean| format!("{mean:.4}"));
+    Row { name: "FLIP", hint: FLIP, noisy, denoised }
+}
+
+const FLIP: &str = "mean error that an eye sees at this exposure when image and reference are shown \
+                    in turn: 0 is none, 1 the most";
+
 const BRISQUE: &str = "how noisy the picture looks, without a reference: 0 is best, 100 worst. It \
                        tells plainly noisier pictures of one view apart. It cannot say which of two \
                        similar pictures is better, does not see wrong brightness or lost detail, and \

@@ -3,26 +3,23 @@
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use wgdenoise::wgpu::DeviceType;
-use wgdenoise::{Denoiser, Frame, MatrixShape, Options, Precision, Progress, Quality, Weights};
-use wgdenoise_files::{Denoised, View};
+use wgdenoise::{Denoiser, Frame, Progress};
+use wgdenoise_files::{Denoised, Picture, View, fit};
 
 use crate::gpu::canvas::Canvas;
 use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
-use crate::open::Opened;
-use crate::state::settings::{Alpha, Settings};
+use crate::networks::{Key, Networks};
+use crate::open::{Opened, sentence};
+use crate::state::settings::{Settings, Source};
 
-/// The denoiser that was used last, with its device and the window's.
+/// The networks that were used last, with their device and the window's.
 #[derive(Debug)]
 pub(crate) struct Engine {
     window: Gpu,
     gpu: Gpu,
-    made: Option<(Key, Denoiser)>,
+    made: Option<(Key, Networks)>,
 }
-
-/// What a denoiser is made for.
-type Key = (Quality, Precision, bool);
 
 /// A picture that has been denoised.
 #[derive(Clone, Debug)]
@@ -31,6 +28,8 @@ pub(crate) struct Outcome {
     pub(crate) results: Vec<Denoised>,
     /// The color of the view that is shown, on the window's device.
     pub(crate) texture: Texture,
+    /// What it was made with.
+    pub(crate) settings: Settings,
     /// The time it took, without compiling kernels.
     pub(crate) took: Duration,
     /// The time to compile kernels and upload weights, if that was needed.
@@ -53,14 +52,17 @@ impl Engine {
     pub(crate) fn denoise(
         &mut self,
         opened: &Opened,
-        settings: Settings,
+        settings: &Settings,
         stop: &AtomicBool,
         progress: &mut dyn FnMut(f32),
     ) -> Result<Outcome, String> {
-        let prepared = self.prepare(settings)?;
-        let Some((_, denoiser)) = &self.made else { unreachable!("it was just prepared") };
-        let (start, views) = (Instant::now(), opened.picture.views());
-        let shown = frame(opened.view(), settings);
+        let picture = &opened.picture;
+        let prepared = self.prepare(picture, settings)?;
+        let Some((key, networks)) = &self.made else { unreachable!("it was just prepared") };
+        let (denoiser, metadata) = (&networks.color, networks.color.weights().metadata());
+        fit::check(metadata, picture, &opened.path, None).map_err(|error| sentence(&error))?;
+        let (start, views) = (Instant::now(), picture.views());
+        let shown = frame(denoiser, opened.view(), settings);
         let canvas = Canvas::new(&self.window, &self.gpu, opened.size(), shown.alpha.is_some())?;
         let mut results = Vec::new();
         for (i, view) in views.iter().enumerate() {
@@ -69,42 +71,38 @@ impl Engine {
                 progress((i as f32 + done) / views.len() as f32);
                 step.tile.filter(|_| i == opened.shown).into_iter().for_each(|t| canvas.add(t));
             };
-            let frame = frame(view, settings).stop(stop);
+            let frame = frame(denoiser, view, settings).stop(stop);
+            let [albedo, normal] = networks.prefiltered(&frame).map_err(|e| e.to_string())?;
+            let frame = frame.albedo(albedo.as_ref().or(frame.albedo));
+            let frame = frame.normal(normal.as_ref().or(frame.normal));
             results.push(denoise_view(denoiser, &frame, view, &mut within)?);
         }
         let texture = canvas.finish(&results[opened.shown].color)?;
         let took = start.elapsed();
         let plan = plan(denoiser, &shown)?;
-        let notices = denoiser.take_notices();
-        Ok(Outcome { results, texture, took, prepared, plan, notices })
+        let notices = key.notice(settings).into_iter().chain(denoiser.take_notices());
+        let notices = notices.chain(notices_on_fit(denoiser, picture, settings)).collect();
+        Ok(Outcome { results, texture, settings: settings.clone(), took, prepared, plan, notices })
     }
 
-    /// Makes the denoiser that the settings need; returns how long that took.
-    fn prepare(&mut self, settings: Settings) -> Result<Option<Duration>, String> {
-        let key = (settings.quality, settings.precision, settings.skip_clean);
+    /// Makes the networks that the settings need; returns how long that took.
+    fn prepare(
+        &mut self,
+        picture: &Picture,
+        settings: &Settings,
+    ) -> Result<Option<Duration>, String> {
+        let inputs = light(picture.first(), settings).inputs();
+        let key = Key::of(settings, inputs, !picture.is_display_referred())?;
         if self.made.as_ref().is_some_and(|(made, _)| *made == key) {
             return Ok(None);
         }
         let start = Instant::now();
         // Its memory may be needed.
         self.made = None;
-        let Gpu { adapter, device, queue, .. } = &self.gpu;
-        let options = Options::default()
-            .precision(settings.precision)
-            .skip_clean(settings.skip_clean)
-            .tile(tile(adapter.get_info().device_type))
-            .matrix(MatrixShape::of(adapter, settings.precision));
-        let weights = Weights::builtin(settings.quality).map_err(|error| error.to_string())?;
-        let denoiser = Denoiser::new(device, queue, &weights, &options);
-        self.made = Some((key, denoiser.map_err(|error| error.to_string())?));
+        let networks = Networks::new(&self.gpu, &key)?;
+        self.made = Some((key, networks));
         Ok(Some(start.elapsed()))
     }
-}
-
-/// On a CPU driver, the window waits for the layer of the network that runs, so tiles are small there.
-/// Tiles never change the result.
-fn tile(device: DeviceType) -> Option<u32> {
-    (device == DeviceType::Cpu).then_some(1024)
 }
 
 fn denoise_view(
@@ -120,17 +118,29 @@ fn denoise_view(
     Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
 }
 
-fn frame(view: &View, settings: Settings) -> Frame<'_> {
-    let takes_alpha = match settings.alpha {
-        Alpha::Auto => view.has_fractional_alpha(),
-        Alpha::Keep => false,
-        Alpha::Denoise => true,
-    };
+/// The images of a view without its alpha.
+fn light<'a>(view: &'a View, settings: &Settings) -> Frame<'a> {
     Frame::new(view.color())
         .albedo(view.albedo().filter(|_| settings.albedo))
         .normal(view.normal().filter(|_| settings.normal))
-        .alpha(view.alpha().filter(|_| takes_alpha))
         .panorama(view.is_panorama())
+}
+
+fn frame<'a>(denoiser: &Denoiser, view: &'a View, settings: &Settings) -> Frame<'a> {
+    let metadata = denoiser.weights().metadata();
+    let (takes_alpha, _) = fit::alpha(settings.alpha, view, None, metadata);
+    light(view, settings).alpha(view.alpha().filter(|_| takes_alpha))
+}
+
+/// How the weights and the image differ, and what becomes of the alpha.
+fn notices_on_fit(denoiser: &Denoiser, picture: &Picture, settings: &Settings) -> Vec<String> {
+    let (metadata, view) = (denoiser.weights().metadata(), picture.first());
+    let (_, alpha) = fit::alpha(settings.alpha, view, None, metadata);
+    let is_named = matches!(settings.weights, Source::File(_));
+    let fit = fit::notices(metadata, is_named, view, !picture.is_display_referred());
+    let pixels = fit::unusable_pixels(metadata, view.color());
+    let all = fit.into_iter().chain(pixels).chain(alpha.map(Into::into));
+    all.collect()
 }
 
 /// How a frame is cut into tiles, and the memory that takes.

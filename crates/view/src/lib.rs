@@ -11,8 +11,12 @@ mod compare;
 mod denoise;
 mod dialog;
 mod gpu;
+mod networks;
 mod open;
+mod perceived;
+mod perceiving;
 mod picture;
+mod recent;
 mod save;
 mod session;
 mod state;
@@ -33,6 +37,7 @@ use eframe::{NativeOptions, Renderer};
 #[must_use]
 pub fn main() -> ExitCode {
     let args = args::Args::parse();
+    dialog::listen();
     let options = NativeOptions {
         viewport: ViewportBuilder::default()
             .with_app_id("wgdenoise-view")
@@ -46,7 +51,8 @@ pub fn main() -> ExitCode {
         "wgdenoise",
         options,
         Box::new(move |creation| {
-            let viewer = app::Viewer::new(creation, &args.files, args.reference.as_ref())?;
+            let mut viewer = app::Viewer::new(creation, &args.files, args.reference.as_ref())?;
+            viewer.remember_in(recent::store_of_user());
             Ok(Box::new(viewer))
         }),
     );

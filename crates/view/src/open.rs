@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use wgdenoise_files::{FileError, LayerChoice, Picture, Problem, View, escaped};
+use wgdenoise_files::{FileError, LayerChoice, LayersWish, Picture, Problem, View, escaped};
 
 /// A file that has been read.
 #[derive(Debug)]
@@ -18,6 +18,8 @@ pub(crate) struct Opened {
 pub(crate) struct Wish {
     /// The layer to denoise; otherwise it is found.
     pub(crate) color: Option<String>,
+    /// The further layers of light to denoise along.
+    pub(crate) layers: Option<LayersWish>,
     /// The view to show, by its position, or the last one there is.
     pub(crate) view: usize,
 }
@@ -27,8 +29,9 @@ impl Opened {
     ///
     /// # Errors
     /// A sentence that names the file and what is wrong with it.
-    pub(crate) fn noisy(path: &Path, Wish { color, view }: Wish) -> Result<Self, String> {
-        let opened = Self::read(path, &LayerChoice { color, ..LayerChoice::default() })?;
+    pub(crate) fn noisy(path: &Path, wish: Wish) -> Result<Self, String> {
+        let Wish { color, layers, view } = wish;
+        let opened = Self::read(path, &LayerChoice { color, layers, ..LayerChoice::default() })?;
         let last = opened.picture.views().len() - 1;
         Ok(Self { shown: view.min(last), ..opened })
     }

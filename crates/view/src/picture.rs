@@ -2,7 +2,8 @@
 
 use wgdenoise::Image;
 
-use crate::state::looking::{Layout, Looking, Shown};
+use crate::gpu::screen::Kind;
+use crate::state::looking::{Layout, Looking};
 use crate::state::tone::{Tone, srgb};
 
 /// Values of a screen, row by row.
@@ -15,7 +16,7 @@ pub(crate) struct Pixels {
 /// An image with how it is shown.
 #[derive(Clone, Copy)]
 pub(crate) struct Side<'a> {
-    pub(crate) shown: Shown,
+    pub(crate) kind: Kind,
     pub(crate) image: &'a Image,
     /// What a difference is taken from.
     pub(crate) subtracted: &'a Image,
@@ -46,15 +47,15 @@ impl Side<'_> {
         if value.iter().any(|v| !v.is_finite()) {
             return [1.0, 0.0, 1.0];
         }
-        match self.shown {
-            Shown::Albedo => value.map(srgb),
-            Shown::Normal => value.map(|v| (0.5 * v + 0.5).clamp(0.0, 1.0)),
-            Shown::Difference => {
+        match self.kind {
+            Kind::Surface => value.map(srgb),
+            Kind::Direction => value.map(|v| (0.5 * v + 0.5).clamp(0.0, 1.0)),
+            Kind::Difference => {
                 let other = self.subtracted.pixels()[index];
                 let gain = tone.gain() * looking.amplification;
                 [0, 1, 2].map(|channel| srgb((value[channel] - other[channel]).abs() * gain))
             }
-            Shown::Noisy | Shown::Denoised | Shown::Reference => tone.screen(value),
+            Kind::Light => tone.screen(value),
         }
     }
 }
@@ -63,11 +64,11 @@ impl Side<'_> {
 mod tests {
     use super::*;
 
-    fn pictured(layout: Layout, shown: Shown) -> Pixels {
+    fn pictured(layout: Layout, kind: Kind) -> Pixels {
         let (dark, light) = (filled(0.0), filled(1.0));
-        let side = |shown, image| Side { shown, image, subtracted: &dark };
+        let side = |kind, image| Side { kind, image, subtracted: &dark };
         let looking = Looking { layout, amplification: 1.0, ..Looking::default() };
-        picture([side(Shown::Noisy, &dark), side(shown, &light)], &looking, Tone::default())
+        picture([side(Kind::Light, &dark), side(kind, &light)], &looking, Tone::default())
     }
 
     fn filled(v: f32) -> Image {
@@ -76,19 +77,19 @@ mod tests {
 
     #[test]
     fn layouts_place_both_images() {
-        let single = pictured(Layout::Single, Shown::Denoised);
+        let single = pictured(Layout::Single, Kind::Light);
         assert!(single.size == [8, 2] && single.rgb.iter().all(|p| *p == [255; 3]));
-        let split = pictured(Layout::Split, Shown::Denoised);
+        let split = pictured(Layout::Split, Kind::Light);
         assert_eq!([split.rgb[3], split.rgb[4], split.rgb[5]], [[0; 3], [255; 3], [255; 3]]);
-        let both = pictured(Layout::SideBySide, Shown::Denoised);
+        let both = pictured(Layout::SideBySide, Kind::Light);
         assert_eq!((both.size, both.rgb[7], both.rgb[8]), ([16, 2], [0; 3], [255; 3]));
     }
 
     #[test]
     fn a_difference_is_taken_from_the_other_image() {
-        let same = pictured(Layout::Single, Shown::Difference);
+        let same = pictured(Layout::Single, Kind::Difference);
         assert!(same.rgb.iter().all(|p| *p == [255; 3]), "1 − 0");
-        let normal = pictured(Layout::Single, Shown::Normal);
+        let normal = pictured(Layout::Single, Kind::Direction);
         assert_eq!(normal.rgb[0], [255; 3]);
     }
 }

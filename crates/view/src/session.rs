@@ -11,15 +11,18 @@ use crate::compare::Figures;
 use crate::denoise::{Engine, Outcome};
 use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
-use crate::open::{Opened, Wish};
+use crate::open::{Opened, Wish, sentence};
+use crate::perceived::Perceived;
+use crate::perceiving::Perceiving;
 use crate::picture::Pixels;
-use crate::state::looking::{Available, Looking, Shown};
+use crate::recent::Recent;
+use crate::state::looking::{Available, Looking, Measure, Shown};
 use crate::state::sequence::Sequence;
 use crate::state::settings::Settings;
 use crate::state::tone::Tone;
 use crate::state::transform::Transform;
 use crate::watch::Watch;
-use crate::work::{Desk, Lane, Loaded, Reference, Report};
+use crate::work::{Desk, Lane, Loaded, Prompt, Reference, Report};
 
 /// A sentence for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -44,6 +47,9 @@ pub(crate) struct Session {
     /// What the user has chosen of the file.
     pub(crate) wish: Wish,
     pub(crate) watch: Option<Watch>,
+    pub(crate) recent: Recent,
+    /// What a path is to be typed for, where the system has no dialog.
+    pub(crate) prompt: Option<Prompt>,
     pub(crate) message: Option<Message>,
     /// What is done of the denoising that runs, from 0 to 1.
     pub(crate) progress: Option<f32>,
@@ -58,8 +64,9 @@ pub(crate) struct Session {
     pub(crate) pointed: Option<[u32; 2]>,
     /// A picture to be put on the clipboard.
     pub(crate) copied: Option<Pixels>,
+    pub(crate) perceiving: Perceiving,
     pub(crate) desk: Desk,
-    gpu: Gpu,
+    pub(crate) gpu: Gpu,
     files: Lane<()>,
     /// Figures have a thread of their own: no file waits for them.
     judging: Lane<()>,
@@ -92,6 +99,8 @@ impl Session {
             colors: Vec::new(),
             wish: Wish::default(),
             watch: None,
+            recent: Recent::default(),
+            prompt: None,
             message: None,
             progress: None,
             is_opening: false,
@@ -100,6 +109,7 @@ impl Session {
             drags_line: false,
             pointed: None,
             copied: None,
+            perceiving: Perceiving::new(desk.clone()),
             files: Lane::new(desk.clone(), || ()),
             judging: Lane::new(desk.clone(), || ()),
             engine: Lane::new(desk.clone(), move || Engine::new(for_engine.clone())),
@@ -120,6 +130,11 @@ impl Session {
         self.progress.is_some()
     }
 
+    /// Whether there is no result of the settings: it failed, was cancelled, or is to come.
+    pub(crate) fn is_outdated(&self) -> bool {
+        self.denoised.as_ref().is_none_or(|denoised| denoised.settings != self.settings)
+    }
+
     /// The images that there are next to the noisy one.
     pub(crate) fn available(&self) -> Available {
         let size = self.opened().map(|opened| opened.view().color().size());
@@ -132,11 +147,17 @@ impl Session {
         }
     }
 
-    /// An image on the CPU; the denoised one stands for a difference.
+    /// The visible errors, if a difference shows them.
+    pub(crate) fn perceived(&self) -> Option<&Perceived> {
+        self.perceiving.found().filter(|_| self.looking.measure == Measure::Perceived)
+    }
+
+    /// An image on the CPU; the denoised one stands for a difference of light.
     pub(crate) fn image(&self, shown: Shown) -> Option<&Image> {
         let view = self.opened()?.view();
         match shown {
             Shown::Noisy => Some(view.color()),
+            Shown::Difference if let Some(perceived) = self.perceived() => Some(&perceived.map),
             Shown::Denoised | Shown::Difference => {
                 Some(&self.denoised.as_ref()?.results.get(self.opened()?.shown)?.color)
             }
@@ -146,11 +167,12 @@ impl Session {
         }
     }
 
-    /// An image on the GPU; the denoised one stands for a difference.
+    /// An image on the GPU; the denoised one stands for a difference of light.
     pub(crate) fn texture(&self, shown: Shown) -> Option<&Texture> {
         let loaded = self.loaded.as_ref()?;
         match shown {
             Shown::Noisy => Some(&loaded.noisy),
+            Shown::Difference if let Some(perceived) = self.perceived() => Some(&perceived.texture),
             Shown::Denoised | Shown::Difference => self.denoised.as_ref().map(|d| &d.texture),
             Shown::Reference => self.reference.as_ref().map(|reference| &reference.texture),
             Shown::Albedo => loaded.albedo.as_ref(),
@@ -173,11 +195,15 @@ impl Session {
 
     /// Opens the first of these files; the arrow keys lead to the others, or to the other frames.
     pub(crate) fn open(&mut self, files: &[PathBuf]) {
-        if let Some(sequence) = Sequence::of(files) {
-            let path = sequence.current().to_path_buf();
-            self.sequence = Some(sequence);
-            self.wish = Wish::default();
-            self.read(&path);
+        match Sequence::of(files) {
+            Ok(Some(sequence)) => {
+                let path = sequence.current().to_path_buf();
+                self.sequence = Some(sequence);
+                self.wish = Wish::default();
+                self.read(&path);
+            }
+            Ok(None) => {}
+            Err(error) => self.fail(sentence(&error)),
         }
     }
 
@@ -209,7 +235,7 @@ impl Session {
         let Some(opened) = self.opened().cloned() else { return };
         let ticket = self.next_ticket();
         (self.progress, self.message) = (Some(0.0), None);
-        let (latest, settings) = (self.denoising.clone(), self.settings);
+        let (latest, settings) = (self.denoising.clone(), self.settings.clone());
         let (desk, stop) = (self.desk.clone(), self.stop.clone());
         self.engine.add(move |engine| {
             let outdated = || latest.load(Ordering::Relaxed) != ticket;
@@ -217,7 +243,7 @@ impl Session {
                 return Report::Denoised(ticket, Err(String::new()));
             }
             let mut progress = |done| desk.report(Report::Progress(ticket, done));
-            Report::Denoised(ticket, engine.denoise(&opened, settings, &stop, &mut progress))
+            Report::Denoised(ticket, engine.denoise(&opened, &settings, &stop, &mut progress))
         });
     }
 
@@ -283,6 +309,7 @@ impl Session {
                 if self.wish.color.is_none() {
                     self.colors = loaded.opened.colors();
                 }
+                self.recent.add(&loaded.opened.path, &self.desk);
                 self.loaded = Some(loaded);
                 (self.denoised, self.figures, self.message) = (None, None, None);
                 self.denoise();

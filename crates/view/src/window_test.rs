@@ -28,6 +28,9 @@ const SIZE: [f32; 2] = [1280.0, 800.0];
 /// How long a machine without a GPU may take to denoise the sample.
 const PATIENCE: Duration = Duration::from_mins(4);
 
+mod choices;
+mod input;
+
 struct Window(Harness<'static, Viewer>);
 
 impl Window {
@@ -296,7 +299,7 @@ fn another_layer_can_be_the_color() {
     assert_eq!(light(window.0.state()), 0.25);
     window.picture("layers");
     let color = Some("Composite.Combined".into());
-    window.0.state_mut().session.choose(Wish { color, view: 0 });
+    window.0.state_mut().session.choose(Wish { color, ..Wish::default() });
     window.wait_for("chosen", |viewer| light(viewer) == 0.75);
     assert_eq!(window.0.state().session.colors.len(), 2, "the choice stays");
 }
@@ -314,7 +317,7 @@ fn another_view_can_be_shown() {
     };
     assert_eq!(window.0.state().session.opened().unwrap().views(), ["left", "right"]);
     assert_eq!(light(window.0.state()), [Some(0.25); 2]);
-    window.0.state_mut().session.choose(Wish { color: None, view: 1 });
+    window.0.state_mut().session.choose(Wish { view: 1, ..Wish::default() });
     window.wait_for("right", |viewer| light(viewer) == [Some(0.75); 2]);
     let outcome = window.0.state().session.denoised.as_ref().unwrap();
     assert_eq!(outcome.results.len(), 2, "both are denoised");

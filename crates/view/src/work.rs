@@ -12,7 +12,9 @@ use crate::compare::Figures;
 use crate::denoise::Outcome;
 use crate::gpu::texture::Texture;
 use crate::open::Opened;
+use crate::perceived::Perceived;
 use crate::picture::Pixels;
+use crate::state::entry::Entry;
 
 /// What a thread has to tell the window. A ticket tells apart what was asked for and what is out of
 /// date.
@@ -22,11 +24,18 @@ pub(crate) enum Report {
     Denoised(u64, Result<Outcome, String>),
     Reference(Result<Reference, String>),
     Figures(u64, Result<Figures, String>),
+    Perceived(u64, Result<Perceived, String>),
+    /// A task was out of date.
+    Nothing,
     Saved(Result<String, String>),
     /// The watched file has a new version.
     Changed,
     /// Files from a dialog; none if it was closed.
     Chosen(Purpose, Vec<PathBuf>),
+    /// The system has no dialog for this; what it would have suggested.
+    NoDialog(Prompt),
+    /// The files that were opened last.
+    Recent(Vec<Entry>),
     /// What the window shows, for the clipboard.
     Pictured(Pixels),
     /// A task panicked.
@@ -38,8 +47,17 @@ pub(crate) enum Report {
 pub(crate) enum Purpose {
     Open,
     Reference,
+    Weights,
+    WeightsFolder,
     Save,
     SaveComparison,
+}
+
+/// A path to be typed into the window.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Prompt {
+    pub(crate) purpose: Purpose,
+    pub(crate) path: String,
 }
 
 /// A file with its images on the GPU.

@@ -153,6 +153,8 @@ fn further_layers_are_read_and_written_in_order() {
     let view = picture.first();
     let names: Vec<_> = view.layers().iter().map(|layer| layer.name.as_str()).collect();
     assert_eq!(names, ["RGBA_fill", "RGBA_key"]);
+    let possible = [("RGBA_fill".into(), true), ("RGBA_key".into(), true), ("other".into(), false)];
+    assert_eq!(view.selection().unwrap().possible_layers, possible);
     for layer in view.layers() {
         let expected = ["R", "G", "B"].map(|c| values(&image, &format!("{}.{c}", layer.name)));
         assert!(planes(&layer.image) == expected);

@@ -8,6 +8,7 @@ use eframe::egui_wgpu::{CallbackResources, CallbackTrait, RenderState, ScreenDes
 use wgdenoise::wgpu;
 
 use crate::gpu::texture::Texture;
+use crate::state::looking::Shown;
 
 /// How the values of an image are to be read; the numbers are the shader's.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +17,19 @@ pub(crate) enum Kind {
     Surface = 1,
     Direction = 2,
     Difference = 3,
+}
+
+impl Kind {
+    /// That of an image; a difference may be a map of errors in colors.
+    pub(crate) fn of(shown: Shown, has_map: bool) -> Self {
+        match shown {
+            Shown::Noisy | Shown::Denoised | Shown::Reference => Self::Light,
+            Shown::Albedo => Self::Surface,
+            Shown::Normal => Self::Direction,
+            Shown::Difference if has_map => Self::Surface,
+            Shown::Difference => Self::Difference,
+        }
+    }
 }
 
 /// The shader's uniforms; see there.

@@ -73,6 +73,15 @@ impl Layout {
         [(Self::Single, "Single"), (Self::Split, "Split"), (Self::SideBySide, "Side by side")];
 }
 
+/// What a difference shows.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Measure {
+    /// The difference of linear light.
+    Light,
+    /// The error that can be seen, by FLIP. It needs a reference.
+    Perceived,
+}
+
 /// What the user wants to look at.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Looking {
@@ -85,6 +94,7 @@ pub(crate) struct Looking {
     pub(crate) split: f32,
     /// What a difference is multiplied by.
     pub(crate) amplification: f32,
+    pub(crate) measure: Measure,
 }
 
 impl Default for Looking {
@@ -95,6 +105,7 @@ impl Default for Looking {
             layout: Layout::Single,
             split: 0.5,
             amplification: 4.0,
+            measure: Measure::Light,
         }
     }
 }
@@ -108,6 +119,15 @@ impl Looking {
         self.shown = match self.shown {
             Shown::Denoised => Shown::Noisy,
             _ => Shown::Denoised,
+        };
+    }
+
+    /// Shows a difference by the other measure.
+    pub(crate) fn next_measure(&mut self) {
+        self.shown = Shown::Difference;
+        self.measure = match self.measure {
+            Measure::Light => Measure::Perceived,
+            Measure::Perceived => Measure::Light,
         };
     }
 

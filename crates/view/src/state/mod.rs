@@ -1,7 +1,9 @@
 //! What the window shows and does, as plain values that are tested without a window.
 
+pub(crate) mod entry;
 pub(crate) mod keys;
 pub(crate) mod looking;
+pub(crate) mod magma;
 pub(crate) mod pixel;
 pub(crate) mod sequence;
 pub(crate) mod settings;

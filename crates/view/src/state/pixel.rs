@@ -9,13 +9,18 @@ pub(crate) fn value(image: &Image, [x, y]: [u32; 2]) -> Option<[f32; 3]> {
     (x < image.width() && y < image.height()).then(|| image.row(y)[x as usize])
 }
 
-/// One line with the pixel's place and its value in each image that there is.
+/// One line with the pixel's place, its perceived error if that is shown, and its value in each image
+/// that there is.
 pub(crate) fn reading(
     at: [u32; 2],
+    perceived: Option<f32>,
     images: &[(&str, Option<&Image>)],
     alpha: Option<f32>,
 ) -> String {
     let mut line = format!("{}, {}", at[0], at[1]);
+    if let Some(error) = perceived {
+        let _ = write!(line, "   FLIP {error:.3}");
+    }
     for (name, image) in images {
         if let Some([r, g, b]) = image.and_then(|image| value(image, at)) {
             let _ = write!(line, "   {name} {} {} {}", number(r), number(g), number(b));
@@ -47,9 +52,9 @@ mod tests {
     fn a_reading_names_every_image_that_there_is() {
         let noisy = Image::filled(2, 2, [0.25, 12.5, 1e-7]).unwrap();
         let images = [("noisy", Some(&noisy)), ("albedo", None)];
-        let line = reading([1, 0], &images, Some(0.5));
+        let line = reading([1, 0], None, &images, Some(0.5));
         assert_eq!(line, "1, 0   noisy 0.2500 12.50 1.00e-7   alpha 0.5000");
-        assert_eq!(reading([2, 0], &images, None), "2, 0");
+        assert_eq!(reading([2, 0], Some(0.25), &images, None), "2, 0   FLIP 0.250");
     }
 
     #[test]

@@ -2,6 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
+use wgdenoise_files::FileError;
+use wgdenoise_files::inputs::Source;
+
 /// Files in order, and the one that is open.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Sequence {
@@ -11,13 +14,18 @@ pub(crate) struct Sequence {
 
 impl Sequence {
     /// Several files as they were given, or one with the other frames of its animation; `None`
-    /// without a file.
-    pub(crate) fn of(files: &[PathBuf]) -> Option<Self> {
-        match files {
+    /// without a file. Patterns such as `beauty.####.exr` and `*.exr` stand for the files that the
+    /// command line finds by them.
+    ///
+    /// # Errors
+    /// If a pattern is not valid, or no file has such a name.
+    pub(crate) fn of(paths: &[PathBuf]) -> Result<Option<Self>, FileError> {
+        let found = paths.iter().map(|path| expanded(path)).collect::<Result<Vec<_>, _>>()?;
+        Ok(match found.concat().as_slice() {
             [] => None,
             [one] => Some(Self::around(one)),
             several => Some(Self { files: several.to_vec(), at: 0 }),
-        }
+        })
     }
 
     /// A file with those of its folder that differ only in the frame number.
@@ -57,6 +65,14 @@ impl Sequence {
     /// Goes on by so many files, or back.
     pub(crate) fn step(&mut self, by: isize) -> bool {
         self.go(self.at.saturating_add_signed(by))
+    }
+}
+
+/// The files that a path stands for.
+fn expanded(path: &Path) -> Result<Vec<PathBuf>, FileError> {
+    match Source::of(path)? {
+        Source::File(path) => Ok(vec![path]),
+        several => Ok(several.files(None)?.into_iter().map(|(path, _)| path).collect()),
     }
 }
 
@@ -122,11 +138,11 @@ mod tests {
     #[test]
     fn steps_end_at_the_ends() {
         let files = ["a", "b", "c"].map(PathBuf::from);
-        let mut sequence = Sequence::of(&files).unwrap();
+        let mut sequence = Sequence::of(&files).unwrap().unwrap();
         assert!(!sequence.step(-1) && sequence.step(1) && sequence.step(5));
         assert_eq!((sequence.current(), sequence.at()), (Path::new("c"), 2));
         assert!(sequence.go(0) && !sequence.go(0));
-        assert_eq!(Sequence::of(&[]), None);
+        assert_eq!(Sequence::of(&[]).unwrap(), None);
     }
 
     #[test]
@@ -136,9 +152,28 @@ mod tests {
         for name in ["s.0001.exr", "s.0002.exr", "s.0003.exr", "other.exr"] {
             std::fs::write(path(name), "").unwrap();
         }
-        let sequence = Sequence::of(&[path("s.0002.exr")]).unwrap();
+        let sequence = Sequence::of(&[path("s.0002.exr")]).unwrap().unwrap();
         assert_eq!((sequence.len(), sequence.at()), (3, 1));
         let missing = path("none.0001.exr");
-        assert_eq!(Sequence::of(std::slice::from_ref(&missing)).unwrap().current(), missing);
+        let alone = Sequence::of(std::slice::from_ref(&missing)).unwrap().unwrap();
+        assert_eq!(alone.current(), missing);
+    }
+
+    #[test]
+    fn patterns_stand_for_the_files_that_the_command_line_finds() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        for name in ["s.0010.exr", "s.0002.exr", "s.1.exr", "t.exr"] {
+            std::fs::write(path(name), "").unwrap();
+        }
+        let found = |name: &str| Sequence::of(&[path(name)]).map(|s| s.unwrap().files);
+        let frames = ["s.0002.exr", "s.0010.exr"].map(path).to_vec();
+        assert_eq!(found("s.####.exr").unwrap(), frames);
+        assert_eq!(found("s.%04d.exr").unwrap(), frames);
+        assert_eq!(found("*.exr").unwrap().len(), 4);
+        let none = found("none.####.exr").unwrap_err().to_string();
+        assert!(none.ends_with("no file has such a name"), "{none}");
+        let two = found("s.##.##.exr").unwrap_err().to_string();
+        assert!(two.contains("two places for a frame number"), "{two}");
     }
 }

@@ -1,30 +1,56 @@
 //! How an image is denoised, and the command line that does the same.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use wgdenoise::{Precision, Quality};
+use wgdenoise_files::fit::Alpha;
+use wgdenoise_files::{LayersWish, escaped};
 
-/// What happens to the alpha, as `--alpha` has it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Alpha {
-    /// It is denoised if it is fractional anywhere.
-    Auto,
-    Keep,
-    Denoise,
+/// The names of what can happen to the alpha.
+pub(crate) const ALPHAS: [(Alpha, &str); 3] =
+    [(Alpha::Auto, "Auto"), (Alpha::Keep, "Keep"), (Alpha::Denoise, "Denoise")];
+
+/// Where the weights come from.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Source {
+    /// The program itself; the quality chooses.
+    BuiltIn,
+    File(PathBuf),
+    /// Open Image Denoise's weights, of which the image and the quality choose.
+    Folder(PathBuf),
 }
 
-impl Alpha {
-    pub(crate) const ALL: [(Self, &'static str); 3] =
-        [(Self::Auto, "Auto"), (Self::Keep, "Keep"), (Self::Denoise, "Denoise")];
+impl Source {
+    /// A file, or all the files of a folder.
+    pub(crate) fn of(path: &Path) -> Self {
+        if path.is_dir() { Self::Folder(path.into()) } else { Self::File(path.into()) }
+    }
+
+    pub(crate) fn path(&self) -> Option<&Path> {
+        match self {
+            Self::BuiltIn => None,
+            Self::File(path) | Self::Folder(path) => Some(path),
+        }
+    }
+
+    /// Whether a path that is opened or dropped holds weights rather than an image.
+    pub(crate) fn is_weights(path: &Path) -> bool {
+        let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
+        extension == "safetensors" || extension == "tza" || path.is_dir()
+    }
 }
 
 /// What can be chosen while looking at the result.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[allow(clippy::struct_excessive_bools, reason = "each is a box to tick")]
 pub(crate) struct Settings {
+    pub(crate) weights: Source,
     pub(crate) quality: Quality,
     pub(crate) precision: Precision,
     pub(crate) albedo: bool,
     pub(crate) normal: bool,
+    /// Whether albedo and normal are denoised first, by weights of the folder.
+    pub(crate) prefilter: bool,
     pub(crate) alpha: Alpha,
     /// Whether constant areas skip the network.
     pub(crate) skip_clean: bool,
@@ -33,57 +59,96 @@ pub(crate) struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
+            weights: Source::BuiltIn,
             quality: Quality::Balanced,
             precision: Precision::F16,
             albedo: true,
             normal: true,
+            prefilter: false,
             alpha: Alpha::Auto,
             skip_clean: true,
         }
     }
 }
 
+/// The layers of a file that were chosen.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Layers<'a> {
+    pub(crate) color: Option<&'a str>,
+    pub(crate) further: Option<&'a LayersWish>,
+}
+
 impl Settings {
-    /// The command line that denoises a file with these settings, and with a layer as its color if
-    /// one was chosen.
+    /// Whether albedo and normal are denoised first: only a folder has weights for that.
+    pub(crate) fn prefilters(&self) -> bool {
+        self.prefilter && matches!(self.weights, Source::Folder(_))
+    }
+
+    /// The command line that denoises a file with these settings and layers.
     ///
     /// # Errors
     /// If it has no flag for one of them.
     pub(crate) fn command(
-        self,
+        &self,
         input: &Path,
         output: &Path,
-        color: Option<&str>,
-    ) -> Result<String, &'static str> {
-        let mut words = vec!["wgdenoise".to_string(), path_word(input), path_word(output)];
-        if let Some(color) = color {
-            words.push(format!("--color={}", quoted(color)));
-        }
-        if self.quality != Quality::Balanced {
-            words.push(format!("--quality {}", self.quality.name()));
-        }
-        if self.precision == Precision::F32 {
-            words.push("--precision f32".into());
-        }
-        match (self.albedo, self.normal) {
-            (true, true) => {}
-            (false, false) => words.push("--no-aux".into()),
-            _ => return Err(ONE_OF_TWO),
-        }
-        match self.alpha {
-            Alpha::Auto => {}
-            Alpha::Keep => words.push("--alpha keep".into()),
-            Alpha::Denoise => words.push("--alpha denoise".into()),
-        }
-        if !self.skip_clean {
-            words.push("--no-skip".into());
-        }
-        Ok(words.join(" "))
+        layers: Layers<'_>,
+    ) -> Result<String, String> {
+        let words = ["wgdenoise".to_string(), path_word(input), path_word(output)];
+        let words = [words.to_vec(), layers.words()?, self.weights_words(), self.words()?];
+        Ok(words.concat().join(" "))
+    }
+
+    fn weights_words(&self) -> Vec<String> {
+        let path = self.weights.path().map(|path| format!("--weights {}", path_word(path)));
+        let is_free = matches!(self.weights, Source::File(_)) || self.quality == Quality::Balanced;
+        let quality = (!is_free).then(|| format!("--quality {}", self.quality.name()));
+        let prefilter = self.prefilters().then(|| "--prefilter".to_string());
+        path.into_iter().chain(quality).chain(prefilter).collect()
+    }
+
+    fn words(&self) -> Result<Vec<String>, String> {
+        let precision = (self.precision == Precision::F32).then_some("--precision f32");
+        let aux = match (self.albedo, self.normal) {
+            (true, true) => None,
+            (false, false) => Some("--no-aux"),
+            _ => return Err(ONE_OF_TWO.into()),
+        };
+        let alpha = match self.alpha {
+            Alpha::Auto => None,
+            Alpha::Keep => Some("--alpha keep"),
+            Alpha::Denoise => Some("--alpha denoise"),
+        };
+        let skip = (!self.skip_clean).then_some("--no-skip");
+        Ok([precision, aux, alpha, skip].into_iter().flatten().map(Into::into).collect())
     }
 }
 
 const ONE_OF_TWO: &str = "the command line uses both albedo and normal or neither; switch both on or \
     off to copy a command";
+
+impl Layers<'_> {
+    fn words(self) -> Result<Vec<String>, String> {
+        let color = self.color.map(|color| format!("--color={}", quoted(color)));
+        let further = self.further.map(further).transpose()?;
+        let further = further.map(|further| format!("--layers={}", quoted(&further)));
+        Ok(color.into_iter().chain(further).collect())
+    }
+}
+
+/// The value of `--layers`, which separates names by commas and trims them.
+fn further(wish: &LayersWish) -> Result<String, String> {
+    let LayersWish::Matching(names) = wish else { return Ok("auto".into()) };
+    let is_lost = |name: &&String| name.contains(',') || name.trim() != *name;
+    match (names.as_slice(), names.iter().find(is_lost)) {
+        (_, Some(name)) => {
+            Err(format!("the command line cannot name the layer `{}`", escaped(name)))
+        }
+        // Given twice, it is a name.
+        ([only], None) if only == "auto" => Ok("auto,auto".into()),
+        (names, None) => Ok(names.join(",")),
+    }
+}
 
 /// A path that is taken for no flag.
 fn path_word(path: &Path) -> String {
@@ -104,40 +169,81 @@ fn quoted(text: &str) -> String {
 mod tests {
     use super::*;
 
-    fn command(settings: Settings) -> Result<String, &'static str> {
-        settings.command(Path::new("in.exr"), Path::new("out.exr"), None)
+    fn command(settings: &Settings) -> Result<String, String> {
+        command_with(settings, Layers::default())
+    }
+
+    fn command_with(settings: &Settings, layers: Layers<'_>) -> Result<String, String> {
+        settings.command(Path::new("in.exr"), Path::new("out.exr"), layers)
     }
 
     #[test]
     fn defaults_need_no_flag() {
-        assert_eq!(command(Settings::default()), Ok("wgdenoise in.exr out.exr".into()));
+        assert_eq!(command(&Settings::default()), Ok("wgdenoise in.exr out.exr".into()));
     }
 
     #[test]
     fn every_other_choice_has_its_flag() {
         let settings = Settings {
+            weights: Source::BuiltIn,
             quality: Quality::High,
             precision: Precision::F32,
             albedo: false,
             normal: false,
+            prefilter: true,
             alpha: Alpha::Keep,
             skip_clean: false,
         };
         let flags = "--quality high --precision f32 --no-aux --alpha keep --no-skip";
-        assert_eq!(command(settings), Ok(format!("wgdenoise in.exr out.exr {flags}")));
+        assert_eq!(command(&settings), Ok(format!("wgdenoise in.exr out.exr {flags}")));
     }
 
     #[test]
-    fn a_chosen_layer_is_named() {
-        let (input, output) = (Path::new("in.exr"), Path::new("out.exr"));
-        let found = Settings::default().command(input, output, Some("Noisy Image"));
-        assert_eq!(found, Ok("wgdenoise in.exr out.exr --color='Noisy Image'".into()));
+    fn a_weights_file_has_no_quality_and_a_folder_may_have_one() {
+        let settings = Settings {
+            weights: Source::File("my weights.tza".into()),
+            quality: Quality::Fast,
+            prefilter: true,
+            ..Settings::default()
+        };
+        let found = command(&settings).unwrap();
+        assert_eq!(found, "wgdenoise in.exr out.exr --weights 'my weights.tza'");
+        let settings = Settings { weights: Source::Folder("oidn".into()), ..settings };
+        let found = command(&settings).unwrap();
+        assert_eq!(found, "wgdenoise in.exr out.exr --weights oidn --quality fast --prefilter");
+    }
+
+    #[test]
+    fn chosen_layers_are_named() {
+        let named = |names: &[&str]| {
+            let further = LayersWish::Matching(names.iter().map(ToString::to_string).collect());
+            let layers = Layers { color: Some("Noisy Image"), further: Some(&further) };
+            command_with(&Settings::default(), layers)
+        };
+        let start = "wgdenoise in.exr out.exr --color='Noisy Image' --layers=";
+        assert_eq!(named(&["key", "fill"]), Ok(format!("{start}key,fill")));
+        assert_eq!(named(&["auto"]), Ok(format!("{start}auto,auto")));
+        let auto = Layers { further: Some(&LayersWish::Auto), ..Layers::default() };
+        let found = command_with(&Settings::default(), auto);
+        assert_eq!(found, Ok("wgdenoise in.exr out.exr --layers=auto".into()));
+        for lost in ["a,b", " a"] {
+            assert!(named(&[lost]).unwrap_err().contains(&format!("`{lost}`")));
+        }
     }
 
     #[test]
     fn what_no_flag_can_say_is_not_pretended() {
         let settings = Settings { albedo: false, ..Settings::default() };
-        assert_eq!(command(settings), Err(ONE_OF_TWO));
+        assert_eq!(command(&settings), Err(ONE_OF_TWO.into()));
+    }
+
+    #[test]
+    fn weights_are_told_from_images_by_their_names() {
+        let folder = tempfile::tempdir().unwrap();
+        assert!(Source::is_weights(folder.path()));
+        let is_weights = |name: &str| Source::is_weights(Path::new(name));
+        assert!(is_weights("a.TZA") && is_weights("b/a.safetensors"));
+        assert!(!is_weights("a.exr") && !is_weights("tza") && !is_weights(""));
     }
 
     #[test]

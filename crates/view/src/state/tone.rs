@@ -74,6 +74,12 @@ pub(crate) fn srgb(light: f32) -> f32 {
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
+/// The light of values of the screen.
+pub(crate) fn light_of(screen: f32) -> f32 {
+    let v = screen.clamp(0.0, 1.0);
+    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -108,6 +114,13 @@ mod tests {
         let tone = Tone { curve: Curve::Filmic, ..Tone::default() };
         let shown = [0.01, 0.1, 1.0, 10.0, f32::MAX, f32::INFINITY].map(|v| tone.screen([v; 3])[0]);
         assert!(shown.is_sorted() && shown[5] > 0.999, "{shown:?}");
+    }
+
+    #[test]
+    fn light_is_what_the_screen_was_given() {
+        for screen in [0.0, 0.03, 0.2, 0.5, 1.0] {
+            assert_near(srgb(light_of(screen)), screen);
+        }
     }
 
     #[test]

@@ -115,7 +115,7 @@ fn draw(session: &Session, place: &Place) -> Option<Draw> {
         area: whole.into(),
         center: session.transform.image_at(middle, session.area),
         size,
-        kinds: visible.map(|shown| kind(shown) as u32),
+        kinds: visible.map(|shown| Kind::of(shown, session.perceived().is_some()) as u32),
         zoom: session.transform.zoom(),
         gain: session.tone.gain(),
         amplification: session.looking.amplification,
@@ -126,15 +126,6 @@ fn draw(session: &Session, place: &Place) -> Option<Draw> {
         padding: 0,
     };
     Some(Draw { view, images })
-}
-
-fn kind(shown: Shown) -> Kind {
-    match shown {
-        Shown::Noisy | Shown::Denoised | Shown::Reference => Kind::Light,
-        Shown::Albedo => Kind::Surface,
-        Shown::Normal => Kind::Direction,
-        Shown::Difference => Kind::Difference,
-    }
 }
 
 /// The line between two images, and their names.
@@ -162,6 +153,9 @@ fn labels(painter: &Painter, session: &Session, place: &Place) {
 
 fn name(session: &Session, shown: Shown) -> String {
     match shown {
+        Shown::Difference if session.perceived().is_some() => {
+            "Perceived error (FLIP), dark 0 to light 1".into()
+        }
         Shown::Difference => {
             let other = session.subtracted().name().to_lowercase();
             format!("Difference from {other}, {:.0}×", session.looking.amplification)

@@ -4,21 +4,25 @@ use std::path::PathBuf;
 
 use eframe::egui::{RichText, Ui};
 
+use crate::session::Session;
 use crate::state::keys::Action;
+use crate::ui::recent;
 use crate::ui::theme::QUIET;
 
 /// What the user chose to begin with.
 pub(crate) enum Beginning {
     Do(Action),
-    Sample(PathBuf),
+    Open(PathBuf),
 }
 
 /// Draws the window without an image: how to open one, and a button for the sample if it is found.
-pub(crate) fn show(ui: &mut Ui, is_opening: bool) -> Option<Beginning> {
+pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
     let mut chosen = None;
     ui.vertical_centered(|ui| {
-        ui.add_space((ui.available_height() / 2.0 - 110.0).max(20.0));
-        if is_opening {
+        let recent = &session.recent.entries;
+        let above = 110.0 + 12.0 * recent.len() as f32;
+        ui.add_space((ui.available_height() / 2.0 - above).max(20.0));
+        if session.is_opening {
             ui.spinner();
             ui.label("Opening…");
             return;
@@ -34,7 +38,14 @@ pub(crate) fn show(ui: &mut Ui, is_opening: bool) -> Option<Beginning> {
         if let Some(sample) = sample()
             && ui.button("Try the sample").on_hover_text(sample.display().to_string()).clicked()
         {
-            chosen = Some(Beginning::Sample(sample));
+            chosen = Some(Beginning::Open(sample));
+        }
+        if !recent.is_empty() {
+            ui.add_space(14.0);
+            ui.label(RichText::new("Opened last").color(QUIET));
+        }
+        if let Some(path) = recent::list(ui, recent) {
+            chosen = Some(Beginning::Open(path));
         }
         ui.add_space(14.0);
         ui.label(RichText::new("? lists the keys").color(QUIET));

@@ -28,5 +28,6 @@ pub(crate) fn show(context: &Context, is_open: &mut bool) {
             ui.separator();
             ui.label("Wheel or pinch: zoom to the cursor.  Drag: pan.  Double click: fit.");
             ui.label("Drop files to open them; drop one with Shift held to make it the reference.");
+            ui.label("Drop a weights file, or a folder of Open Image Denoise's, to denoise by it.");
         });
 }

@@ -3,12 +3,13 @@
 use eframe::egui::{ComboBox, Grid, Slider, Ui};
 
 use crate::session::Session;
-use crate::state::looking::{Layout, Looking, Shown};
+use crate::state::looking::{Layout, Looking, Measure, Shown};
 use crate::state::tone::{Curve, Tone};
 
 /// Shows the choices that matter for what is shown.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let visible = session.looking.visible(session.available());
+    let has_reference = session.available().reference;
     let Session { looking, tone, .. } = session;
     ui.spacing_mut().slider_width = 96.0;
     Grid::new("look").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
@@ -19,11 +20,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
             ui.end_row();
         }
         if visible.contains(&Shown::Difference) {
-            ui.label("Amplify");
-            let [least, most] = Looking::AMPLIFICATION;
-            let slider = Slider::new(&mut looking.amplification, least..=most).logarithmic(true);
-            ui.add(slider.text("times").max_decimals(0));
-            ui.end_row();
+            difference(ui, looking, has_reference);
         }
     });
 }
@@ -40,6 +37,28 @@ fn exposure(ui: &mut Ui, tone: &mut Tone) {
         }
     });
     ui.end_row();
+}
+
+/// What a difference shows, and how strongly.
+fn difference(ui: &mut Ui, looking: &mut Looking, has_reference: bool) {
+    ui.label("Difference").on_hover_text("P");
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut looking.measure, Measure::Light, "of light");
+        let hint = "FLIP against the reference: what an eye sees when the two are shown in turn";
+        ui.add_enabled_ui(has_reference, |ui| {
+            ui.selectable_value(&mut looking.measure, Measure::Perceived, "perceived")
+                .on_hover_text(hint)
+                .on_disabled_hover_text("needs a reference of this size: R")
+        });
+    });
+    ui.end_row();
+    if looking.measure == Measure::Light || !has_reference {
+        ui.label("Amplify");
+        let [least, most] = Looking::AMPLIFICATION;
+        let slider = Slider::new(&mut looking.amplification, least..=most).logarithmic(true);
+        ui.add(slider.text("times").max_decimals(0));
+        ui.end_row();
+    }
 }
 
 fn left(ui: &mut Ui, looking: &mut Looking) {

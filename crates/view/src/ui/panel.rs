@@ -1,17 +1,15 @@
 //! The column at the right: the file, how it is denoised, and what came out.
 
 use eframe::egui::{Button, ComboBox, Grid, RichText, ScrollArea, Slider, Ui};
-use wgdenoise::{Precision, Quality};
 use wgdenoise_files::escaped;
 
 use crate::commands;
-use crate::compare::Figures;
+use crate::compare::{Figures, flip_row};
 use crate::open::Wish;
 use crate::session::Session;
 use crate::state::keys::Action;
-use crate::state::settings::{Alpha, Settings};
-use crate::ui::look;
 use crate::ui::theme::QUIET;
+use crate::ui::{layers, look, settings};
 
 /// Shows the column; returns what the user asks for.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
@@ -20,16 +18,13 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
         ui.add_space(6.0);
         file(ui, session);
         color(ui, session);
+        layers::show(ui, session);
         view(ui, session);
         asked = sequence(ui, session).or(asked);
         ui.separator();
         look::show(ui, session);
         ui.separator();
-        let before = session.settings;
-        settings(ui, session);
-        if session.settings != before {
-            session.denoise();
-        }
+        asked = settings::show(ui, session).or(asked);
         ui.separator();
         result(ui, session);
         figures(ui, session, &mut asked);
@@ -65,7 +60,7 @@ fn color(ui: &mut Ui, session: &mut Session) {
         }
     });
     if chosen != found {
-        session.choose(Wish { color: Some(chosen), view: 0 });
+        session.choose(Wish { color: Some(chosen), ..Wish::default() });
     }
 }
 
@@ -104,65 +99,18 @@ fn sequence(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     clicked.then_some(Action::Watch)
 }
 
-fn settings(ui: &mut Ui, session: &mut Session) {
-    let (albedo, normal, alpha) = session.opened().map_or((false, false, false), |opened| {
-        let view = opened.view();
-        (view.albedo().is_some(), view.normal().is_some(), view.alpha().is_some())
-    });
-    let chosen = &mut session.settings;
-    Grid::new("settings").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
-        ui.label("Quality");
-        quality(ui, chosen);
-        ui.end_row();
-        ui.label("Precision");
-        ui.horizontal(|ui| {
-            ui.selectable_value(&mut chosen.precision, Precision::F16, "16 bit");
-            ui.selectable_value(&mut chosen.precision, Precision::F32, "32 bit");
-        });
-        ui.end_row();
-        ui.label("Use");
-        ui.horizontal(|ui| {
-            ui.add_enabled_ui(albedo, |ui| ui.checkbox(&mut chosen.albedo, "albedo"));
-            ui.add_enabled_ui(normal, |ui| ui.checkbox(&mut chosen.normal, "normal"));
-        });
-        ui.end_row();
-        if alpha {
-            ui.label("Alpha").on_hover_text("Auto denoises it if it is fractional anywhere");
-            ui.horizontal(|ui| {
-                for (value, name) in Alpha::ALL {
-                    ui.selectable_value(&mut chosen.alpha, value, name);
-                }
-            });
-            ui.end_row();
-        }
-        ui.label("Skip");
-        ui.checkbox(&mut chosen.skip_clean, "constant areas");
-        ui.end_row();
-    });
-}
-
-fn quality(ui: &mut Ui, chosen: &mut Settings) {
-    ui.horizontal(|ui| {
-        for (value, name) in
-            [(Quality::Fast, "Fast"), (Quality::Balanced, "Balanced"), (Quality::High, "High")]
-        {
-            ui.selectable_value(&mut chosen.quality, value, name)
-                .on_hover_text("each tier takes two to three times as long as the one before");
-        }
-    });
-}
-
 /// Time, tiles and memory.
 fn result(ui: &mut Ui, session: &mut Session) {
-    let Some(denoised) = &session.denoised else {
-        if session.is_denoising() {
-            ui.label(RichText::new("denoising…").color(QUIET));
-        } else if ui.button("Denoise now").clicked() {
-            session.denoise();
-        }
-        return;
-    };
+    if session.is_denoising() {
+        ui.label(RichText::new("denoising…").color(QUIET));
+    } else if session.is_outdated() && ui.button("Denoise now").clicked() {
+        session.denoise();
+    }
+    let Some(denoised) = &session.denoised else { return };
     let outcome = denoised;
+    if session.is_outdated() {
+        ui.label(RichText::new("the image shown has other settings").small().color(QUIET));
+    }
     ui.label(format!("denoised in {:.2} s", outcome.took.as_secs_f64()));
     let prepared = outcome
         .prepared
@@ -184,7 +132,9 @@ fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
             *asked = Some(Action::OpenReference);
         }
     }
-    let rows = session.figures.iter().flat_map(Figures::rows).collect::<Vec<_>>();
+    let flip = session.perceiving.found().map(|found| flip_row(found.means));
+    let rows = session.figures.iter().flat_map(Figures::rows).chain(flip);
+    let rows = rows.collect::<Vec<_>>();
     if rows.is_empty() {
         return;
     }

@@ -50,5 +50,6 @@ fn reading(session: &Session) -> Option<String> {
     ];
     let index = at[1] as usize * view.color().width() as usize + at[0] as usize;
     let alpha = view.alpha().and_then(|alpha| alpha.get(index).copied());
-    Some(pixel::reading(at, &images, alpha))
+    let perceived = session.perceived().and_then(|found| found.errors.get(index));
+    Some(pixel::reading(at, perceived.copied(), &images, alpha))
 }

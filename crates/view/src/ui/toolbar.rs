@@ -5,17 +5,21 @@ use eframe::egui::{Button, Ui};
 use crate::session::Session;
 use crate::state::keys::Action;
 use crate::state::looking::{Layout, Looking, Shown};
+use crate::ui::recent;
 
 /// Shows the row; returns what the user asks for.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {
+        if ui.button("Open").on_hover_text("Ctrl O").clicked() {
+            asked = Some(Action::Open);
+        }
+        recent::menu(ui, session);
         let mut button = |ui: &mut Ui, text: &str, hint: &str, action| {
             if ui.button(text).on_hover_text(hint).clicked() {
                 asked = Some(action);
             }
         };
-        button(ui, "Open", "Ctrl O", Action::Open);
         if session.loaded.is_some() {
             button(ui, "Save", "Ctrl S", Action::Save);
             ui.separator();

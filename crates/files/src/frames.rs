@@ -3,7 +3,7 @@
 use std::ffi::{OsStr, OsString};
 
 /// Most frames that `--frames` may name.
-pub(crate) const MAX_FRAMES: u64 = 1_000_000;
+pub const MAX_FRAMES: u64 = 1_000_000;
 
 /// The largest frame number, and without its sign the smallest.
 const MAX_FRAME: i64 = u32::MAX as i64;
@@ -13,13 +13,16 @@ const MAX_DIGITS: usize = 32;
 
 /// Frame numbers in ascending order, each once.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Frames(pub(crate) Vec<i64>);
+pub struct Frames(
+    /// Ascending, without duplicates.
+    pub Vec<i64>,
+);
 
 /// Reads `-8--1,1-48,60`: frames, ranges, and ranges with a step, such as `70-100x5`.
 ///
 /// # Errors
 /// If the text is none of these, a range runs backwards, or there are more than [`MAX_FRAMES`].
-pub(crate) fn parse(text: &str) -> Result<Frames, String> {
+pub fn parse(text: &str) -> Result<Frames, String> {
     let ranges = text.split(',').map(Range::parse).collect::<Result<Vec<_>, _>>()?;
     let count: u64 = ranges.iter().map(Range::count).sum();
     if count > MAX_FRAMES {
@@ -87,7 +90,8 @@ fn number(text: &str) -> Result<i64, &'static str> {
 const MOST_SHOWN: usize = 20;
 
 /// Ascending frame numbers as `--frames` takes them, for a message: `1-3,7,9-10`.
-pub(crate) fn shown(frames: &[i64]) -> String {
+#[must_use]
+pub fn shown(frames: &[i64]) -> String {
     let run = |run: &[i64]| match run {
         [only] => only.to_string(),
         _ => format!("{}-{}", run[0], run[run.len() - 1]),
@@ -103,7 +107,7 @@ pub(crate) fn shown(frames: &[i64]) -> String {
 /// A file name with a place for the frame number: `beauty.####.exr` or `beauty.%04d.exr`. In it,
 /// `[#]` and `[%]` are a plain `#` and `%`.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(crate) struct Pattern {
+pub struct Pattern {
     prefix: Vec<u8>,
     place: Place,
     suffix: Vec<u8>,
@@ -114,7 +118,7 @@ impl Pattern {
     ///
     /// # Errors
     /// If it has two, or asks for more digits than any number has.
-    pub(crate) fn parse(name: &OsStr) -> Result<Option<Self>, String> {
+    pub fn parse(name: &OsStr) -> Result<Option<Self>, String> {
         let (mut texts, mut places) = (vec![Vec::new()], Vec::new());
         for (piece, _) in pieces(name) {
             match piece {
@@ -141,14 +145,16 @@ impl Pattern {
     }
 
     /// The name of a frame's file; longer numbers are not cut.
-    pub(crate) fn name(&self, frame: i64) -> OsString {
+    #[must_use]
+    pub fn name(&self, frame: i64) -> OsString {
         let number = self.place.padded(frame).into_bytes();
         to_name([&self.prefix[..], &number, &self.suffix].concat())
     }
 
     /// The frame that a name stands for. Either notation finds negative frames of both paddings,
     /// `-0003` and `-003`.
-    pub(crate) fn frame(&self, name: &OsStr) -> Option<i64> {
+    #[must_use]
+    pub fn frame(&self, name: &OsStr) -> Option<i64> {
         let text = self.number(name)?;
         let frame = text.parse().ok()?;
         let paddings = [false, true].map(|sign_counts| Place { sign_counts, ..self.place });
@@ -157,7 +163,8 @@ impl Pattern {
 
     /// Whether a name has another number in place of a frame's: a subframe, such as `0001.25`, or
     /// one with other padding.
-    pub(crate) fn is_near(&self, name: &OsStr) -> bool {
+    #[must_use]
+    pub fn is_near(&self, name: &OsStr) -> bool {
         self.number(name).is_some_and(|text| text.bytes().any(|b| b.is_ascii_digit()))
             && self.frame(name).is_none()
     }
@@ -170,12 +177,13 @@ impl Pattern {
     }
 }
 
-/// How to write a name with characters that otherwise stand for a frame number.
-pub(crate) const PLAIN_CHARACTERS: &str = "; write [#] for a plain # and [%] for a plain %";
+/// How to write a name with characters that otherwise stand for a frame number; it ends a sentence.
+pub const PLAIN_CHARACTERS: &str = "; write [#] for a plain # and [%] for a plain %";
 
 /// A name without a frame number: `[#]` and `[%]` are a plain `#` and `%`, and so are those that
 /// stand alone.
-pub(crate) fn plain(name: &OsStr) -> OsString {
+#[must_use]
+pub fn plain(name: &OsStr) -> OsString {
     let bytes = |(piece, text): (Piece, &[u8])| match piece {
         Piece::Byte(byte) => vec![byte],
         Piece::Place(_) => text.to_vec(),
@@ -185,7 +193,8 @@ pub(crate) fn plain(name: &OsStr) -> OsString {
 
 /// Whether a name is unmistakably one with a frame number: with `##` or `%04d` rather than a `#` or
 /// `%d` that may mean itself.
-pub(crate) fn has_padded_place(name: &OsStr) -> bool {
+#[must_use]
+pub fn has_padded_place(name: &OsStr) -> bool {
     pieces(name).any(|(piece, _)| matches!(piece, Piece::Place(Place { digits: 2.., .. })))
 }
 

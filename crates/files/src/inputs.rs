@@ -1,4 +1,4 @@
-//! What an IN of the command line stands for: a file, a sequence of frames, or a pattern.
+//! What the user names as input: a file, a sequence of frames, or a pattern.
 
 use std::collections::BTreeMap;
 use std::ffi::OsString;
@@ -7,15 +7,15 @@ use std::{fs, io};
 
 use glob::MatchOptions;
 
-use crate::failure::{Failure, shown};
-use crate::frames::{self, Frames, Pattern};
-use wgdenoise_files::{Problem, is_stream};
+use super::frames::{self, Frames, Pattern};
+use super::{FileError, Problem, escaped, is_stream};
 
-/// One IN.
+/// One input.
 #[derive(Debug)]
-pub(crate) enum Source {
+pub enum Source {
     /// A file, whether it exists or not, a pipe, or `-` for standard input.
     File(PathBuf),
+    /// The frames of an animation.
     Sequence(Sequence),
     /// All files that match, for shells that do not expand patterns.
     Glob(String),
@@ -30,7 +30,10 @@ const AS_SHELLS: MatchOptions = MatchOptions {
 
 impl Source {
     /// A path that exists is a file, whatever its name looks like.
-    pub(crate) fn of(path: &Path) -> Result<Self, Failure> {
+    ///
+    /// # Errors
+    /// [`Problem::Pattern`] if the name has two places for a frame number, or too long ones.
+    pub fn of(path: &Path) -> Result<Self, FileError> {
         if path.exists() {
             return Ok(Self::File(path.to_path_buf()));
         }
@@ -43,15 +46,17 @@ impl Source {
         })
     }
 
-    pub(crate) fn is_sequence(&self) -> bool {
+    /// Whether it has a place for the frame number.
+    #[must_use]
+    pub fn is_sequence(&self) -> bool {
         matches!(self, Self::Sequence(_))
     }
 
     /// The files, all of which exist, with the frame numbers of a sequence.
-    pub(crate) fn files(
-        &self,
-        frames: Option<&Frames>,
-    ) -> Result<Vec<(PathBuf, Option<i64>)>, Failure> {
+    ///
+    /// # Errors
+    /// If there is none, a wanted frame is missing, or a file is a folder or a device.
+    pub fn files(&self, frames: Option<&Frames>) -> Result<Vec<(PathBuf, Option<i64>)>, FileError> {
         match self {
             Self::File(path) => check_file(path).map(|()| vec![(path.clone(), None)]),
             Self::Glob(pattern) => {
@@ -65,7 +70,10 @@ impl Source {
     }
 
     /// A sentence on files of a sequence that are no frames by their numbers, such as subframes.
-    pub(crate) fn left_out(&self) -> Result<Option<String>, Failure> {
+    ///
+    /// # Errors
+    /// If the folder cannot be read.
+    pub fn left_out(&self) -> Result<Option<String>, FileError> {
         match self {
             Self::Sequence(sequence) => sequence.left_out(),
             Self::File(_) | Self::Glob(_) => Ok(None),
@@ -73,54 +81,61 @@ impl Source {
     }
 }
 
-fn check_file(path: &Path) -> Result<(), Failure> {
+fn check_file(path: &Path) -> Result<(), FileError> {
     if is_stream(path) {
         return Ok(());
     }
     match path.metadata() {
-        Err(error) => Err(Failure::of(path, format_args!("cannot be read: {error}"))),
-        Ok(metadata) if metadata.is_dir() => Err(Failure::of(path, "is a folder and not an image")),
+        Err(error) => Err(Problem::Read(error).at(path)),
+        Ok(metadata) if metadata.is_dir() => {
+            Err(Problem::Format("is a folder and not an image".into()).at(path))
+        }
         Ok(metadata) if metadata.is_file() => Ok(()),
-        Ok(_) => Err(Failure::of(path, Problem::NotRegular)),
+        Ok(_) => Err(Problem::NotRegular.at(path)),
     }
 }
 
-fn matching(pattern: &str) -> Result<Vec<PathBuf>, Failure> {
-    let of = |what: String| Failure::of(Path::new(pattern), what);
-    let paths = glob::glob_with(pattern, AS_SHELLS).map_err(|error| {
-        let pattern = shown(Path::new(pattern));
-        Failure::Usage(format!("{pattern}: is not a valid pattern: {}", error.msg))
-    })?;
+fn matching(pattern: &str) -> Result<Vec<PathBuf>, FileError> {
+    let of = |problem: Problem| problem.at(Path::new(pattern));
+    let paths = glob::glob_with(pattern, AS_SHELLS)
+        .map_err(|error| of(Problem::Pattern(format!("is not a valid pattern: {}", error.msg))))?;
     let paths: Result<Vec<_>, _> = paths.collect();
-    let mut paths = paths.map_err(|error| of(format!("cannot be read: {error}")))?;
+    let mut paths = paths.map_err(|error| of(Problem::Read(error.into())))?;
     paths.retain(|path| path.is_file());
-    if paths.is_empty() { Err(of(NOT_FOUND.into())) } else { Ok(paths) }
+    if paths.is_empty() { Err(of(Problem::NotFound(NOT_FOUND.into()))) } else { Ok(paths) }
 }
 
 const NOT_FOUND: &str = "no file has such a name";
 
 /// The files of an animation, such as `renders/beauty.####.exr`.
 #[derive(Debug)]
-pub(crate) struct Sequence {
+pub struct Sequence {
     path: PathBuf,
     pattern: Pattern,
 }
 
 impl Sequence {
     /// `None` for a path that names one file.
-    pub(crate) fn of(path: &Path) -> Result<Option<Self>, Failure> {
+    ///
+    /// # Errors
+    /// [`Problem::Pattern`], as [`Source::of`].
+    pub fn of(path: &Path) -> Result<Option<Self>, FileError> {
         let pattern = Pattern::parse(path.file_name().unwrap_or_default())
-            .map_err(|why| Failure::Usage(format!("{}: {why}", shown(path))))?;
+            .map_err(|why| Problem::Pattern(why).at(path))?;
         Ok(pattern.map(|pattern| Self { path: path.to_path_buf(), pattern }))
     }
 
     /// The name of a frame's file if it is written, or one that exists.
-    pub(crate) fn file(&self, frame: i64) -> PathBuf {
+    #[must_use]
+    pub fn file(&self, frame: i64) -> PathBuf {
         self.path.with_file_name(self.pattern.name(frame))
     }
 
     /// The wanted frames, all of which must exist, or else every frame that exists.
-    pub(crate) fn files(&self, wanted: Option<&Frames>) -> Result<BTreeMap<i64, PathBuf>, Failure> {
+    ///
+    /// # Errors
+    /// If there is none, or a wanted one is missing.
+    pub fn files(&self, wanted: Option<&Frames>) -> Result<BTreeMap<i64, PathBuf>, FileError> {
         let mut existing = self.existing()?;
         match wanted {
             Some(Frames(wanted)) => {
@@ -134,27 +149,26 @@ impl Sequence {
     }
 
     /// That there is no frame, and which files are near.
-    fn not_found(&self) -> Result<Failure, Failure> {
+    fn not_found(&self) -> Result<FileError, FileError> {
         let near = self.near()?.map(|names| format!(", but {names} with another number of digits"));
-        Ok(Failure::of(&self.path, format_args!("{NOT_FOUND}{}", near.unwrap_or_default())))
+        let what = format!("{NOT_FOUND}{}", near.unwrap_or_default());
+        Ok(Problem::NotFound(what).at(&self.path))
     }
 
     /// Refuses frames without a file.
-    fn check(&self, wanted: &[i64], existing: &BTreeMap<i64, PathBuf>) -> Result<(), Failure> {
+    fn check(&self, wanted: &[i64], existing: &BTreeMap<i64, PathBuf>) -> Result<(), FileError> {
         let is_missing = |frame: &i64| !existing.contains_key(frame);
         let missing: Vec<_> = wanted.iter().copied().filter(is_missing).collect();
-        match missing.as_slice() {
-            [] => Ok(()),
-            [one] => Err(Failure::of(&self.path, format_args!("frame {one} is missing"))),
-            _ => {
-                let listed = frames::shown(&missing);
-                Err(Failure::of(&self.path, format_args!("frames {listed} are missing")))
-            }
-        }
+        let what = match missing.as_slice() {
+            [] => return Ok(()),
+            [one] => format!("frame {one} is missing"),
+            _ => format!("frames {} are missing", frames::shown(&missing)),
+        };
+        Err(Problem::NotFound(what).at(&self.path))
     }
 
     /// The files of all frames. Of two for one frame, that with the pattern's own padding counts.
-    fn existing(&self) -> Result<BTreeMap<i64, PathBuf>, Failure> {
+    fn existing(&self) -> Result<BTreeMap<i64, PathBuf>, FileError> {
         let frame = |name: OsString| Some((self.pattern.frame(&name)?, name));
         let mut frames = BTreeMap::new();
         for (frame, name) in self.names()?.into_iter().filter_map(frame) {
@@ -167,16 +181,16 @@ impl Sequence {
     }
 
     /// The names in its folder.
-    fn names(&self) -> Result<Vec<OsString>, Failure> {
+    fn names(&self) -> Result<Vec<OsString>, FileError> {
         let folder = self.path.parent().filter(|parent| *parent != Path::new(""));
         let name = |entry: io::Result<fs::DirEntry>| entry.map(|entry| entry.file_name());
         let entries = fs::read_dir(folder.unwrap_or(Path::new(".")));
         entries.and_then(|entries| entries.map(name).collect()).map_err(|error| {
-            Failure::of(&self.path, format_args!("its folder cannot be read: {error}"))
+            Problem::NotFound(format!("its folder cannot be read: {error}")).at(&self.path)
         })
     }
 
-    fn left_out(&self) -> Result<Option<String>, Failure> {
+    fn left_out(&self) -> Result<Option<String>, FileError> {
         let near = self.near()?;
         Ok(near.map(|names| {
             let pattern = shown(&self.path);
@@ -185,7 +199,7 @@ impl Sequence {
     }
 
     /// Names of files whose numbers are no frames of this sequence, such as subframes.
-    fn near(&self) -> Result<Option<String>, Failure> {
+    fn near(&self) -> Result<Option<String>, FileError> {
         let mut names = self.names()?;
         names.retain(|name| self.pattern.is_near(name));
         names.sort();
@@ -201,3 +215,8 @@ impl Sequence {
 
 /// Most names in one message.
 const MOST_LISTED: usize = 5;
+
+/// A path in a message.
+fn shown(path: &Path) -> String {
+    escaped(&path.to_string_lossy())
+}

@@ -1,0 +1,122 @@
+//! The color spaces of FLIP, relative to the white of sRGB (D65).
+
+use crate::Pixel;
+
+/// From linear sRGB to CIE XYZ, in the digits of the reference implementation.
+const XYZ_OF_RGB: [Pixel; 3] = [
+    [10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0],
+    [2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0],
+    [1425312.0 / 73733382.0, 8788810.0 / 73733382.0, 70074185.0 / 73733382.0],
+];
+
+/// Light of values between 0 and 1 that are sRGB-encoded (IEC 61966-2-1).
+pub(super) fn linear(encoded: Pixel) -> Pixel {
+    encoded.map(|v| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) })
+}
+
+/// Luminance and two opponents, red–green and blue–yellow, linear in light: `YCxCz`.
+pub(super) fn opponents(rgb: Pixel) -> Pixel {
+    let [x, y, z] = relative_xyz(rgb);
+    [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
+}
+
+/// Linear sRGB of `YCxCz`, which may lie outside [0, 1].
+pub(super) fn of_opponents([luminance, cx, cz]: Pixel) -> Pixel {
+    let y = (luminance + 16.0) / 116.0;
+    let relative = [y + cx / 500.0, y, y - cz / 200.0];
+    let white = white();
+    solved([0, 1, 2].map(|i| relative[i] * white[i]))
+}
+
+/// CIELAB of linear sRGB, its chroma scaled by a hundredth of the lightness: colors look more
+/// colorful in brighter light (Hunt).
+pub(super) fn hunt_lab(rgb: Pixel) -> Pixel {
+    let [x, y, z] = relative_xyz(rgb).map(cube_root);
+    let lightness = 116.0 * y - 16.0;
+    let hunt = 0.01 * lightness;
+    [lightness, hunt * 500.0 * (x - y), hunt * 200.0 * (y - z)]
+}
+
+/// The distance of two colors, near or far: lightness by city blocks, chroma as the crow flies
+/// (Abasi et al. 2020).
+pub(super) fn hyab(a: Pixel, b: Pixel) -> f64 {
+    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+}
+
+/// CIELAB's cube root, which is a line near black.
+fn cube_root(v: f64) -> f64 {
+    const DELTA: f64 = 6.0 / 29.0;
+    if v > DELTA.powi(3) { v.cbrt() } else { v / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
+}
+
+/// XYZ in units of the white's.
+fn relative_xyz(rgb: Pixel) -> Pixel {
+    let white = white();
+    [0, 1, 2].map(|i| dot(XYZ_OF_RGB[i], rgb) / white[i])
+}
+
+fn white() -> Pixel {
+    XYZ_OF_RGB.map(|row| row.iter().sum())
+}
+
+fn dot(a: Pixel, b: Pixel) -> f64 {
+    a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
+}
+
+/// The color that [`XYZ_OF_RGB`] maps to this one, by Cramer's rule.
+fn solved(xyz: Pixel) -> Pixel {
+    let whole = determinant(XYZ_OF_RGB);
+    [0, 1, 2].map(|column| {
+        let mut replaced = XYZ_OF_RGB;
+        (0..3).for_each(|row| replaced[row][column] = xyz[row]);
+        determinant(replaced) / whole
+    })
+}
+
+fn determinant([a, b, c]: [Pixel; 3]) -> f64 {
+    let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
+    dot(a, cross)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn assert_near(found: Pixel, expected: Pixel, tolerance: f64) {
+        for (f, e) in found.iter().zip(&expected) {
+            assert!((f - e).abs() <= tolerance, "found {found:?}, not {expected:?}");
+        }
+    }
+
+    #[test]
+    fn opponents_of_gray_have_no_chroma_and_lead_back() {
+        assert_near(opponents([1.0; 3]), [100.0, 0.0, 0.0], 1e-12);
+        assert_near(opponents([0.0; 3]), [-16.0, 0.0, 0.0], 1e-12);
+        for rgb in [[0.2, 0.7, 0.1], [1.0, 0.0, 0.5], [0.0, 0.0, 1.0]] {
+            assert_near(of_opponents(opponents(rgb)), rgb, 1e-12);
+        }
+    }
+
+    /// CIELAB of sRGB's primaries as Lindbloom's calculator gives them, to its digits.
+    #[test]
+    fn lab_has_its_published_values() {
+        let lab = |rgb| {
+            let [lightness, a, b] = hunt_lab(rgb);
+            [lightness, a / (0.01 * lightness), b / (0.01 * lightness)]
+        };
+        assert_near(lab([1.0, 0.0, 0.0]), [53.24, 80.09, 67.20], 0.02);
+        assert_near(lab([0.0, 1.0, 0.0]), [87.73, -86.18, 83.18], 0.02);
+        assert_near(lab([0.0, 0.0, 1.0]), [32.30, 79.19, -107.86], 0.02);
+        assert_near(hunt_lab([1.0; 3]), [100.0, 0.0, 0.0], 1e-9);
+    }
+
+    #[test]
+    fn the_distance_adds_lightness_to_chroma() {
+        assert_eq!(hyab([10.0, 3.0, 0.0], [7.0, 0.0, 4.0]), 3.0 + 5.0);
+    }
+
+    #[test]
+    fn light_of_encoded_values_is_published() {
+        assert_near(linear([0.0, 0.5, 1.0]), [0.0, 0.214_041, 1.0], 1e-6);
+    }
+}

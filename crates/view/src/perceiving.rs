@@ -1,0 +1,67 @@
+//! Computes the errors that can be seen, anew whenever the images or the exposure change, on a thread of
+//! its own.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::gpu::host::Gpu;
+use crate::perceived::{Asked, Perceived};
+use crate::work::{Desk, Lane, Report};
+
+/// Computes errors whenever something they depend on has changed.
+pub(crate) struct Perceiving {
+    lane: Lane<()>,
+    /// The ticket of what was asked for last; older ones are skipped.
+    latest: Arc<AtomicU64>,
+    asked: Option<Asked>,
+    found: Option<Perceived>,
+}
+
+impl Perceiving {
+    pub(crate) fn new(desk: Desk) -> Self {
+        let lane = Lane::new(desk, || ());
+        Self { lane, latest: Arc::default(), asked: None, found: None }
+    }
+
+    /// The errors of what is open; `None` until they are computed.
+    pub(crate) fn found(&self) -> Option<&Perceived> {
+        self.found.as_ref()
+    }
+
+    /// Takes errors that were computed, unless they are out of date.
+    pub(crate) fn take(&mut self, ticket: u64, found: Perceived) {
+        if self.latest.load(Ordering::Relaxed) == ticket {
+            self.found = Some(found);
+        }
+    }
+
+    /// Starts to compute what is wanted, if that has not been done.
+    pub(crate) fn ask(&mut self, wanted: Option<Asked>, gpu: &Gpu) {
+        let is_asked = match (&wanted, &self.asked) {
+            (Some(wanted), Some(asked)) => wanted.is_same(asked),
+            (wanted, asked) => wanted.is_none() && asked.is_none(),
+        };
+        if is_asked {
+            return;
+        }
+        // While only the exposure changes, the map stays.
+        let is_other = |asked: &Asked| wanted.as_ref().is_none_or(|w| !w.has_images_of(asked));
+        if self.asked.as_ref().is_none_or(is_other) {
+            self.found = None;
+        }
+        self.asked.clone_from(&wanted);
+        let ticket = self.latest.fetch_add(1, Ordering::Relaxed) + 1;
+        if let Some(wanted) = wanted {
+            self.start(ticket, wanted, gpu.clone());
+        }
+    }
+
+    fn start(&self, ticket: u64, wanted: Asked, gpu: Gpu) {
+        let latest = self.latest.clone();
+        self.lane.add(move |()| {
+            let is_latest = latest.load(Ordering::Relaxed) == ticket;
+            let found = is_latest.then(|| wanted.compute(&gpu));
+            found.map_or(Report::Nothing, |found| Report::Perceived(ticket, found))
+        });
+    }
+}

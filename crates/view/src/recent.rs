@@ -1,0 +1,141 @@
+//! The files that were opened last, kept in a small text file in the user's folder for settings. If that
+//! cannot be read or written, the list is shorter, and nothing else happens.
+
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::thread;
+
+use etcetera::BaseStrategy;
+use wgdenoise_files::{Out, Problem, replace};
+
+use crate::state::entry::Entry;
+use crate::work::{Desk, Report};
+
+/// Most files on the list.
+const MOST: usize = 10;
+
+/// A longer file is not the list.
+const MOST_BYTES: u64 = 1 << 16;
+
+/// The list, the last file first, and the file that keeps it.
+#[derive(Debug, Default)]
+pub(crate) struct Recent {
+    pub(crate) entries: Vec<Entry>,
+    store: Option<PathBuf>,
+}
+
+/// `wgdenoise/recent` in the user's folder for settings; `None` if the user has no home.
+pub(crate) fn store_of_user() -> Option<PathBuf> {
+    let folders = etcetera::base_strategy::choose_native_strategy().ok()?;
+    Some(folders.config_dir().join("wgdenoise").join("recent"))
+}
+
+impl Recent {
+    /// An empty list that is kept in this file. What the file has is reported.
+    pub(crate) fn kept_in(store: Option<PathBuf>, desk: &Desk) -> Self {
+        let recent = Self { entries: Vec::new(), store };
+        recent.update(desk, |_| {});
+        recent
+    }
+
+    /// Puts a file at the start of the list and reports the list.
+    pub(crate) fn add(&self, path: &Path, desk: &Desk) {
+        let Ok(path) = std::path::absolute(path) else { return };
+        self.update(desk, move |list| put_first(list, path));
+    }
+
+    /// Empties the list.
+    pub(crate) fn clear(&self, desk: &Desk) {
+        self.update(desk, Vec::clear);
+    }
+
+    /// Looks at the files on a thread of its own: a network drive may take long.
+    fn update(&self, desk: &Desk, change: impl FnOnce(&mut Vec<PathBuf>) + Send + 'static) {
+        let Some(store) = self.store.clone() else { return };
+        let desk = desk.clone();
+        thread::spawn(move || {
+            let before = read(&store);
+            let mut list = before.clone();
+            change(&mut list);
+            if list != before {
+                write(&store, &list);
+            }
+            let entry = |path: PathBuf| Entry { exists: path.is_file(), path };
+            desk.report(Report::Recent(list.into_iter().map(entry).collect()));
+        });
+    }
+}
+
+fn put_first(list: &mut Vec<PathBuf>, path: PathBuf) {
+    list.retain(|other| *other != path);
+    list.insert(0, path);
+    list.truncate(MOST);
+}
+
+/// A path on each line; none if the file is missing or something else.
+fn read(store: &Path) -> Vec<PathBuf> {
+    let is_short = fs::metadata(store).is_ok_and(|m| m.is_file() && m.len() <= MOST_BYTES);
+    let text = if is_short { fs::read_to_string(store).unwrap_or_default() } else { String::new() };
+    let paths = text.lines().map(PathBuf::from).filter(|path| path.is_absolute());
+    paths.take(MOST).collect()
+}
+
+/// Replaces the file. Paths that are no line of text are left out.
+fn write(store: &Path, list: &[PathBuf]) {
+    let lines = list.iter().filter_map(|path| path.to_str()).filter(|path| !path.contains('\n'));
+    let text = lines.fold(String::new(), |text, line| text + line + "\n");
+    let write = |out: &mut Out<'_>| out.write_all(text.as_bytes()).map_err(Problem::Write);
+    let _ = store.parent().map(fs::create_dir_all);
+    let _ = replace(store, true, write);
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::mpsc::{Receiver, channel};
+
+    use super::*;
+
+    fn next(reports: &Receiver<Report>) -> Vec<(String, bool)> {
+        let Report::Recent(entries) = reports.recv().unwrap() else { panic!("another report") };
+        let name = |path: &Path| path.file_name().unwrap().to_string_lossy().into_owned();
+        entries.iter().map(|entry| (name(&entry.path), entry.exists)).collect()
+    }
+
+    #[test]
+    fn files_are_kept_the_last_one_first_and_missing_ones_are_known() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("b.exr"), "").unwrap();
+        let (sender, reports) = channel();
+        let desk = Desk::new(sender, || {});
+        let store = path("settings/recent");
+        let recent = Recent::kept_in(Some(store.clone()), &desk);
+        assert_eq!(next(&reports), []);
+        for name in ["a.exr", "b.exr", "a.exr"] {
+            recent.add(&path(name), &desk);
+            next(&reports);
+        }
+        Recent::kept_in(Some(store), &desk);
+        assert_eq!(next(&reports), [("a.exr".into(), false), ("b.exr".into(), true)]);
+        (0..20).for_each(|i| {
+            recent.add(&path(&format!("{i}.exr")), &desk);
+            assert!(next(&reports).len() <= MOST);
+        });
+        recent.clear(&desk);
+        assert_eq!(next(&reports), []);
+    }
+
+    #[test]
+    fn a_damaged_list_is_an_empty_one_and_cannot_stop_anything() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = folder.path().join("recent");
+        for damaged in [&b"\xff\xfe"[..], b"no path\n\n../b\n", &vec![b'/'; 1 << 17]] {
+            fs::write(&store, damaged).unwrap();
+            assert_eq!(read(&store), Vec::<PathBuf>::new());
+        }
+        assert_eq!(read(folder.path()), Vec::<PathBuf>::new());
+        write(folder.path(), &["/a".into()]);
+        write(&store.join("below a file"), &["/a".into()]);
+    }
+}

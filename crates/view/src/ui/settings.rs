@@ -1,0 +1,116 @@
+//! How the image is denoised: weights, precision, and what else the network gets.
+
+use eframe::egui::{Grid, RichText, Ui};
+use wgdenoise::{Precision, Quality};
+use wgdenoise_files::escaped;
+
+use crate::session::Session;
+use crate::state::keys::Action;
+use crate::state::settings::{ALPHAS, Settings, Source};
+use crate::ui::theme::QUIET;
+
+/// Shows the choices; returns what the user asks for. A change denoises anew.
+pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
+    let before = session.settings.clone();
+    let mut asked = None;
+    Grid::new("settings").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+        asked = weights(ui, &session.settings);
+        quality(ui, &mut session.settings);
+        precision(ui, &mut session.settings);
+        inputs(ui, session);
+        alpha(ui, session);
+        ui.label("Skip");
+        ui.checkbox(&mut session.settings.skip_clean, "constant areas");
+        ui.end_row();
+    });
+    if session.settings != before {
+        session.denoise();
+    }
+    asked
+}
+
+/// Where the weights come from.
+fn weights(ui: &mut Ui, settings: &Settings) -> Option<Action> {
+    let mut asked = None;
+    ui.label("Weights").on_hover_text("or drop a weights file, or a folder of them");
+    ui.horizontal(|ui| {
+        let choices = [
+            (matches!(settings.weights, Source::BuiltIn), "Built in", Action::BuiltInWeights),
+            (matches!(settings.weights, Source::File(_)), "File…", Action::OpenWeights),
+            (matches!(settings.weights, Source::Folder(_)), "Folder…", Action::OpenWeightsFolder),
+        ];
+        for (is_chosen, name, action) in choices {
+            if ui.selectable_label(is_chosen, name).clicked() {
+                asked = Some(action);
+            }
+        }
+    });
+    ui.end_row();
+    if let Some(path) = settings.weights.path() {
+        ui.label("");
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let text = RichText::new(escaped(&name)).small().color(QUIET);
+        ui.label(text).on_hover_text(escaped(&path.to_string_lossy()));
+        ui.end_row();
+    }
+    asked
+}
+
+/// The tier, or the size of the network in a folder. A file has only one.
+fn quality(ui: &mut Ui, chosen: &mut Settings) {
+    ui.label("Quality");
+    let has_tiers = !matches!(chosen.weights, Source::File(_));
+    ui.add_enabled_ui(has_tiers, |ui| {
+        ui.horizontal(|ui| {
+            for (value, name) in
+                [(Quality::Fast, "Fast"), (Quality::Balanced, "Balanced"), (Quality::High, "High")]
+            {
+                ui.selectable_value(&mut chosen.quality, value, name)
+                    .on_hover_text("each tier takes two to three times as long as the one before");
+            }
+        });
+    });
+    ui.end_row();
+}
+
+fn precision(ui: &mut Ui, chosen: &mut Settings) {
+    ui.label("Precision");
+    ui.horizontal(|ui| {
+        ui.selectable_value(&mut chosen.precision, Precision::F16, "16 bit");
+        ui.selectable_value(&mut chosen.precision, Precision::F32, "32 bit");
+    });
+    ui.end_row();
+}
+
+/// Albedo and normals.
+fn inputs(ui: &mut Ui, session: &mut Session) {
+    let view = session.opened().map(|opened| opened.view());
+    let [albedo, normal] =
+        view.map_or([false; 2], |view| [view.albedo().is_some(), view.normal().is_some()]);
+    let chosen = &mut session.settings;
+    ui.label("Use");
+    ui.horizontal(|ui| {
+        ui.add_enabled_ui(albedo, |ui| ui.checkbox(&mut chosen.albedo, "albedo"));
+        ui.add_enabled_ui(normal, |ui| ui.checkbox(&mut chosen.normal, "normal"));
+    });
+    ui.end_row();
+    if matches!(chosen.weights, Source::Folder(_)) {
+        ui.label("");
+        let hint = "by the folder's weights for albedo and for normals";
+        ui.checkbox(&mut chosen.prefilter, "denoise these two first").on_hover_text(hint);
+        ui.end_row();
+    }
+}
+
+fn alpha(ui: &mut Ui, session: &mut Session) {
+    if session.opened().is_none_or(|opened| opened.view().alpha().is_none()) {
+        return;
+    }
+    ui.label("Alpha").on_hover_text("Auto denoises it if it is fractional anywhere");
+    ui.horizontal(|ui| {
+        for (value, name) in ALPHAS {
+            ui.selectable_value(&mut session.settings.alpha, value, name);
+        }
+    });
+    ui.end_row();
+}

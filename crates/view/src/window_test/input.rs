@@ -1,0 +1,136 @@
+//! Drops, pinches, typed paths, and the list of the last files.
+
+use std::fs;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use eframe::egui::DroppedFile;
+
+use super::*;
+use crate::state::entry::Entry;
+use crate::work::{Prompt, Purpose, Report};
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        fs::read(&self.0).map_err(|error| error.to_string())
+    }
+}
+
+impl Window {
+    pub(super) fn drop_files(&mut self, paths: &[PathBuf], held: Modifiers) {
+        self.0.event(Event::ModifiersChanged(held));
+        let input = self.0.input_mut();
+        input.dropped_files =
+            paths.iter().map(|path| Arc::new(Dropped(path.clone())) as _).collect();
+        self.0.step();
+        self.0.event(Event::ModifiersChanged(Modifiers::NONE));
+        self.0.input_mut().dropped_files.clear();
+        self.0.step();
+    }
+}
+
+fn gray(path: PathBuf, size: [u32; 2]) -> PathBuf {
+    image::RgbImage::from_pixel(size[0], size[1], image::Rgb([90; 3])).save(&path).unwrap();
+    path
+}
+
+#[test]
+fn dropped_files_are_opened_together_and_shift_makes_a_reference() {
+    let folder = tempfile::tempdir().unwrap();
+    let files = ["a.png", "b.png", "r.png"].map(|name| gray(folder.path().join(name), [64, 48]));
+    let mut window = Window::open(&[], None);
+    window.0.run_steps(2);
+    window.drop_files(&files[..2], Modifiers::NONE);
+    window.denoised();
+    assert_eq!(window.0.state().session.sequence.as_ref().unwrap().len(), 2);
+    window.drop_files(&files[2..], Modifiers::SHIFT);
+    window.wait_for("reference", |viewer| viewer.session.available().reference);
+    assert!(window.0.state().session.opened().unwrap().path.ends_with("a.png"));
+}
+
+#[test]
+fn a_pinch_zooms_to_the_cursor() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::open(&[gray(folder.path().join("a.png"), [640, 480])], None);
+    window.denoised();
+    let before = window.0.state().session.transform.zoom();
+    window.0.hover_at(pos2(500.0, 400.0));
+    window.0.step();
+    let pointed = window.0.state().session.pointed;
+    window.0.event(Event::Zoom(2.0));
+    window.0.run_steps(3);
+    let session = &window.0.state().session;
+    assert_eq!(session.transform.zoom(), 2.0 * before);
+    assert!(pointed.is_some() && session.pointed == pointed);
+}
+
+#[test]
+fn where_there_is_no_dialog_a_path_is_typed_and_no_file_is_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = gray(folder.path().join("a.png"), [64, 48]);
+    let mut window = Window::open(std::slice::from_ref(&input), None);
+    window.denoised();
+    let output = folder.path().join("b.png");
+    for expected in ["saved ", "already exists"] {
+        let path = output.to_string_lossy().into_owned();
+        let prompt = Prompt { purpose: Purpose::Save, path };
+        window.0.state().session.desk.report(Report::NoDialog(prompt));
+        window.0.run_steps(3);
+        window.0.get_by_label("Save the result");
+        window.picture("prompt");
+        window.press(Key::D);
+        window.press(Key::Enter);
+        window.wait_for("told", |viewer| viewer.session.message.is_some());
+        let session = &mut window.0.state_mut().session;
+        let told = session.message.take().unwrap().text;
+        assert!(told.contains(expected) && session.prompt.is_none(), "{told}");
+        assert_eq!(session.looking.layout, Layout::Single, "keys are for the text");
+    }
+    assert!(output.is_file());
+    let prompt = Prompt { purpose: Purpose::Open, path: String::new() };
+    window.0.state().session.desk.report(Report::NoDialog(prompt));
+    window.0.run_steps(3);
+    window.press(Key::Escape);
+    assert_eq!(window.0.state().session.prompt, None);
+}
+
+#[test]
+fn the_last_files_are_listed_and_missing_ones_cannot_be_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = gray(folder.path().join("here.png"), [64, 48]);
+    let mut window = Window::open(&[], None);
+    let entry = |path: PathBuf| Entry { exists: path.is_file(), path };
+    let entries = vec![entry(path.clone()), entry(folder.path().join("gone.png"))];
+    window.0.state().session.desk.report(Report::Recent(entries));
+    window.0.run_steps(3);
+    window.picture("recent");
+    window.0.get_by_label("gone.png").click();
+    window.0.run_steps(3);
+    assert!(!window.0.state().session.is_opening);
+    window.0.get_by_label("here.png").click();
+    window.0.run_steps(2);
+    window.denoised();
+    window.0.get_by_label("Recent");
+    assert_eq!(window.0.state().session.opened().unwrap().path, path);
+}
+
+#[test]
+fn a_pattern_opens_its_frames_and_a_wrong_one_is_one_sentence() {
+    let folder = tempfile::tempdir().unwrap();
+    for name in ["f.0001.png", "f.0002.png", "other.png"] {
+        gray(folder.path().join(name), [64, 48]);
+    }
+    let mut window = Window::open(&[folder.path().join("f.####.png")], None);
+    window.denoised();
+    assert_eq!(window.0.state().session.sequence.as_ref().unwrap().len(), 2);
+    window.0.state_mut().session.open(&[folder.path().join("g.####.png")]);
+    let message = window.0.state().session.message.clone().unwrap();
+    assert!(message.is_error && message.text.ends_with("g.####.png: no file has such a name"));
+}

@@ -1,0 +1,187 @@
+//! The program as a user has it: its own window, drawn by the machine's adapter, under Xvfb. With
+//! `WGDENOISE_SCREENSHOTS` set to a folder, pictures of the screen are kept there.
+#![cfg(target_os = "linux")]
+
+mod display;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::thread::sleep;
+use std::time::Duration;
+
+use display::Display;
+use image::RgbImage;
+use tempfile::TempDir;
+use wgdenoise_files::Picture;
+
+/// The program in its window, on a display of its own. It ends with this.
+struct Desktop {
+    display: Display,
+    program: Child,
+    window: u32,
+    /// The user's settings, and where results are saved.
+    home: TempDir,
+}
+
+impl Drop for Desktop {
+    fn drop(&mut self) {
+        let _ = self.program.kill();
+        let _ = self.program.wait();
+    }
+}
+
+impl Desktop {
+    /// Starts the program without any dialog for files: no session bus, and no other programs.
+    fn open(files: &[&str]) -> Self {
+        let (display, home) = (Display::start(), tempfile::tempdir().unwrap());
+        let program = Command::new(env!("CARGO_BIN_EXE_wgdenoise-view"))
+            .args(files.iter().map(|file| samples().join(file)))
+            .env("DISPLAY", &display.name)
+            .env("XDG_CONFIG_HOME", home.path())
+            .env("XDG_RUNTIME_DIR", home.path())
+            .env("PATH", home.path())
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("DBUS_SESSION_BUS_ADDRESS")
+            .stderr(Stdio::null())
+            .spawn()
+            .unwrap();
+        let window = display.window("wgdenoise");
+        Self { display, program, window, home }
+    }
+
+    /// The part of the screen that shows the image, which is also kept under this name.
+    fn image(&self, name: &str) -> RgbImage {
+        let screen = self.display.picture();
+        if let Some(folder) = std::env::var_os("WGDENOISE_SCREENSHOTS") {
+            let name = format!("screen_{name}");
+            screen.save(Path::new(&folder).join(name).with_extension("png")).unwrap();
+        }
+        part(&screen)
+    }
+
+    /// Waits until the screen is as wanted and the image has stayed so for a moment. Returns the image.
+    fn wait_for_image(&self, name: &str, is_so: impl Fn(&RgbImage) -> bool) -> RgbImage {
+        let mut before = None;
+        Display::wait_for(name, || {
+            let screen = self.display.picture();
+            let image = part(&screen);
+            let is_still = before.as_ref() == Some(&image);
+            before = Some(image);
+            sleep(Duration::from_millis(100));
+            (is_still && is_so(&screen)).then_some(())
+        });
+        self.image(name)
+    }
+}
+
+fn samples() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples")
+}
+
+/// The middle of the image area, away from labels, dialogs' edges and the column at the right.
+fn part(screen: &RgbImage) -> RgbImage {
+    image::imageops::crop_imm(screen, 20, 100, 1040, 700).to_image()
+}
+
+/// How long the first button is that stands out in the row at the top: that of the image shown.
+fn chosen(screen: &RgbImage) -> usize {
+    const ROW_ABOVE_TEXT: u32 = 6;
+    let stands_out = |x: &u32| screen.get_pixel(*x, ROW_ABOVE_TEXT).0 == [112, 74, 28];
+    let from = (0..screen.width()).skip_while(|x| !stands_out(x));
+    from.take_while(stands_out).count()
+}
+
+/// `Denoised` is a longer word than `Noisy`.
+const LONGER_THAN_NOISY: usize = 62;
+
+/// The mean difference of pixels that are this many rows apart, in 8-bit values: noise makes it large.
+fn roughness(image: &RgbImage) -> f64 {
+    let below = |y: u32| (y + 4).min(image.height() - 1);
+    let apart = |x: u32, y: u32| distance(image, image, [x, y], [x, below(y)]);
+    mean(image, apart)
+}
+
+fn difference(a: &RgbImage, b: &RgbImage) -> f64 {
+    mean(a, |x, y| distance(a, b, [x, y], [x, y]))
+}
+
+fn distance(a: &RgbImage, b: &RgbImage, [x, y]: [u32; 2], [u, v]: [u32; 2]) -> f64 {
+    let channels = a.get_pixel(x, y).0.into_iter().zip(b.get_pixel(u, v).0);
+    channels.map(|(a, b)| f64::from(a.abs_diff(b))).sum::<f64>() / 3.0
+}
+
+fn mean(image: &RgbImage, value: impl Fn(u32, u32) -> f64) -> f64 {
+    let (width, height) = image.dimensions();
+    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    places.map(|(x, y)| value(x, y)).sum::<f64>() / f64::from(width * height)
+}
+
+#[test]
+fn a_render_is_opened_denoised_looked_at_saved_and_copied() {
+    let mut desktop = Desktop::open(&["still_life_8spp.exr"]);
+    let denoised = desktop.wait_for_image("denoised", |screen| chosen(screen) > LONGER_THAN_NOISY);
+    look(&desktop, &denoised);
+    save(&desktop);
+    copy(&desktop);
+    desktop.display.close(desktop.window);
+    let end = Display::wait_for("the end", || desktop.program.try_wait().unwrap());
+    assert!(end.success(), "{end}");
+    let recent = fs::read_to_string(desktop.home.path().join("wgdenoise/recent")).unwrap();
+    assert!(recent.trim().ends_with("samples/still_life_8spp.exr"), "{recent}");
+}
+
+/// The space bar and the wheel show another picture, and each way leads back.
+fn look(desktop: &Desktop, denoised: &RgbImage) {
+    assert!(roughness(denoised) > 1.0, "it is not blank");
+    desktop.display.press("Space");
+    let is_noisy = |screen: &RgbImage| (1..LONGER_THAN_NOISY).contains(&chosen(screen));
+    let noisy = desktop.wait_for_image("noisy", is_noisy);
+    assert!(roughness(&noisy) > 1.3 * roughness(denoised));
+    desktop.display.press("Space");
+    desktop.wait_for_image("back", |screen| part(screen) == *denoised);
+    desktop.display.move_to([500, 420]);
+    desktop.display.wheel(5);
+    let is_other = |screen: &RgbImage| difference(&part(screen), denoised) > 4.0;
+    let zoomed = desktop.wait_for_image("zoomed", is_other);
+    assert!(roughness(&zoomed) < roughness(denoised), "larger pixels are smoother");
+    desktop.display.press("f");
+    desktop.wait_for_image("fit", |screen| part(screen) == *denoised);
+}
+
+/// Without a dialog for files, the window takes the path; Escape leaves that.
+fn save(desktop: &Desktop) {
+    let before = desktop.image("before_saving");
+    let asks = |screen: &RgbImage| difference(&part(screen), &before) > 0.5;
+    desktop.display.press("Ctrl+s");
+    desktop.wait_for_image("asked", asks);
+    desktop.display.press("Escape");
+    desktop.wait_for_image("not_asked", |screen| !asks(screen));
+    desktop.display.press("Ctrl+s");
+    desktop.wait_for_image("asked_again", asks);
+    let path = desktop.home.path().join("clean.exr");
+    desktop.display.press("Ctrl+a");
+    desktop.display.type_text(&path.to_string_lossy());
+    desktop.display.press("Return");
+    Display::wait_for("the file", || path.is_file().then_some(()));
+    let saved = Picture::open(&path, &Default::default()).unwrap();
+    assert_eq!(saved.first().color().size(), (576, 432));
+    desktop.wait_for_image("saved", |_| true);
+}
+
+/// The clipboard gets the command line, and then the picture.
+fn copy(desktop: &Desktop) {
+    desktop.display.press("Ctrl+e");
+    sleep(Duration::from_millis(500));
+    let command = String::from_utf8(desktop.display.clipboard("UTF8_STRING")).unwrap();
+    assert!(
+        command.starts_with("wgdenoise ") && command.ends_with("8spp.denoised.exr"),
+        "{command}"
+    );
+    desktop.display.press("Ctrl+c");
+    let png = Display::wait_for("the picture", || {
+        let pasted = desktop.display.clipboard("image/png");
+        image::load_from_memory(&pasted).ok()
+    });
+    assert_eq!((png.width(), png.height()), (576, 432));
+}
