@@ -1,5 +1,7 @@
 //! The blocking call: images on the CPU, tile by tile through the GPU.
 
+use std::time::{Duration, Instant};
+
 use crate::denoiser::Denoiser;
 use crate::denoiser::alpha::with_alpha;
 use crate::denoiser::frame::{Denoised, Frame};
@@ -167,17 +169,20 @@ impl Denoiser {
         context.catch(|| self.expose(frame, measured, &buffers))?;
         let calls = buffers.calls().len() + frame.layers.len();
         let total = calls * plan.tiles.len();
+        let mut network_time = Duration::ZERO;
         for (i, placed) in plan.tiles.iter().enumerate() {
             frame.check_stop()?;
+            let mut report = |done, network_time, tile| {
+                progress(Progress { done: i * calls + done, total, network_time, tile });
+                frame.check_stop()
+            };
             context.catch(|| {
                 let (rect, tile) = self.upload(frame, placed, plan.tile, &buffers)?;
-                let mut report = |done, tile| {
-                    progress(Progress { done: i * calls + done, total, tile });
-                    frame.check_stop()
-                };
-                run(&buffers, &mut |done| report(done, None))?;
+                let (before, begin) = (network_time, Instant::now());
+                run(&buffers, &mut |done| report(done, before + begin.elapsed(), None))?;
+                network_time = before + begin.elapsed();
                 let finished = FinishedTile::new(&buffers.output, &tile, placed);
-                report(buffers.calls().len(), Some(finished))?;
+                report(buffers.calls().len(), network_time, Some(finished))?;
                 buffers.download(&tile, &mut result.color, placed)?;
                 for (image, layer) in frame.layers.iter().zip(&mut result.layers) {
                     buffers.run_layer(image, &rect)?;
@@ -185,7 +190,7 @@ impl Denoiser {
                 }
                 Ok(())
             })?;
-            progress(Progress { done: (i + 1) * calls, total, tile: None });
+            progress(Progress { done: (i + 1) * calls, total, network_time, tile: None });
         }
         Ok(())
     }

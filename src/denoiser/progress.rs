@@ -1,5 +1,7 @@
 //! What a blocking call reports while it runs.
 
+use std::time::Duration;
+
 use crate::image::Rect;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::PlacedTile;
@@ -12,13 +14,16 @@ pub struct Progress<'a> {
     pub done: usize,
     /// All calls of all tiles.
     pub total: usize,
+    /// How long the network has run on the color's tiles, from the submission of each tile's first
+    /// kernel to the end of its last. Exposure, layers, uploads and readbacks are left out.
+    pub network_time: Duration,
     /// The tile whose color is ready, once per tile.
     pub tile: Option<FinishedTile<'a>>,
 }
 
 /// Denoised color of a tile on the GPU, to be shown before the frame is whole or without reading it
-/// back. Its kernels are submitted and may still run: what the caller submits to the denoiser's queue
-/// within the callback comes after them and before the next tile.
+/// back. What the caller submits to the denoiser's queue within the callback comes before the next
+/// tile.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct FinishedTile<'a> {

@@ -108,9 +108,9 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// Submits the whole network for the uploaded tile in parts and waits for all but the last,
-    /// which is waited for with the result. Each part has its own timeout. After each part,
-    /// `progress` receives the number of finished calls.
+    /// Submits the whole network for the uploaded tile in parts and waits for all of them. Each part
+    /// has its own timeout. After each part but the last, `progress` receives the number of finished
+    /// calls.
     ///
     /// One part waits behind the one that runs, so the device is never idle, and the queue's other
     /// users, such as a window, wait for no more than these two.
@@ -124,7 +124,7 @@ impl<'a> TileBuffers<'a> {
                 progress(done)?;
             }
         }
-        Ok(())
+        wait_for(self.context, running.map(|(_, last)| last))
     }
 
     /// Uploads part of a layer and submits its calls. They read what the network has left for the

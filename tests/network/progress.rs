@@ -1,5 +1,7 @@
 //! Tiles handed out on the GPU while a frame is denoised.
 
+use std::time::{Duration, Instant};
+
 use wgdenoise::wgpu::{self, BufferUsages as Usage};
 use wgdenoise::{FinishedTile, Image, Inputs, Options, Precision, Progress, Rect};
 
@@ -64,4 +66,17 @@ fn finished_tiles_make_up_the_image() {
             same_bits(&canvas.image(), &denoised.color).unwrap();
         }
     }
+}
+
+#[test]
+fn the_networks_time_rises_tile_by_tile_within_the_whole_time() {
+    let images = images(SIZE[0], SIZE[1]);
+    let denoiser = denoiser_of(&tiny_kernels(), &Options::default().tile(80));
+    let (mut times, begin) = (Vec::new(), Instant::now());
+    let mut seen = |step: Progress<'_>| times.push((step.network_time, step.tile.is_some()));
+    denoiser.denoise_layers(&frame(&images, Inputs::ALL), &mut seen).unwrap();
+    assert!(times.is_sorted_by_key(|step| step.0) && times[0].0 > Duration::ZERO, "{times:?}");
+    assert!(times.last().unwrap().0 < begin.elapsed(), "{times:?}");
+    let tiles: Vec<_> = times.iter().filter(|step| step.1).map(|step| step.0).collect();
+    assert!(tiles.len() > 1 && tiles.is_sorted_by(|a, b| a < b), "each tile takes time: {tiles:?}");
 }

@@ -3,7 +3,7 @@
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
-use wgdenoise::{Denoiser, Frame, Progress};
+use wgdenoise::{Denoiser, FinishedTile, Frame, Progress};
 use wgdenoise_files::{Denoised, Picture, View, fit};
 
 use crate::gpu::canvas::Canvas;
@@ -32,6 +32,8 @@ pub(crate) struct Outcome {
     pub(crate) settings: Settings,
     /// The time it took, without compiling kernels.
     pub(crate) took: Duration,
+    /// The part of it that the network took on the GPU.
+    pub(crate) network_time: Duration,
     /// The time to compile kernels and upload weights, if that was needed.
     pub(crate) prepared: Option<Duration>,
     /// Tiles and memory, in words.
@@ -64,25 +66,32 @@ impl Engine {
         let (start, views) = (Instant::now(), picture.views());
         let shown = frame(denoiser, opened.view(), settings);
         let canvas = Canvas::new(&self.window, &self.gpu, opened.size(), shown.alpha.is_some())?;
-        let mut results = Vec::new();
+        let (mut results, mut network_time) = (Vec::new(), Duration::ZERO);
         for (i, view) in views.iter().enumerate() {
-            let mut within = |step: Progress<'_>| {
-                let done = step.done as f32 / step.total.max(1) as f32;
-                progress((i as f32 + done) / views.len() as f32);
-                step.tile.filter(|_| i == opened.shown).into_iter().for_each(|t| canvas.add(t));
+            let mut within = |share: f32, tile: Option<FinishedTile<'_>>| {
+                progress((i as f32 + share) / views.len() as f32);
+                tile.filter(|_| i == opened.shown).into_iter().for_each(|tile| canvas.add(tile));
             };
             let frame = frame(denoiser, view, settings).stop(stop);
-            let [albedo, normal] = networks.prefiltered(&frame).map_err(|e| e.to_string())?;
-            let frame = frame.albedo(albedo.as_ref().or(frame.albedo));
-            let frame = frame.normal(normal.as_ref().or(frame.normal));
-            results.push(denoise_view(denoiser, &frame, view, &mut within)?);
+            let (result, time) = denoise_view(networks, &frame, view, &mut within)?;
+            results.push(result);
+            network_time += time;
         }
         let texture = canvas.finish(&results[opened.shown].color)?;
         let took = start.elapsed();
         let plan = plan(denoiser, &shown)?;
         let notices = key.notice(settings).into_iter().chain(denoiser.take_notices());
         let notices = notices.chain(notices_on_fit(denoiser, picture, settings)).collect();
-        Ok(Outcome { results, texture, settings: settings.clone(), took, prepared, plan, notices })
+        Ok(Outcome {
+            results,
+            texture,
+            settings: settings.clone(),
+            took,
+            network_time,
+            prepared,
+            plan,
+            notices,
+        })
     }
 
     /// Makes the networks that the settings need; returns how long that took.
@@ -105,17 +114,26 @@ impl Engine {
     }
 }
 
+/// Denoises a view; returns how long the network ran, too. `progress` receives the share that is
+/// done and the finished tiles.
 fn denoise_view(
-    denoiser: &Denoiser,
+    networks: &Networks,
     frame: &Frame<'_>,
     view: &View,
-    progress: &mut dyn FnMut(Progress<'_>),
-) -> Result<Denoised, String> {
+    progress: &mut dyn FnMut(f32, Option<FinishedTile<'_>>),
+) -> Result<(Denoised, Duration), String> {
+    let [albedo, normal] = networks.prefiltered(frame).map_err(|error| error.to_string())?;
+    let frame = frame.albedo(albedo.as_ref().or(frame.albedo));
+    let frame = frame.normal(normal.as_ref().or(frame.normal));
     let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
-    let found = denoiser
-        .denoise_layers(&frame.layers(&layers), progress)
-        .map_err(|error| error.to_string())?;
-    Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
+    let mut network_time = Duration::ZERO;
+    let mut within = |step: Progress<'_>| {
+        network_time = step.network_time;
+        progress(step.done as f32 / step.total.max(1) as f32, step.tile);
+    };
+    let found = networks.color.denoise_layers(&frame.layers(&layers), &mut within);
+    let wgdenoise::Denoised { color, alpha, layers, .. } = found.map_err(|e| e.to_string())?;
+    Ok((Denoised { color, alpha, layers }, network_time))
 }
 
 /// The images of a view without its alpha.

@@ -111,7 +111,8 @@ fn result(ui: &mut Ui, session: &mut Session) {
     if session.is_outdated() {
         ui.label(RichText::new("the image shown has other settings").small().color(QUIET));
     }
-    ui.label(format!("denoised in {:.2} s", outcome.took.as_secs_f64()));
+    let [whole, network] = [outcome.took, outcome.network_time].map(|time| time.as_secs_f64());
+    ui.label(format!("denoised in {whole:.2} s, {network:.2} s of it in the network"));
     let prepared = outcome
         .prepared
         .map(|time| format!("after {:.2} s for kernels and weights", time.as_secs_f64()));
