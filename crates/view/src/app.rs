@@ -90,6 +90,7 @@ impl Viewer {
         }
         keep_watching(&mut self.session);
         keep_perceiving(&mut self.session);
+        self.session.keep_further();
         if let Some(pixels) = self.session.copied.take() {
             let size = pixels.size.map(|side| side as usize);
             context.copy_image(ColorImage::from_rgb(size, pixels.rgb.as_flattened()));

@@ -74,6 +74,8 @@ pub(crate) fn follow(session: &mut Session, report: Report) {
         }
         Report::Perceived(ticket, Ok(found)) => session.perceiving.take(ticket, found),
         Report::Perceived(_, Err(error)) | Report::Saved(Err(error)) => session.fail(error),
+        Report::Further(Ok(layer)) => session.further.take(layer),
+        Report::Further(Err(error)) => session.fail(error),
         Report::NoDialog(prompt) => session.prompt = Some(prompt),
         Report::Recent(entries) => session.recent.entries = entries,
         Report::Saved(Ok(told)) => session.tell(told),
@@ -116,7 +118,7 @@ fn show(session: &mut Session, shown: Shown) {
     let has_file = session.opened().is_some();
     if has_file && !session.available().has(shown) {
         match shown {
-            Shown::Reference => session.tell(NO_REFERENCE),
+            Shown::Reference => no_reference(session),
             Shown::Albedo => session.tell("the file has no albedo"),
             Shown::Normal => session.tell("the file has no normals"),
             Shown::Noisy | Shown::Denoised | Shown::Difference => {}
@@ -127,13 +129,17 @@ fn show(session: &mut Session, shown: Shown) {
 fn next_measure(session: &mut Session) {
     session.looking.next_measure();
     let needs_reference = session.looking.measure == Measure::Perceived;
-    if needs_reference && !session.available().reference {
-        session.tell(NO_REFERENCE);
+    if needs_reference && session.layer().is_some() {
+        session.tell("the reference is that of the color; a further layer has none");
+    } else if needs_reference && !session.available().reference {
+        no_reference(session);
     }
 }
 
-const NO_REFERENCE: &str =
-    "there is no reference of this size; open one with R, or drop it with Shift held";
+fn no_reference(session: &mut Session) {
+    let none = "there is no reference; open one with R, or drop it with Shift held";
+    session.tell(session.misfit().unwrap_or_else(|| none.into()));
+}
 
 /// Opens files that were dropped or named: weights, a reference if that is wanted, or images.
 pub(crate) fn open_any(session: &mut Session, paths: &[PathBuf], as_reference: bool) {
@@ -204,7 +210,7 @@ pub(crate) fn save_result(session: &Session, path: &Path) {
 /// Writes what the window shows, in its layout, as PNG.
 pub(crate) fn save_comparison(session: &Session, path: &Path) {
     let (Some(opened), Some(draw)) = (session.opened(), drawn(session)) else { return };
-    let (opened, path) = (opened.clone(), path.with_extension("png"));
+    let (opened, path) = (opened.clone(), path.to_path_buf());
     session.in_background(move || Report::Saved(save::picture(&opened, &draw(), &path)));
 }
 
@@ -229,11 +235,11 @@ fn drawn(session: &Session) -> Option<impl FnOnce() -> Pixels + Send + use<>> {
 }
 
 fn command(session: &mut Session) -> Option<String> {
-    let input = session.opened()?.path.clone();
-    let output = save::suggested(&input, "denoised", None);
-    let Wish { color, layers, .. } = &session.wish;
+    let opened = session.opened()?;
+    let output = save::suggested(&opened.path, "denoised", None);
+    let Wish { color, layers, .. } = &opened.wish;
     let layers = Layers { color: color.as_deref(), further: layers.as_ref() };
-    match session.settings.command(&input, &output, layers) {
+    match session.settings.command(&opened.path, &output, layers) {
         Ok(command) => {
             session.tell(format!("copied: {command}"));
             Some(command)
@@ -249,8 +255,8 @@ fn toggle_watch(session: &mut Session) {
     if session.watch.take().is_some() {
         return;
     }
-    let Some(path) = session.opened().map(|opened| opened.path.clone()) else { return };
-    match Watch::start(&path, session.desk.clone()) {
+    let Some(opened) = session.opened() else { return };
+    match Watch::start(&opened.path, opened.stamp, session.desk.clone()) {
         Ok(watch) => session.watch = Some(watch),
         Err(error) => session.fail(error),
     }

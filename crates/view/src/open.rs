@@ -4,6 +4,8 @@ use std::path::{Path, PathBuf};
 
 use wgdenoise_files::{FileError, LayerChoice, LayersWish, Picture, Problem, View, escaped};
 
+use crate::state::settling::Stamp;
+
 /// A file that has been read.
 #[derive(Debug)]
 pub(crate) struct Opened {
@@ -11,6 +13,10 @@ pub(crate) struct Opened {
     pub(crate) picture: Picture,
     /// The position of the view that is shown; all views are denoised and saved.
     pub(crate) shown: usize,
+    /// What it was read with.
+    pub(crate) wish: Wish,
+    /// That of the file before it was read; later versions differ.
+    pub(crate) stamp: Option<Stamp>,
 }
 
 /// What to read of a file, where there is a choice.
@@ -30,10 +36,10 @@ impl Opened {
     /// # Errors
     /// A sentence that names the file and what is wrong with it.
     pub(crate) fn noisy(path: &Path, wish: Wish) -> Result<Self, String> {
-        let Wish { color, layers, view } = wish;
+        let Wish { color, layers, view } = wish.clone();
         let opened = Self::read(path, &LayerChoice { color, layers, ..LayerChoice::default() })?;
         let last = opened.picture.views().len() - 1;
-        Ok(Self { shown: view.min(last), ..opened })
+        Ok(Self { shown: view.min(last), wish, ..opened })
     }
 
     /// Reads a reference: of an EXR file, the layer that results are written to.
@@ -45,8 +51,9 @@ impl Opened {
     }
 
     fn read(path: &Path, wanted: &LayerChoice) -> Result<Self, String> {
+        let stamp = Stamp::of(path);
         let picture = Picture::open(path, wanted).map_err(|error| sentence(&error))?;
-        Ok(Self { path: path.to_path_buf(), picture, shown: 0 })
+        Ok(Self { path: path.to_path_buf(), picture, shown: 0, wish: Wish::default(), stamp })
     }
 
     pub(crate) fn view(&self) -> &View {

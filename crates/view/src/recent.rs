@@ -39,10 +39,12 @@ impl Recent {
         recent
     }
 
-    /// Puts a file at the start of the list and reports the list.
-    pub(crate) fn add(&self, path: &Path, desk: &Desk) {
+    /// Puts a file at the start of the list and reports the list. Of the files that it was opened
+    /// with, such as the frames of an animation, only this one stays.
+    pub(crate) fn add(&self, path: &Path, with: &[PathBuf], desk: &Desk) {
         let Ok(path) = std::path::absolute(path) else { return };
-        self.update(desk, move |list| put_first(list, path));
+        let with: Vec<_> = with.iter().flat_map(std::path::absolute).collect();
+        self.update(desk, move |list| put_first(list, path, &with));
     }
 
     /// Empties the list.
@@ -67,8 +69,8 @@ impl Recent {
     }
 }
 
-fn put_first(list: &mut Vec<PathBuf>, path: PathBuf) {
-    list.retain(|other| *other != path);
+fn put_first(list: &mut Vec<PathBuf>, path: PathBuf, with: &[PathBuf]) {
+    list.retain(|other| *other != path && !with.contains(other));
     list.insert(0, path);
     list.truncate(MOST);
 }
@@ -113,17 +115,25 @@ mod tests {
         let recent = Recent::kept_in(Some(store.clone()), &desk);
         assert_eq!(next(&reports), []);
         for name in ["a.exr", "b.exr", "a.exr"] {
-            recent.add(&path(name), &desk);
+            recent.add(&path(name), &[], &desk);
             next(&reports);
         }
         Recent::kept_in(Some(store), &desk);
         assert_eq!(next(&reports), [("a.exr".into(), false), ("b.exr".into(), true)]);
         (0..20).for_each(|i| {
-            recent.add(&path(&format!("{i}.exr")), &desk);
+            recent.add(&path(&format!("{i}.exr")), &[], &desk);
             assert!(next(&reports).len() <= MOST);
         });
         recent.clear(&desk);
         assert_eq!(next(&reports), []);
+    }
+
+    #[test]
+    fn a_sequence_takes_one_place_on_the_list() {
+        let mut list = ["/other.exr", "/f.1.exr"].map(PathBuf::from).to_vec();
+        let frames = ["/f.1.exr", "/f.2.exr"].map(PathBuf::from);
+        put_first(&mut list, frames[1].clone(), &frames);
+        assert_eq!(list, ["/f.2.exr", "/other.exr"].map(PathBuf::from));
     }
 
     #[test]

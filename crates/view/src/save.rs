@@ -8,6 +8,7 @@ use wgdenoise_files::{Denoised, FileError, Format, Identity, Out, Problem, escap
 
 use crate::open::{Opened, sentence};
 use crate::picture::Pixels;
+use crate::state::settling::Stamp;
 
 /// The name that a result is saved under unless the user gives another: `render.denoised.exr`.
 pub(crate) fn suggested(input: &Path, what: &str, extension: Option<&str>) -> PathBuf {
@@ -21,9 +22,11 @@ pub(crate) fn suggested(input: &Path, what: &str, extension: Option<&str>) -> Pa
 /// Returns what to tell about it.
 ///
 /// # Errors
-/// If the file is the input, has an unknown extension, or cannot be written.
+/// If the file is the input, has an unknown extension, or cannot be written, or if the input has
+/// changed since it was read.
 pub(crate) fn result(opened: &Opened, results: &[Denoised], path: &Path) -> Result<String, String> {
     refuse_input(opened, path)?;
+    refuse_changed(opened)?;
     let saved = || -> Result<Vec<String>, FileError> {
         let format = Format::of_extension(path).map_err(|problem| problem.at(path))?;
         opened.picture.save_as(path, format, results, true)
@@ -35,9 +38,13 @@ pub(crate) fn result(opened: &Opened, results: &[Denoised], path: &Path) -> Resu
 /// Writes a picture as PNG with 8 bits.
 ///
 /// # Errors
-/// Those of [`result`].
+/// If the file is the input, is not called `.png`, or cannot be written.
 pub(crate) fn picture(opened: &Opened, pixels: &Pixels, path: &Path) -> Result<String, String> {
     refuse_input(opened, path)?;
+    if !matches!(Format::of_extension(path), Ok(Format::Png)) {
+        let name = escaped(&path.to_string_lossy());
+        return Err(format!("{name}: comparisons are PNG files; give a name that ends in .png"));
+    }
     let [width, height] = pixels.size;
     let bytes = pixels.rgb.as_flattened();
     let write = |out: &mut Out<'_>| {
@@ -54,6 +61,16 @@ fn refuse_input(opened: &Opened, path: &Path) -> Result<(), String> {
         return Ok(());
     }
     Err(format!("{}: is the noisy image; give another name", escaped(&path.to_string_lossy())))
+}
+
+/// Everything but the light is copied from the file. One that is gone can still be read.
+fn refuse_changed(opened: &Opened) -> Result<(), String> {
+    match Stamp::of(&opened.path) {
+        now @ Some(_) if now != opened.stamp => {
+            Err(format!("{}: has changed since it was opened; open it again", opened.name()))
+        }
+        _ => Ok(()),
+    }
 }
 
 fn told(path: &Path, notices: &[String]) -> String {

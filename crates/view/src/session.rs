@@ -9,16 +9,16 @@ use wgdenoise::Image;
 
 use crate::compare::Figures;
 use crate::denoise::{Engine, Outcome};
+use crate::further::Further;
 use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
 use crate::open::{Opened, Wish, sentence};
-use crate::perceived::Perceived;
 use crate::perceiving::Perceiving;
 use crate::picture::Pixels;
 use crate::recent::Recent;
-use crate::state::looking::{Available, Looking, Measure, Shown};
+use crate::state::looking::Looking;
 use crate::state::sequence::Sequence;
-use crate::state::settings::Settings;
+use crate::state::settings::{Settings, listed};
 use crate::state::tone::Tone;
 use crate::state::transform::Transform;
 use crate::watch::Watch;
@@ -44,8 +44,11 @@ pub(crate) struct Session {
     pub(crate) sequence: Option<Sequence>,
     /// The layers of the file that could be the color.
     pub(crate) colors: Vec<String>,
-    /// What the user has chosen of the file.
+    /// What the user has chosen of the file, or of the one that is being read.
     pub(crate) wish: Wish,
+    /// The further layers that were chosen, as `--layers` takes them, while they are edited.
+    pub(crate) patterns: String,
+    pub(crate) further: Further,
     pub(crate) watch: Option<Watch>,
     pub(crate) recent: Recent,
     /// What a path is to be typed for, where the system has no dialog.
@@ -98,6 +101,8 @@ impl Session {
             sequence: None,
             colors: Vec::new(),
             wish: Wish::default(),
+            patterns: String::new(),
+            further: Further::default(),
             watch: None,
             recent: Recent::default(),
             prompt: None,
@@ -133,56 +138,6 @@ impl Session {
     /// Whether there is no result of the settings: it failed, was cancelled, or is to come.
     pub(crate) fn is_outdated(&self) -> bool {
         self.denoised.as_ref().is_none_or(|denoised| denoised.settings != self.settings)
-    }
-
-    /// The images that there are next to the noisy one.
-    pub(crate) fn available(&self) -> Available {
-        let size = self.opened().map(|opened| opened.view().color().size());
-        let fits = |reference: &Reference| Some(reference.image.size()) == size;
-        Available {
-            denoised: self.denoised.is_some(),
-            reference: self.reference.as_ref().is_some_and(fits),
-            albedo: self.loaded.as_ref().is_some_and(|loaded| loaded.albedo.is_some()),
-            normal: self.loaded.as_ref().is_some_and(|loaded| loaded.normal.is_some()),
-        }
-    }
-
-    /// The visible errors, if a difference shows them.
-    pub(crate) fn perceived(&self) -> Option<&Perceived> {
-        self.perceiving.found().filter(|_| self.looking.measure == Measure::Perceived)
-    }
-
-    /// An image on the CPU; the denoised one stands for a difference of light.
-    pub(crate) fn image(&self, shown: Shown) -> Option<&Image> {
-        let view = self.opened()?.view();
-        match shown {
-            Shown::Noisy => Some(view.color()),
-            Shown::Difference if let Some(perceived) = self.perceived() => Some(&perceived.map),
-            Shown::Denoised | Shown::Difference => {
-                Some(&self.denoised.as_ref()?.results.get(self.opened()?.shown)?.color)
-            }
-            Shown::Reference => self.reference.as_ref().map(|reference| &*reference.image),
-            Shown::Albedo => view.albedo(),
-            Shown::Normal => view.normal(),
-        }
-    }
-
-    /// An image on the GPU; the denoised one stands for a difference of light.
-    pub(crate) fn texture(&self, shown: Shown) -> Option<&Texture> {
-        let loaded = self.loaded.as_ref()?;
-        match shown {
-            Shown::Noisy => Some(&loaded.noisy),
-            Shown::Difference if let Some(perceived) = self.perceived() => Some(&perceived.texture),
-            Shown::Denoised | Shown::Difference => self.denoised.as_ref().map(|d| &d.texture),
-            Shown::Reference => self.reference.as_ref().map(|reference| &reference.texture),
-            Shown::Albedo => loaded.albedo.as_ref(),
-            Shown::Normal => loaded.normal.as_ref(),
-        }
-    }
-
-    /// What the denoised image is compared with.
-    pub(crate) fn subtracted(&self) -> Shown {
-        if self.available().reference { Shown::Reference } else { Shown::Noisy }
     }
 
     pub(crate) fn tell(&mut self, text: impl Into<String>) {
@@ -247,10 +202,11 @@ impl Session {
         });
     }
 
-    /// Ends the denoising that runs.
+    /// Ends the denoising that runs. Figures that were to come are computed anew.
     pub(crate) fn cancel(&mut self) {
         self.next_ticket();
         self.progress = None;
+        self.compare();
     }
 
     /// Does work on files on their thread.
@@ -306,16 +262,27 @@ impl Session {
                 if size != Some(loaded.opened.size()) {
                     self.transform.fit();
                 }
-                if self.wish.color.is_none() {
+                let wish = &loaded.opened.wish;
+                if wish.color.is_none() {
                     self.colors = loaded.opened.colors();
                 }
-                self.recent.add(&loaded.opened.path, &self.desk);
+                if self.opened().is_none_or(|opened| opened.wish.layers != wish.layers) {
+                    self.patterns = wish.layers.as_ref().map(listed).unwrap_or_default();
+                }
+                let with = self.sequence.as_ref().map(Sequence::files).unwrap_or_default();
+                self.recent.add(&loaded.opened.path, with, &self.desk);
                 self.loaded = Some(loaded);
                 (self.denoised, self.figures, self.message) = (None, None, None);
                 self.denoise();
                 self.compare();
             }
-            Err(error) => self.fail(error),
+            Err(error) => {
+                // What is open stays, and with it what was chosen of it.
+                if let Some(wish) = self.opened().map(|opened| opened.wish.clone()) {
+                    self.wish = wish;
+                }
+                self.fail(error);
+            }
         }
     }
 
@@ -338,6 +305,9 @@ impl Session {
             Ok(reference) => {
                 self.reference = Some(reference);
                 self.compare();
+                if let Some(why) = self.misfit() {
+                    self.fail(why);
+                }
             }
             Err(error) => self.fail(error),
         }
@@ -356,7 +326,8 @@ impl Session {
     /// Computes the figures of the open images.
     fn compare(&mut self) {
         let Some(opened) = self.opened().cloned() else { return };
-        let reference = self.reference.as_ref().map(|reference| reference.image.clone());
+        let reference = self.reference.as_ref().filter(|_| self.available().reference);
+        let reference = reference.map(|reference| reference.image.clone());
         let outcome = self.denoised.clone();
         let ticket = self.denoising.load(Ordering::Relaxed);
         self.judging.add(move |()| {

@@ -24,11 +24,11 @@ pub(crate) struct Watch {
 }
 
 impl Watch {
-    /// Reports [`Report::Changed`] for every version of a file after the present one.
+    /// Reports [`Report::Changed`] for every version of a file after the one that was read.
     ///
     /// # Errors
     /// If the system cannot watch the file's folder.
-    pub(crate) fn start(path: &Path, desk: Desk) -> Result<Self, String> {
+    pub(crate) fn start(path: &Path, read: Option<Stamp>, desk: Desk) -> Result<Self, String> {
         let (sender, events) = channel();
         let folder = path.parent().filter(|parent| *parent != Path::new(""));
         let wake = move |_| {
@@ -44,7 +44,7 @@ impl Watch {
         let watcher = watching().map_err(|error: notify::Error| {
             format!("{}: cannot be watched: {error}", escaped(&path.to_string_lossy()))
         })?;
-        let (watched, settling) = (path.to_path_buf(), Settling::new(Stamp::of(path)));
+        let (watched, settling) = (path.to_path_buf(), Settling::new(read));
         thread::spawn(move || run(&watched, settling, &events, &desk));
         Ok(Self { path: path.to_path_buf(), _watcher: watcher })
     }
@@ -77,7 +77,7 @@ mod tests {
         let path = folder.path().join("render.exr");
         std::fs::write(&path, "first").unwrap();
         let (sender, reports) = channel();
-        let watch = Watch::start(&path, Desk::new(sender, || {})).unwrap();
+        let watch = Watch::start(&path, Stamp::of(&path), Desk::new(sender, || {})).unwrap();
         for part in ["s", "sec", "second"] {
             std::fs::write(&path, part).unwrap();
             thread::sleep(Duration::from_millis(150));
@@ -92,7 +92,7 @@ mod tests {
     #[test]
     fn a_folder_that_is_gone_is_one_sentence() {
         let (sender, _reports) = channel();
-        let error = Watch::start(Path::new("/nowhere/a.exr"), Desk::new(sender, || {}));
+        let error = Watch::start(Path::new("/nowhere/a.exr"), None, Desk::new(sender, || {}));
         assert!(error.err().unwrap().starts_with("/nowhere/a.exr: cannot be watched: "));
     }
 }

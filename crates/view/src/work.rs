@@ -7,9 +7,11 @@ use std::thread;
 
 use wgdenoise::Image;
 use wgdenoise::panics::caught;
+use wgdenoise_files::escaped;
 
 use crate::compare::Figures;
 use crate::denoise::Outcome;
+use crate::further::Layer;
 use crate::gpu::texture::Texture;
 use crate::open::Opened;
 use crate::perceived::Perceived;
@@ -25,6 +27,8 @@ pub(crate) enum Report {
     Reference(Result<Reference, String>),
     Figures(u64, Result<Figures, String>),
     Perceived(u64, Result<Perceived, String>),
+    /// A further layer can be shown.
+    Further(Result<Layer, String>),
     /// A task was out of date.
     Nothing,
     Saved(Result<String, String>),
@@ -73,6 +77,13 @@ pub(crate) struct Reference {
     pub(crate) path: PathBuf,
     pub(crate) image: Arc<Image>,
     pub(crate) texture: Texture,
+}
+
+impl Reference {
+    /// The file's name for the window.
+    pub(crate) fn name(&self) -> String {
+        escaped(&self.path.file_name().unwrap_or_default().to_string_lossy())
+    }
 }
 
 /// Where reports go. Each wakes the window.

@@ -42,6 +42,10 @@ impl Sequence {
         files.iter().position(|file| file == path).map_or_else(alone, |at| Self { files, at })
     }
 
+    pub(crate) fn files(&self) -> &[PathBuf] {
+        &self.files
+    }
+
     pub(crate) fn current(&self) -> &Path {
         &self.files[self.at]
     }

@@ -150,6 +150,11 @@ fn further(wish: &LayersWish) -> Result<String, String> {
     }
 }
 
+/// The layers of a wish as a text to edit; empty if it cannot name them.
+pub(crate) fn listed(wish: &LayersWish) -> String {
+    further(wish).unwrap_or_default()
+}
+
 /// A path that is taken for no flag.
 fn path_word(path: &Path) -> String {
     let text = path.to_string_lossy();

@@ -4,6 +4,7 @@ use eframe::egui::{
     Align2, Color32, CursorIcon, FontId, Painter, Pos2, Rect, Response, Sense, Ui, pos2, vec2,
 };
 use eframe::egui_wgpu::Callback;
+use wgdenoise_files::escaped;
 
 use crate::gpu::screen::{Draw, Kind, View};
 use crate::session::Session;
@@ -152,6 +153,12 @@ fn labels(painter: &Painter, session: &Session, place: &Place) {
 }
 
 fn name(session: &Session, shown: Shown) -> String {
+    match (shown, session.layer()) {
+        (Shown::Noisy | Shown::Denoised, Some(layer)) => {
+            return format!("{}: {}", shown.name(), escaped(layer.name()));
+        }
+        _ => {}
+    }
     match shown {
         Shown::Difference if session.perceived().is_some() => {
             "Perceived error (FLIP), dark 0 to light 1".into()

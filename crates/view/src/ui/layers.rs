@@ -1,6 +1,6 @@
-//! The further layers of light to denoise along, as a list to tick.
+//! The further layers of light: which to denoise along, and which to show.
 
-use eframe::egui::{CollapsingHeader, Ui};
+use eframe::egui::{CollapsingHeader, ComboBox, Key, TextEdit, Ui};
 use wgdenoise_files::{LayersWish, escaped};
 
 use crate::open::Wish;
@@ -9,9 +9,10 @@ use crate::session::Session;
 /// Shows the list, if the file has such layers. Ticking one reads the file anew.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let selection = session.opened().and_then(|opened| opened.view().selection());
-    let Some(possible) = selection.map(|s| &s.possible_layers).filter(|all| !all.is_empty()) else {
+    let possible = selection.map(|selection| selection.possible_layers.clone()).unwrap_or_default();
+    if possible.is_empty() {
         return;
-    };
+    }
     let (before, chosen) = (session.wish.layers.clone(), possible.iter().filter(|l| l.1).count());
     let (mut wish, mut ticks) = (before.clone(), possible.clone());
     CollapsingHeader::new(format!("Further layers: {chosen} of {}", possible.len()))
@@ -23,16 +24,47 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
             if ui.checkbox(&mut is_auto, "found by their names").on_hover_text(hint).clicked() {
                 wish = is_auto.then_some(LayersWish::Auto);
             }
+            if let Some(typed) = patterns(ui, &mut session.patterns) {
+                wish = typed;
+            }
             for (name, is_chosen) in &mut ticks {
                 ui.checkbox(is_chosen, escaped(name));
             }
         });
-    if ticks != *possible {
+    if ticks != possible {
         wish = named(&ticks);
     }
     if wish != before {
         session.choose(Wish { layers: wish, ..session.wish.clone() });
     }
+    shown(ui, session);
+}
+
+/// A line for names and patterns; returns the wish once Enter is pressed.
+fn patterns(ui: &mut Ui, text: &mut String) -> Option<Option<LayersWish>> {
+    let line = TextEdit::singleline(text).desired_width(190.0).hint_text("light_*, key_?");
+    let line = ui.add(line);
+    let is_done = line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
+    line.on_hover_text("names or patterns as --layers takes them, separated by commas; then Enter");
+    is_done.then(|| (!text.trim().is_empty()).then(|| LayersWish::parse(text)))
+}
+
+/// The choice of the layer that is shown as the noisy and the denoised image.
+fn shown(ui: &mut Ui, session: &mut Session) {
+    let Some(opened) = session.opened().filter(|opened| !opened.view().layers().is_empty()) else {
+        return;
+    };
+    let names: Vec<_> = opened.view().layers().iter().map(|layer| layer.name.clone()).collect();
+    let chosen = &mut session.further.chosen;
+    let name = |chosen: &Option<String>| chosen.as_ref().map_or("the color".into(), |n| escaped(n));
+    // Another file may lack the layer.
+    let present = chosen.clone().filter(|chosen| names.contains(chosen));
+    ComboBox::from_label("Shown").selected_text(name(&present)).show_ui(ui, |ui| {
+        for choice in [None].into_iter().chain(names.into_iter().map(Some)) {
+            let text = name(&choice);
+            ui.selectable_value(chosen, choice, text);
+        }
+    });
 }
 
 /// Longer lists are shown when the user opens them.

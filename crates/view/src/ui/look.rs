@@ -9,7 +9,7 @@ use crate::state::tone::{Curve, Tone};
 /// Shows the choices that matter for what is shown.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let visible = session.looking.visible(session.available());
-    let has_reference = session.available().reference;
+    let has_reference = session.subtracted() == Shown::Reference;
     let Session { looking, tone, .. } = session;
     ui.spacing_mut().slider_width = 96.0;
     Grid::new("look").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
@@ -48,7 +48,7 @@ fn difference(ui: &mut Ui, looking: &mut Looking, has_reference: bool) {
         ui.add_enabled_ui(has_reference, |ui| {
             ui.selectable_value(&mut looking.measure, Measure::Perceived, "perceived")
                 .on_hover_text(hint)
-                .on_disabled_hover_text("needs a reference of this size: R")
+                .on_disabled_hover_text("needs a reference of the color, of this size: R")
         });
     });
     ui.end_row();

@@ -124,10 +124,12 @@ fn result(ui: &mut Ui, session: &mut Session) {
 /// The error against the reference, and how noisy the images look.
 fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
     ui.separator();
+    let misfit = session.misfit();
     if let Some(reference) = &session.reference {
-        let name = reference.path.file_name().unwrap_or_default().to_string_lossy();
-        ui.label(RichText::new(format!("against {name}")).small().color(QUIET));
-    } else {
+        let text = misfit.clone().unwrap_or_else(|| format!("against {}", reference.name()));
+        ui.label(RichText::new(text).small().color(QUIET));
+    }
+    if session.reference.is_none() || misfit.is_some() {
         let hint = "R, or drop the file with Shift held";
         if ui.button("Compare with a reference…").on_hover_text(hint).clicked() {
             *asked = Some(Action::OpenReference);

@@ -42,7 +42,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
 fn reading(session: &Session) -> Option<String> {
     let (at, view) = (session.pointed?, session.opened()?.view());
     let images = [
-        ("noisy", Some(view.color())),
+        ("noisy", session.image(Shown::Noisy)),
         ("denoised", session.image(Shown::Denoised)),
         ("reference", session.image(Shown::Reference).filter(|_| session.available().reference)),
         ("albedo", view.albedo()),

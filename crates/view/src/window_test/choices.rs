@@ -4,8 +4,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::*;
+use eframe::egui::accesskit::Role;
+
 use crate::state::keys::Action;
 use crate::state::looking::Measure;
+use crate::state::tone::srgb;
 
 fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/oidn").join(name)
@@ -69,6 +72,63 @@ fn ticked_layers_are_denoised_along() {
     window.denoised();
     assert_eq!(layers(&window).len(), 2);
     assert!(window.copied_command().ends_with(" --layers=auto"));
+}
+
+#[test]
+fn patterns_choose_layers_and_one_that_matches_nothing_changes_nothing() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut window = Window::open(&[small(folder.path())], None);
+    window.denoised();
+    let mut type_in = |text: &str| {
+        window.0.get_by_role(Role::TextInput).click();
+        window.0.run_steps(2);
+        window.press_with(Modifiers::COMMAND, Key::A);
+        window.0.event(Event::Text(text.into()));
+        window.press(Key::Enter);
+        window.wait_for("read", |viewer| !viewer.session.is_opening);
+        window.picture("patterns");
+        window.session().opened().unwrap().view().layers().len()
+    };
+    assert_eq!(type_in("*_key, *_f?ll"), 2);
+    assert_eq!(type_in("nothing*"), 2);
+    assert!(window.message().contains("has no further layer `nothing*`"));
+    assert!(window.copied_command().ends_with(" --layers='*_key,*_f?ll'"));
+    assert_eq!(window.session().wish.layers, window.session().opened().unwrap().wish.layers);
+}
+
+#[test]
+fn a_further_layer_is_shown_in_place_of_the_color() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = small(folder.path());
+    let mut window = Window::open(std::slice::from_ref(&file), Some(&file));
+    window.denoised();
+    window.click("found by their names");
+    window.wait_for("read", |viewer| viewer.session.opened().unwrap().view().layers().len() == 2);
+    window.denoised();
+    let color = window.picture("color");
+    assert_eq!(window.session().subtracted(), Shown::Reference);
+    window.click("Shown");
+    window.0.get_all_by_label("View.Combined_key").last().unwrap().click();
+    window.0.run_steps(2);
+    window.wait_for("shown", |viewer| viewer.session.layer().is_some());
+    assert!(difference(&window.picture("further_layer"), &color) > 10.0);
+    let lights = [Shown::Noisy, Shown::Denoised].map(|shown| {
+        let image = window.session().image(shown).unwrap();
+        image.pixels()[0][0]
+    });
+    assert_eq!(lights, [0.2; 2]);
+    assert_eq!(window.session().subtracted(), Shown::Noisy, "the reference is that of the color");
+    let saved = folder.path().join("layer.png");
+    commands::save_comparison(window.session(), &saved);
+    window.message();
+    let screen = (srgb(0.2) * 255.0).round() as u8;
+    assert_eq!(image::open(&saved).unwrap().to_rgb8().get_pixel(9, 9).0, [screen; 3]);
+    window.click("Fast");
+    window.denoised();
+    window.wait_for("shown", |viewer| viewer.session.available().denoised);
+    window.0.state_mut().session.further.chosen = None;
+    window.0.run_steps(3);
+    assert_eq!(difference(&window.picture("color_again"), &color), 0.0);
 }
 
 #[test]

@@ -8,6 +8,7 @@ use eframe::egui::DroppedFile;
 
 use super::*;
 use crate::state::entry::Entry;
+use crate::state::keys::Action;
 use crate::work::{Prompt, Purpose, Report};
 
 #[derive(Debug)]
@@ -99,6 +100,60 @@ fn where_there_is_no_dialog_a_path_is_typed_and_no_file_is_replaced() {
     window.0.run_steps(3);
     window.press(Key::Escape);
     assert_eq!(window.0.state().session.prompt, None);
+}
+
+#[test]
+fn a_comparison_never_replaces_a_file_that_was_not_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = gray(folder.path().join("a.png"), [64, 48]);
+    let other = gray(folder.path().join("out.png"), [3, 2]);
+    let mut window = Window::open(&[input], None);
+    window.denoised();
+    let session = &mut window.0.state_mut().session;
+    commands::typed(session, Purpose::SaveComparison, folder.path().join("out.exr"));
+    window.wait_for("told", |viewer| viewer.session.message.is_some());
+    let told = window.0.state().session.message.clone().unwrap().text;
+    assert!(told.ends_with("out.exr: comparisons are PNG files; give a name that ends in .png"));
+    assert_eq!(image::image_dimensions(&other).unwrap(), (3, 2));
+}
+
+#[test]
+fn a_result_is_not_saved_into_another_version_of_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = gray(folder.path().join("a.png"), [64, 48]);
+    let mut window = Window::open(std::slice::from_ref(&input), None);
+    window.denoised();
+    gray(input, [640, 480]);
+    let session = &mut window.0.state_mut().session;
+    commands::save_result(session, &folder.path().join("out.png"));
+    window.wait_for("told", |viewer| viewer.session.message.is_some());
+    let told = window.0.state().session.message.clone().unwrap().text;
+    assert_eq!(told, "a.png: has changed since it was opened; open it again");
+    commands::act(&mut window.0.state_mut().session, Action::Watch);
+    let size = |viewer: &Viewer| viewer.session.opened().unwrap().size();
+    window.wait_for("the version that was written before", |viewer| size(viewer) == [640, 480]);
+}
+
+#[test]
+fn a_reference_of_another_size_is_named_and_the_score_stays() {
+    let folder = tempfile::tempdir().unwrap();
+    let other = gray(folder.path().join("small.png"), [64, 48]);
+    let mut window = Window::open(&[noisy()], Some(&other));
+    window.denoised();
+    window.wait_for("scored", |viewer| viewer.session.figures.is_some_and(|f| f.rows().len() == 1));
+    let why = "small.png has 64×48 pixels, not 576×432; open another reference";
+    assert_eq!(window.0.get_all_by_label(why).count(), 2, "in the message and over the figures");
+    window.0.get_by_label("Compare with a reference…");
+}
+
+#[test]
+fn cancelling_keeps_the_figures_of_the_noisy_image() {
+    let mut window = Window::open(&[noisy()], Some(&sample("still_life_reference.exr")));
+    window.wait_for("started", |viewer| viewer.session.is_denoising());
+    window.wait_for("reference", |viewer| viewer.session.reference.is_some());
+    window.press(Key::Escape);
+    window
+        .wait_for("compared", |viewer| viewer.session.figures.is_some_and(|f| f.rows().len() == 4));
 }
 
 #[test]
