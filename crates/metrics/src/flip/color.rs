@@ -2,36 +2,38 @@
 
 use crate::Pixel;
 
-/// From linear sRGB to CIE XYZ, in the digits of the reference implementation.
+/// From linear sRGB to CIE XYZ in units of the white's, by the digits of the reference implementation.
 const XYZ_OF_RGB: [Pixel; 3] = [
-    [10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0],
-    [2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0],
-    [1425312.0 / 73733382.0, 8788810.0 / 73733382.0, 70074185.0 / 73733382.0],
+    of_white([10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0]),
+    of_white([2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0]),
+    of_white([1425312.0 / 73733382.0, 8788810.0 / 73733382.0, 70074185.0 / 73733382.0]),
 ];
 
+const RGB_OF_XYZ: [Pixel; 3] = inverse(XYZ_OF_RGB);
+
 /// Light of values between 0 and 1 that are sRGB-encoded (IEC 61966-2-1).
-pub(super) fn linear(encoded: Pixel) -> Pixel {
-    encoded.map(|v| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) })
+pub(super) fn linear(encoded: [f32; 3]) -> Pixel {
+    let light = |v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
+    encoded.map(|v| f64::from(light(v)))
 }
 
 /// Luminance and two opponents, red–green and blue–yellow, linear in light: `YCxCz`.
 pub(super) fn opponents(rgb: Pixel) -> Pixel {
-    let [x, y, z] = relative_xyz(rgb);
+    let [x, y, z] = xyz(rgb);
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
 /// Linear sRGB of `YCxCz`, which may lie outside [0, 1].
 pub(super) fn of_opponents([luminance, cx, cz]: Pixel) -> Pixel {
     let y = (luminance + 16.0) / 116.0;
-    let relative = [y + cx / 500.0, y, y - cz / 200.0];
-    let white = white();
-    solved([0, 1, 2].map(|i| relative[i] * white[i]))
+    let xyz = [y + cx / 500.0, y, y - cz / 200.0];
+    RGB_OF_XYZ.map(|row| dot(row, xyz))
 }
 
 /// CIELAB of linear sRGB, its chroma scaled by a hundredth of the lightness: colors look more
 /// colorful in brighter light (Hunt).
 pub(super) fn hunt_lab(rgb: Pixel) -> Pixel {
-    let [x, y, z] = relative_xyz(rgb).map(cube_root);
+    let [x, y, z] = xyz(rgb).map(cube_root);
     let lightness = 116.0 * y - 16.0;
     let hunt = 0.01 * lightness;
     [lightness, hunt * 500.0 * (x - y), hunt * 200.0 * (y - z)]
@@ -40,7 +42,8 @@ pub(super) fn hunt_lab(rgb: Pixel) -> Pixel {
 /// The distance of two colors, near or far: lightness by city blocks, chroma as the crow flies
 /// (Abasi et al. 2020).
 pub(super) fn hyab(a: Pixel, b: Pixel) -> f64 {
-    (a[0] - b[0]).abs() + (a[1] - b[1]).hypot(a[2] - b[2])
+    let [lightness, x, y] = [0, 1, 2].map(|i| a[i] - b[i]);
+    lightness.abs() + (x * x + y * y).sqrt()
 }
 
 /// CIELAB's cube root, which is a line near black.
@@ -49,33 +52,33 @@ fn cube_root(v: f64) -> f64 {
     if v > DELTA.powi(3) { v.cbrt() } else { v / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
 }
 
-/// XYZ in units of the white's.
-fn relative_xyz(rgb: Pixel) -> Pixel {
-    let white = white();
-    [0, 1, 2].map(|i| dot(XYZ_OF_RGB[i], rgb) / white[i])
+fn xyz(rgb: Pixel) -> Pixel {
+    XYZ_OF_RGB.map(|row| dot(row, rgb))
 }
 
-fn white() -> Pixel {
-    XYZ_OF_RGB.map(|row| row.iter().sum())
+/// A row whose product with white is 1.
+const fn of_white([r, g, b]: Pixel) -> Pixel {
+    let white = r + g + b;
+    [r / white, g / white, b / white]
 }
 
-fn dot(a: Pixel, b: Pixel) -> f64 {
+/// The inverse of a matrix of these rows, by Cramer's rule.
+const fn inverse([a, b, c]: [Pixel; 3]) -> [Pixel; 3] {
+    let (bc, ca, ab) = (cross(b, c), cross(c, a), cross(a, b));
+    let whole = dot(a, bc);
+    [
+        [bc[0] / whole, ca[0] / whole, ab[0] / whole],
+        [bc[1] / whole, ca[1] / whole, ab[1] / whole],
+        [bc[2] / whole, ca[2] / whole, ab[2] / whole],
+    ]
+}
+
+const fn cross(a: Pixel, b: Pixel) -> Pixel {
+    [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]]
+}
+
+const fn dot(a: Pixel, b: Pixel) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
-}
-
-/// The color that [`XYZ_OF_RGB`] maps to this one, by Cramer's rule.
-fn solved(xyz: Pixel) -> Pixel {
-    let whole = determinant(XYZ_OF_RGB);
-    [0, 1, 2].map(|column| {
-        let mut replaced = XYZ_OF_RGB;
-        (0..3).for_each(|row| replaced[row][column] = xyz[row]);
-        determinant(replaced) / whole
-    })
-}
-
-fn determinant([a, b, c]: [Pixel; 3]) -> f64 {
-    let cross = [b[1] * c[2] - b[2] * c[1], b[2] * c[0] - b[0] * c[2], b[0] * c[1] - b[1] * c[0]];
-    dot(a, cross)
 }
 
 #[cfg(test)]

@@ -9,9 +9,12 @@ mod color;
 mod filter;
 
 use std::f64::consts::PI;
+use std::ops::Range;
+use std::panic::resume_unwind;
+use std::thread;
 
 use color::{hunt_lab, hyab, linear, of_opponents, opponents};
-use filter::{Row, filtered};
+use filter::{Row, across, down};
 
 use super::{Pixel, mean};
 use wgdenoise::{Error, Image, Result};
@@ -50,40 +53,68 @@ pub fn flip(image: &Image, reference: &Image, pixels_per_degree: f64) -> Result<
              of the same size"
         )));
     }
-    let [seen, expected] = [image, reference].map(|image| Seen::of(image, pixels_per_degree));
-    let most = most();
-    let error = |i: usize| {
-        let color = redistributed(hyab(seen.lab[i], expected.lab[i]).powf(COLOR_EXPONENT), most);
-        let [edge, point] = [0, 1].map(|f| (seen.features[f][i] - expected.features[f][i]).abs());
-        let feature = (edge.max(point) / 2.0_f64.sqrt()).powf(FEATURE_EXPONENT);
-        color.powf(1.0 - feature.min(1.0)).clamp(0.0, 1.0)
-    };
-    let errors: Vec<f64> = (0..seen.lab.len()).map(error).collect();
+    let height = image.height() as usize;
+    let rows = height.div_ceil(thread::available_parallelism().map_or(1, usize::from));
+    let band = |top| band([image, reference], top..(top + rows).min(height), pixels_per_degree);
+    let errors: Vec<f64> = thread::scope(|scope| {
+        let tops = (0..height).step_by(rows);
+        let bands: Vec<_> = tops.map(|top| scope.spawn(move || band(top))).collect();
+        let joined = bands.into_iter().map(|band| band.join().unwrap_or_else(|e| resume_unwind(e)));
+        joined.flatten().collect()
+    });
     let mean = mean(errors.iter().copied());
     Ok(Flip { errors: errors.into_iter().map(|error| error as f32).collect(), mean })
 }
 
+/// The errors of some rows, which depend on the rows around them as far as the filters reach.
+fn band(images: [&Image; 2], rows: Range<usize>, pixels_per_degree: f64) -> Vec<f64> {
+    let (width, height) = (images[0].width() as usize, images[0].height() as usize);
+    let reach = contrast_radius(pixels_per_degree).max(feature_radius(pixels_per_degree));
+    let around = rows.start.saturating_sub(reach)..(rows.end + reach).min(height);
+    let seen = |image: &Image| {
+        let pixels = &image.pixels()[around.start * width..around.end * width];
+        Seen::of(pixels, width, pixels_per_degree)
+    };
+    let ([image, reference], most) = (images.map(seen), most());
+    let first = (rows.start - around.start) * width;
+    (first..).take(rows.len() * width).map(|i| image.error(&reference, i, most)).collect()
+}
+
 /// What the eye has of a picture.
 struct Seen {
-    /// Blurred colors in Hunt-adjusted CIELAB.
-    lab: Vec<Pixel>,
+    /// Blurred luminance and opponents.
+    colors: [Vec<f32>; 3],
     /// How strong edges and points are.
-    features: [Vec<f64>; 2],
+    features: [Vec<f32>; 2],
 }
 
 impl Seen {
-    fn of(image: &Image, pixels_per_degree: f64) -> Self {
-        let clipped = |v: f32| if v.is_nan() { 0.0 } else { f64::from(v).clamp(0.0, 1.0) };
-        let width = image.width() as usize;
-        let light = image.pixels().iter().map(|pixel| linear(pixel.map(clipped)));
-        let pixels: Vec<Pixel> = light.map(opponents).collect();
-        let plane = |i: usize| -> Vec<f64> { pixels.iter().map(|pixel| pixel[i]).collect() };
-        let luminance: Vec<f64> = pixels.iter().map(|[y, ..]| (y + 16.0) / 116.0).collect();
-        let blurred = [0, 1, 2].map(|i| blurred(&plane(i), width, CONTRAST[i], pixels_per_degree));
-        let color = |i: usize| of_opponents([0, 1, 2].map(|channel| blurred[channel][i]));
-        let lab = |i: usize| hunt_lab(color(i).map(|v| v.clamp(0.0, 1.0)));
+    fn of(pixels: &[[f32; 3]], width: usize, pixels_per_degree: f64) -> Self {
+        let clipped = |v: f32| if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
+        let mut planes = [0, 1, 2].map(|_| Vec::with_capacity(pixels.len()));
+        for pixel in pixels {
+            let channels = opponents(linear(pixel.map(clipped)));
+            planes.iter_mut().zip(channels).for_each(|(plane, v)| plane.push(v as f32));
+        }
+        let luminance: Vec<f32> = planes[0].iter().map(|y| (y + 16.0) / 116.0).collect();
+        let blur = |i: usize| blurred(&planes[i], width, CONTRAST[i], pixels_per_degree);
         let features = features(&luminance, width, pixels_per_degree);
-        Self { lab: (0..pixels.len()).map(lab).collect(), features }
+        Self { colors: [0, 1, 2].map(blur), features }
+    }
+
+    /// The color of a pixel in Hunt-adjusted CIELAB.
+    fn lab(&self, i: usize) -> Pixel {
+        let color = of_opponents([0, 1, 2].map(|channel| f64::from(self.colors[channel][i])));
+        hunt_lab(color.map(|v| v.clamp(0.0, 1.0)))
+    }
+
+    /// The error of a pixel, from 0 to 1; `most` is the largest color difference.
+    fn error(&self, reference: &Self, i: usize, most: f64) -> f64 {
+        let difference = hyab(self.lab(i), reference.lab(i)).powf(COLOR_EXPONENT);
+        let apart = |f: usize| (self.features[f][i] - reference.features[f][i]).abs();
+        let feature = f64::from(apart(0).max(apart(1))) / 2.0_f64.sqrt();
+        let feature = feature.powf(FEATURE_EXPONENT).min(1.0);
+        redistributed(difference, most).powf(1.0 - feature).clamp(0.0, 1.0)
     }
 }
 
@@ -92,25 +123,35 @@ impl Seen {
 const CONTRAST: [[(f64, f64); 2]; 3] = [
     [(1.0, 0.0047), (0.0, 0.00001)],
     [(1.0, 0.0053), (0.0, 0.00001)],
-    [(34.1, 0.04), (13.5, 0.025)],
+    [(34.1, WIDEST), (13.5, 0.025)],
 ];
+const WIDEST: f64 = 0.04;
+
+/// The standard deviation in pixels of a Gaussian of [`CONTRAST`].
+fn sigma(width: f64, pixels_per_degree: f64) -> f64 {
+    (width / (2.0 * PI * PI)).sqrt() * pixels_per_degree
+}
+
+/// That of the widest Gaussian, for all.
+fn contrast_radius(pixels_per_degree: f64) -> usize {
+    (3.0 * sigma(WIDEST, pixels_per_degree)).ceil() as usize
+}
 
 /// A channel as its contrast sensitivity lets it through.
 fn blurred(
-    plane: &[f64],
+    plane: &[f32],
     width: usize,
     contrast: [(f64, f64); 2],
     pixels_per_degree: f64,
-) -> Vec<f64> {
-    let sigma = |b: f64| (b / (2.0 * PI * PI)).sqrt() * pixels_per_degree;
-    // That of the widest channel, for all.
-    let radius = (3.0 * sigma(0.04)).ceil() as usize;
+) -> Vec<f32> {
+    let radius = contrast_radius(pixels_per_degree);
+    let sigma = |b: f64| sigma(b, pixels_per_degree);
     let weight = |(a, b): (f64, f64)| a * (PI / b).sqrt() * square(radius, sigma(b));
     let sum: f64 = contrast.into_iter().map(weight).sum();
     let mut blurred = vec![0.0; plane.len()];
     for (a, b) in contrast.into_iter().filter(|(a, _)| *a > 0.0) {
-        let (row, part) = (Row::gaussian(radius, sigma(b)), weight((a, b)) / sum);
-        let through = filtered(plane, width, &row, &row);
+        let (row, part) = (Row::gaussian(radius, sigma(b)), (weight((a, b)) / sum) as f32);
+        let through = down(&across(plane, width, &row), width, &row);
         blurred.iter_mut().zip(through).for_each(|(sum, v)| *sum += part * v);
     }
     blurred
@@ -123,15 +164,23 @@ fn square(radius: usize, sigma: f64) -> f64 {
     line.sum::<f64>().powi(2)
 }
 
+fn feature_sigma(pixels_per_degree: f64) -> f64 {
+    0.5 * FEATURE_WIDTH * pixels_per_degree
+}
+
+fn feature_radius(pixels_per_degree: f64) -> usize {
+    (3.0 * feature_sigma(pixels_per_degree)).ceil() as usize
+}
+
 /// How strong the edges and the points of a luminance plane are at each pixel.
-fn features(luminance: &[f64], width: usize, pixels_per_degree: f64) -> [Vec<f64>; 2] {
-    let sigma = 0.5 * FEATURE_WIDTH * pixels_per_degree;
-    let radius = (3.0 * sigma).ceil() as usize;
+fn features(luminance: &[f32], width: usize, pixels_per_degree: f64) -> [Vec<f32>; 2] {
+    let (sigma, radius) = (feature_sigma(pixels_per_degree), feature_radius(pixels_per_degree));
     let gaussian = Row::gaussian(radius, sigma);
+    let smooth = across(luminance, width, &gaussian);
     [Row::edge(radius, sigma), Row::point(radius, sigma)].map(|row| {
-        let across = filtered(luminance, width, &row, &gaussian);
-        let down = filtered(luminance, width, &gaussian, &row);
-        across.iter().zip(&down).map(|(x, y)| x.hypot(*y)).collect()
+        let along_rows = down(&across(luminance, width, &row), width, &gaussian);
+        let along_columns = down(&smooth, width, &row);
+        along_rows.iter().zip(&along_columns).map(|(x, y)| (x * x + y * y).sqrt()).collect()
     })
 }
 
