@@ -73,9 +73,10 @@ pub(crate) fn follow(session: &mut Session, report: Report) {
             }
         }
         Report::Perceived(ticket, Ok(found)) => session.perceiving.take(ticket, found),
-        Report::Perceived(_, Err(error)) | Report::Saved(Err(error)) => session.fail(error),
+        Report::Perceived(_, Err(error))
+        | Report::Further(Err(error))
+        | Report::Saved(Err(error)) => session.fail(error),
         Report::Further(Ok(layer)) => session.further.take(layer),
-        Report::Further(Err(error)) => session.fail(error),
         Report::NoDialog(prompt) => session.prompt = Some(prompt),
         Report::Recent(entries) => session.recent.entries = entries,
         Report::Saved(Ok(told)) => session.tell(told),

@@ -153,11 +153,8 @@ fn labels(painter: &Painter, session: &Session, place: &Place) {
 }
 
 fn name(session: &Session, shown: Shown) -> String {
-    match (shown, session.layer()) {
-        (Shown::Noisy | Shown::Denoised, Some(layer)) => {
-            return format!("{}: {}", shown.name(), escaped(layer.name()));
-        }
-        _ => {}
+    if let (Shown::Noisy | Shown::Denoised, Some(layer)) = (shown, session.layer()) {
+        return format!("{}: {}", shown.name(), escaped(layer.name()));
     }
     match shown {
         Shown::Difference if session.perceived().is_some() => {

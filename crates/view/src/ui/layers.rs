@@ -24,8 +24,9 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
             if ui.checkbox(&mut is_auto, "found by their names").on_hover_text(hint).clicked() {
                 wish = is_auto.then_some(LayersWish::Auto);
             }
-            if let Some(typed) = patterns(ui, &mut session.patterns) {
-                wish = typed;
+            let text = &mut session.patterns;
+            if patterns(ui, text) {
+                wish = (!text.trim().is_empty()).then(|| LayersWish::parse(text));
             }
             for (name, is_chosen) in &mut ticks {
                 ui.checkbox(is_chosen, escaped(name));
@@ -40,13 +41,12 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     shown(ui, session);
 }
 
-/// A line for names and patterns; returns the wish once Enter is pressed.
-fn patterns(ui: &mut Ui, text: &mut String) -> Option<Option<LayersWish>> {
+/// A line for names and patterns; returns whether Enter was pressed.
+fn patterns(ui: &mut Ui, text: &mut String) -> bool {
     let line = TextEdit::singleline(text).desired_width(190.0).hint_text("light_*, key_?");
-    let line = ui.add(line);
-    let is_done = line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter));
-    line.on_hover_text("names or patterns as --layers takes them, separated by commas; then Enter");
-    is_done.then(|| (!text.trim().is_empty()).then(|| LayersWish::parse(text)))
+    let hint = "names or patterns as --layers takes them, separated by commas; then Enter";
+    let line = ui.add(line).on_hover_text(hint);
+    line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
 /// The choice of the layer that is shown as the noisy and the denoised image.
