@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{CentralPanel, ColorImage, Context, Event, Frame, Panel, Ui, ViewportCommand};
 use eframe::{App, CreationContext};
 
-use crate::commands::{self, act, follow, keep_perceiving, keep_watching, open_any};
+use crate::commands::{self, act, follow, keep_further, keep_perceiving, keep_watching, open_any};
 use crate::gpu::host::Gpu;
 use crate::gpu::screen;
 use crate::recent::Recent;
@@ -90,7 +90,7 @@ impl Viewer {
         }
         keep_watching(&mut self.session);
         keep_perceiving(&mut self.session);
-        self.session.keep_further();
+        keep_further(&mut self.session);
         if let Some(pixels) = self.session.copied.take() {
             let size = pixels.size.map(|side| side as usize);
             context.copy_image(ColorImage::from_rgb(size, pixels.rgb.as_flattened()));

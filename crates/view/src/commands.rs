@@ -114,6 +114,15 @@ pub(crate) fn keep_perceiving(session: &mut Session) {
     session.perceiving.ask(wanted, &session.gpu);
 }
 
+/// Has the further layer that was chosen put on the GPU.
+pub(crate) fn keep_further(session: &mut Session) {
+    let loaded = session.loaded.as_ref().map(|loaded| &loaded.opened);
+    if let Some(source) = session.further.ask(loaded, session.denoised.as_ref()) {
+        let gpu = session.gpu.clone();
+        session.in_background(move || Report::Further(source.upload(&gpu)));
+    }
+}
+
 fn show(session: &mut Session, shown: Shown) {
     session.looking.shown = shown;
     let has_file = session.opened().is_some();

@@ -9,8 +9,6 @@ use crate::denoise::Outcome;
 use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
 use crate::open::Opened;
-use crate::session::Session;
-use crate::work::Report;
 
 /// Which layer is to be shown, and the one that is.
 #[derive(Default)]
@@ -30,7 +28,7 @@ pub(crate) struct Layer {
 
 /// Where a layer's images are.
 #[derive(Clone)]
-struct Source {
+pub(crate) struct Source {
     opened: Arc<Opened>,
     outcome: Option<Arc<Outcome>>,
     /// The position among the view's further layers.
@@ -41,6 +39,30 @@ impl Further {
     /// The chosen layer of this file; `None` for the color, and until the layer is on the GPU.
     pub(crate) fn of(&self, opened: &Arc<Opened>) -> Option<&Layer> {
         self.found.as_ref().filter(|layer| Arc::ptr_eq(&layer.source.opened, opened))
+    }
+
+    /// Takes note of the file and its result. Returns what has to be put on the GPU because the layer,
+    /// the file or the result is another one.
+    pub(crate) fn ask(
+        &mut self,
+        opened: Option<&Arc<Opened>>,
+        outcome: Option<&Arc<Outcome>>,
+    ) -> Option<Source> {
+        let wanted = opened.and_then(|opened| self.wanted(opened, outcome));
+        let Some(source) = wanted else {
+            (self.asked, self.found) = (None, None);
+            return None;
+        };
+        let is_asked = self.asked.as_ref().is_some_and(|asked| asked.is_same(&source));
+        self.asked = Some(source.clone());
+        (!is_asked).then_some(source)
+    }
+
+    /// The layer that was chosen by its name, if the file has it.
+    fn wanted(&self, opened: &Arc<Opened>, outcome: Option<&Arc<Outcome>>) -> Option<Source> {
+        let name = self.chosen.as_ref()?;
+        let index = opened.view().layers().iter().position(|layer| layer.name == *name)?;
+        Some(Source { opened: opened.clone(), outcome: outcome.cloned(), index })
     }
 
     /// Takes a layer, unless another one has been chosen since.
@@ -81,38 +103,13 @@ impl Source {
         self.outcome.as_ref()?.results[self.opened.shown].layers.get(self.index)
     }
 
-    fn upload(self, gpu: &Gpu) -> Result<Layer, String> {
+    /// Puts the images on the GPU.
+    ///
+    /// # Errors
+    /// If the adapter has no memory for them.
+    pub(crate) fn upload(self, gpu: &Gpu) -> Result<Layer, String> {
         let noisy = Texture::upload(gpu, self.noisy())?;
         let denoised = self.denoised().map(|image| Texture::upload(gpu, image)).transpose()?;
         Ok(Layer { source: self, noisy, denoised })
-    }
-}
-
-impl Session {
-    /// Has the chosen layer put on the GPU whenever it, the file or the result changes.
-    pub(crate) fn keep_further(&mut self) {
-        let wanted = self.chosen_layer();
-        let is_asked = match (&wanted, &self.further.asked) {
-            (Some(wanted), Some(asked)) => wanted.is_same(asked),
-            (wanted, asked) => wanted.is_none() && asked.is_none(),
-        };
-        if is_asked {
-            return;
-        }
-        self.further.asked.clone_from(&wanted);
-        match wanted {
-            None => self.further.found = None,
-            Some(source) => {
-                let gpu = self.gpu.clone();
-                self.in_background(move || Report::Further(source.upload(&gpu)));
-            }
-        }
-    }
-
-    /// The layer that was chosen by its name, if the file has it.
-    fn chosen_layer(&self) -> Option<Source> {
-        let (name, opened) = (self.further.chosen.as_ref()?, self.opened()?);
-        let index = opened.view().layers().iter().position(|layer| layer.name == *name)?;
-        Some(Source { opened: opened.clone(), outcome: self.denoised.clone(), index })
     }
 }
