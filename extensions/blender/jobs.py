@@ -82,6 +82,8 @@ class Queue:
     def _make(self, make, begin):
         try:
             job = make()
+        except render.Rendering:
+            self.waiting.appendleft(make)
         except render.Problem as problem:
             self.fail(str(problem))
         else:

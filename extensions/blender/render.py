@@ -15,8 +15,15 @@ _FORMAT = {"media_type": "MULTI_LAYER_IMAGE", "file_format": "OPEN_EXR_MULTILAYE
            "exr_codec": "ZIP"}  # fmt: skip
 
 
+_NONE = "There is no render yet: render the image first (F12)."
+
+
 class Problem(Exception):
     """Why there is nothing to denoise, in one sentence for the user."""
+
+
+class Rendering(Problem):
+    """A render is running."""
 
 
 def layers_without_passes(scene):
@@ -32,15 +39,17 @@ def rendered_layers(scene):
 
 def save(scene, path):
     """Saves all passes of the last render, in 32-bit float."""
+    if bpy.app.is_job_running("RENDER"):
+        raise Rendering("A render is running: denoise it once it has ended.")
     result = bpy.data.images.get("Render Result")
     if result is None:
-        raise Problem("There is no render yet: render the image first (F12).")
+        raise Problem(_NONE)
     try:
         with _multilayer(scene.render.image_settings):
             result.save_render(str(path), scene=scene)
     except RuntimeError as error:
-        if "image data" in str(error):
-            raise Problem("There is no render yet: render the image first (F12).") from error
+        if "any image data" in str(error):
+            raise Problem(_NONE) from error
         raise Problem(f"The render could not be saved for denoising: {str(error).strip()}") from error
 
 

@@ -6,6 +6,11 @@ import wgdenoise
 from bpy.props import BoolProperty, EnumProperty, PointerProperty, StringProperty
 
 
+# Blender 5 accepts paths relative to the .blend file only where a property says so.
+_SAYS_SO = "is_path_supports_blend_relative" in bpy.types.Property.bl_rna.properties
+_RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if _SAYS_SO else set()
+
+
 class WGDENOISE_PG_settings(bpy.types.PropertyGroup):
     """How this scene is denoised."""
 
@@ -50,6 +55,7 @@ class WGDENOISE_PG_settings(bpy.types.PropertyGroup):
         name="Folder",
         description="A folder of OpenEXR files, best with the Denoising Data passes",
         subtype="DIR_PATH",
+        options={"ANIMATABLE"} | _RELATIVE,
     )
 
 
