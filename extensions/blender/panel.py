@@ -7,7 +7,8 @@ import bpy
 
 from . import jobs, render, settings
 
-_LINE = 48  # characters of a message that fit into a narrow panel
+_CHARACTER = 6.5  # pixels of an average character at a scale of 1
+_MARGIN = 50  # pixels of a panel that text cannot use: borders, icon
 
 
 class WGDENOISE_PT_render(bpy.types.Panel):
@@ -23,7 +24,7 @@ class WGDENOISE_PT_render(bpy.types.Panel):
         layout, scene = self.layout, context.scene
         layout.use_property_split = True
         layout.use_property_decorate = False
-        draw_job(layout)
+        draw_job(layout, characters(context))
         draw_passes(layout, scene)
         column = layout.column()
         for name in ("quality", "alpha", "light_groups", "automatic"):
@@ -32,7 +33,15 @@ class WGDENOISE_PT_render(bpy.types.Panel):
         draw_frames(layout, scene)
 
 
-def draw_job(layout):
+def characters(context):
+    """How many characters fit into a line."""
+    if context.region is None:
+        return 40
+    width = context.region.width / context.preferences.system.ui_scale
+    return max(10, int((width - _MARGIN) / _CHARACTER))
+
+
+def draw_job(layout, line):
     """The button or the progress, and what became of the last job."""
     queue = jobs.QUEUE
     if queue.job is not None:
@@ -45,7 +54,7 @@ def draw_job(layout):
     if queue.message:
         box = layout.column(align=True)
         box.alert = queue.failed
-        lines = textwrap.wrap(queue.message, _LINE)
+        lines = textwrap.wrap(queue.message, line)
         for number, line in enumerate(lines):
             box.label(text=line, icon=("ERROR" if queue.failed else "INFO") if number == 0 else "BLANK1")
 

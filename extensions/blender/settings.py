@@ -35,8 +35,8 @@ class WGDENOISE_PG_settings(bpy.types.PropertyGroup):
         default="auto",
     )
     light_groups: BoolProperty(
-        name="Light Groups and Light Passes",
-        description="Denoise the passes that add up to the image as well, so that they still do",
+        name="Light Groups",
+        description="Also denoise light groups and light passes, so that they still add up to the image",
     )
     automatic: BoolProperty(
         name="After Each Render",

@@ -1,18 +1,21 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Compares wgdenoise with Blender's own denoiser, Open Image Denoise, on random scenes of training/render.
+"""Compares wgdenoise with Blender's own denoiser, Open Image Denoise, on the test scenes of docs/quality.md.
 
-    python extensions/blender/benches/compare.py --out target/blender-bench      # bpy 5.0 and wgdenoise installed
+    cd training && python render_dataset.py cycles --out ../target/test --scenes 90001:90008 --views 1 \\
+        --progressive --reference 400 --samples 2
+    cd .. && python extensions/blender/benches/compare.py target/test     # bpy 5.0, PyTorch and wgdenoise installed
 
 Blender renders each scene with its denoiser on (its defaults: high quality, albedo and normals prefiltered accurately)
-and keeps the noisy image beside the result; wgdenoise denoises that noisy image of the same file. Blender's time is what
-the denoiser adds to the render, wgdenoise's is the whole call from file to file. References are rendered once, with
-another seed. Prints a table in Markdown.
+and keeps the noisy image beside the result; wgdenoise denoises that noisy image of the same file. The references are
+those of the views, rendered with other seeds. Time is measured on the first scene: Blender's is what the denoiser adds
+to a render of one sample, wgdenoise's the whole call from file to file. Prints tables in Markdown.
 """
 
 import argparse
 import statistics
 import sys
+import tempfile
 import time
 from pathlib import Path
 
@@ -22,81 +25,84 @@ sys.path.append(str(REPOSITORY / "training"))
 import bpy  # noqa: E402
 import wgdenoise  # noqa: E402
 from render import cycles, kinds  # noqa: E402
+from views import read_view  # noqa: E402
 
-SIZE = 480, 270
-SCENES = 90003, 90004, 90005, 90007  # no network has been trained on these
 SAMPLES = 8, 64
-REFERENCE = 1024
-SEED, REFERENCE_SEED = 1, 2
+SEED = 1
+TIMED_SIZE = 960, 540
 ROUNDS = 3
 TIERS = "fast", "balanced", "high"
 
 
-def timed(function, *arguments):
-    start = time.perf_counter()
-    function(*arguments)
-    return time.perf_counter() - start
-
-
-def median_of_rounds(function, *arguments):
-    return statistics.median(timed(function, *arguments) for _ in range(ROUNDS))
-
-
-def render(renderer, samples, seed, path, denoise):
-    """Renders one view into a multilayer file."""
+def render(renderer, samples, path, denoise):
+    """Renders the first view into a multilayer file."""
     scene = bpy.context.scene
-    scene.cycles.use_denoising = denoise
-    scene.cycles.denoiser = "OPENIMAGEDENOISE"
+    scene.cycles.use_denoising, scene.cycles.denoiser = denoise, "OPENIMAGEDENOISE"
     scene.camera = renderer.cameras[0]
-    scene.cycles.samples, scene.cycles.seed = samples, seed
+    scene.cycles.samples, scene.cycles.seed = samples, SEED
     scene.render.filepath = str(path.resolve())
     bpy.ops.render.render(write_still=True)
 
 
-def channels(path):
-    """The color that a file shows, height × width × 3."""
+def color(path, name="Combined"):
+    """A pass of a file, height × width × 3."""
     file = cycles.OpenImageIO.ImageInput.open(str(path))
     names = list(file.spec().channelnames)
     pixels = file.read_image("float")
     file.close()
-    combined = [next(i for i, name in enumerate(names) if name.endswith(f"Combined.{axis}")) for axis in "RGB"]
-    return pixels[..., combined]
+    return pixels[..., [next(i for i, each in enumerate(names) if each.endswith(f"{name}.{axis}")) for axis in "RGB"]]
 
 
-def measure(renderer, samples, folder, reference):
-    """Rows of (method, seconds or `None`, metrics) for one scene."""
-    plain, own = folder / f"noisy_{samples}.exr", folder / f"oidn_{samples}.exr"
-    render(renderer, 1, SEED, plain, True)  # warm: kernels and denoiser are loaded
-    without = median_of_rounds(render, renderer, samples, SEED, plain, False)
-    with_it = median_of_rounds(render, renderer, samples, SEED, own, True)
-    rows = [("noisy", None, plain), ("Blender's OIDN", with_it - without, own)]
+def errors(view, folder):
+    """Rows of (scene, samples, method, metrics)."""
+    number = int(view.stem.removeprefix("cycles").split("_")[0])
+    reference = read_view(view)["ref"][:3].permute(1, 2, 0).float().numpy()
+    scene, own, clean = kinds.random_scene(number), folder / "own.exr", folder / "clean.exr"
+    renderer = cycles.Renderer(scene, reference.shape[1::-1], threads=2)
+    for samples in SAMPLES:
+        render(renderer, samples, own, True)
+        images = {"noisy": color(own, "Noisy Image"), "Blender's own": color(own)}
+        for tier in TIERS:
+            wgdenoise.denoise_exr(own, clean, quality=tier, force=True)
+            images[f"wgdenoise {tier}"] = color(clean)
+        for name, image in images.items():
+            yield scene.kind, samples, name, wgdenoise.compare(image, reference)
+
+
+def seconds(function, *arguments):
+    """The median of some runs after one that warms up."""
+    times = []
+    for _ in range(ROUNDS + 1):
+        start = time.perf_counter()
+        function(*arguments)
+        times.append(time.perf_counter() - start)
+    return statistics.median(times[1:])
+
+
+def times(view, folder):
+    """Seconds by method."""
+    number = int(view.stem.removeprefix("cycles").split("_")[0])
+    renderer = cycles.Renderer(kinds.random_scene(number), TIMED_SIZE, threads=2)
+    own, clean = folder / "own.exr", folder / "clean.exr"
+    without = seconds(render, renderer, 1, own, False)
+    found = {"Blender's own": seconds(render, renderer, 1, own, True) - without}
     for tier in TIERS:
-        clean = folder / f"{tier}_{samples}.exr"
-        seconds = median_of_rounds(lambda: wgdenoise.denoise_exr(own, clean, quality=tier, force=True))
-        rows.append((f"wgdenoise {tier}", seconds, clean))
-    expected = channels(reference)
-    return [(name, seconds, wgdenoise.compare(channels(path), expected)) for name, seconds, path in rows]
+        found[f"wgdenoise {tier}"] = seconds(lambda: wgdenoise.denoise_exr(own, clean, quality=tier, force=True))
+    return found
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--out", type=Path, required=True, help="folder for the renders; references in it are reused")
-    parser.add_argument("--references-only", action="store_true")
-    o = parser.parse_args()
-    print("| scene | samples | | L1 | PSNR | SSIM | seconds |\n|---|---:|---|---:|---:|---:|---:|")
-    for number in SCENES:
-        scene = kinds.random_scene(number)
-        folder = o.out / str(number)
-        folder.mkdir(parents=True, exist_ok=True)
-        renderer = cycles.Renderer(scene, SIZE, threads=2)
-        reference = folder / "reference.exr"
-        if not reference.exists():
-            render(renderer, REFERENCE, REFERENCE_SEED, reference, False)
-        for samples in () if o.references_only else SAMPLES:
-            for name, seconds, error in measure(renderer, samples, folder, reference):
-                shown = "" if seconds is None else f"{seconds:.2f}"
-                print(f"| {scene.kind} | {samples} | {name} | {error.l1:.4f} | {error.psnr:.1f} | {error.ssim:.3f} "
-                      f"| {shown} |", flush=True)
+    parser.add_argument("views", type=Path, help="folder of the test views")
+    views = sorted(parser.parse_args().views.glob("cycles*_v0.npz"))
+    with tempfile.TemporaryDirectory() as folder:
+        print("| scene | samples | | L1 | PSNR | SSIM |\n|---|---:|---|---:|---:|---:|")
+        for view in views:
+            for kind, samples, name, error in errors(view, Path(folder)):
+                print(f"| {kind} | {samples} | {name} | {error.l1:.4f} | {error.psnr:.1f} | {error.ssim:.3f} |", flush=True)
+        print(f"\n| {TIMED_SIZE[0]}×{TIMED_SIZE[1]} | seconds |\n|---|---:|")
+        for name, found in times(views[0], Path(folder)).items():
+            print(f"| {name} | {found:.2f} |", flush=True)
 
 
 if __name__ == "__main__":
