@@ -91,18 +91,30 @@ def times(view, folder):
     return found
 
 
+def print_errors(views, folder):
+    print("| scene | samples | | L1 | PSNR | SSIM |\n|---|---:|---|---:|---:|---:|")
+    for view in views:
+        for kind, samples, name, error in errors(view, folder):
+            print(f"| {kind} | {samples} | {name} | {error.l1:.4f} | {error.psnr:.1f} | {error.ssim:.3f} |", flush=True)
+
+
+def print_times(view, folder):
+    print(f"\n| {TIMED_SIZE[0]}×{TIMED_SIZE[1]} | seconds |\n|---|---:|")
+    for name, found in times(view, folder).items():
+        print(f"| {name} | {found:.2f} |", flush=True)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("views", type=Path, help="folder of the test views")
-    views = sorted(parser.parse_args().views.glob("cycles*_v0.npz"))
+    parser.add_argument("--only", choices=("errors", "times"), help="measure one of the two")
+    o = parser.parse_args()
+    views = sorted(o.views.glob("cycles*_v0.npz"))
     with tempfile.TemporaryDirectory() as folder:
-        print("| scene | samples | | L1 | PSNR | SSIM |\n|---|---:|---|---:|---:|---:|")
-        for view in views:
-            for kind, samples, name, error in errors(view, Path(folder)):
-                print(f"| {kind} | {samples} | {name} | {error.l1:.4f} | {error.psnr:.1f} | {error.ssim:.3f} |", flush=True)
-        print(f"\n| {TIMED_SIZE[0]}×{TIMED_SIZE[1]} | seconds |\n|---|---:|")
-        for name, found in times(views[0], Path(folder)).items():
-            print(f"| {name} | {found:.2f} |", flush=True)
+        if o.only != "times":
+            print_errors(views, Path(folder))
+        if o.only != "errors":
+            print_times(views[0], Path(folder))
 
 
 if __name__ == "__main__":
