@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""A run of the denoiser on a thread of its own. Nothing here touches Blender's data, which belong to the main thread."""
+"""A run of the denoiser on a thread of its own. Blender's data belong to the main thread; nothing here touches them."""
 
 import logging
 import threading

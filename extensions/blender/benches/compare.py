@@ -70,25 +70,27 @@ def errors(view, folder):
 
 
 def seconds(function, *arguments):
-    """The median of some runs after one that warms up."""
-    times = []
-    for _ in range(ROUNDS + 1):
-        start = time.perf_counter()
-        function(*arguments)
-        times.append(time.perf_counter() - start)
-    return statistics.median(times[1:])
+    start = time.perf_counter()
+    function(*arguments)
+    return time.perf_counter() - start
 
 
 def times(view, folder):
-    """Seconds by method."""
+    """Median seconds by method. All methods take turns, so that other work on the machine meets all of them."""
     number = int(view.stem.removeprefix("cycles").split("_")[0])
     renderer = cycles.Renderer(kinds.random_scene(number), TIMED_SIZE, threads=2)
     own, clean = folder / "own.exr", folder / "clean.exr"
-    without = seconds(render, renderer, 1, own, False)
-    found = {"Blender's own": seconds(render, renderer, 1, own, True) - without}
-    for tier in TIERS:
-        found[f"wgdenoise {tier}"] = seconds(lambda: wgdenoise.denoise_exr(own, clean, quality=tier, force=True))
-    return found
+    found = {}
+    for _ in range(ROUNDS + 1):
+        without = seconds(render, renderer, 1, own, False)
+        for prefilter in ("NONE", "ACCURATE"):
+            bpy.context.scene.cycles.denoising_prefilter = prefilter
+            added = seconds(render, renderer, 1, own, True) - without
+            found.setdefault(f"Blender's own, prefilter {prefilter.lower()}", []).append(added)
+        for tier in TIERS:
+            run = seconds(lambda: wgdenoise.denoise_exr(own, clean, quality=tier, force=True))
+            found.setdefault(f"wgdenoise {tier}", []).append(run)
+    return {name: statistics.median(each[1:]) for name, each in found.items()}  # the first round warms up
 
 
 def print_errors(views, folder):

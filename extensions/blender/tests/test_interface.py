@@ -112,13 +112,13 @@ def test_disabling_ends_the_job_and_leaves_nothing_behind(part, scene, queue):
     bpy.ops.render.render()
     before = leftovers()
     job = part("jobs").of_render(scene)
-    poll = part("automatic").poll
+    poll, handlers_by_name = part("automatic").poll, [*part("automatic")._HANDLERS]
     queue.start(job)
     bpy.ops.preferences.addon_disable(module=MODULE)
     try:
         assert not job.is_alive() and leftovers() == before
         assert not hasattr(bpy.types.Scene, "wgdenoise") and not bpy.app.timers.is_registered(poll)
-        lists = [getattr(bpy.app.handlers, name) for name in ("render_init", "render_write", "render_complete", "load_pre")]
+        lists = [getattr(bpy.app.handlers, name) for name in handlers_by_name]
         assert not any(handler.__module__.startswith(MODULE) for handlers in lists for handler in handlers)
     finally:
         bpy.ops.preferences.addon_enable(module=MODULE)
