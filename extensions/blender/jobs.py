@@ -84,7 +84,7 @@ class Queue:
             job = make()
         except render.Rendering:
             self.waiting.appendleft(make)
-        except render.Problem as problem:
+        except Exception as problem:  # a timer that raises would be the last one
             self.fail(str(problem))
         else:
             begin(job)
@@ -106,11 +106,13 @@ class Queue:
         try:
             if not job.error and not job.cancelled and job.deliver:
                 job.deliver()
+        except Exception as error:  # a timer that raises would be the last one
+            job.error = f"The result could not be shown: {error}"
         finally:
             if job.folder:
                 job.folder.cleanup()
-            job.done = True
-            self._conclude(job)
+        job.done = True
+        self._conclude(job)
 
     def _conclude(self, job):
         if job.error:

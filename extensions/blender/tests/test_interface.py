@@ -36,6 +36,21 @@ def test_what_cannot_be_denoised_leaves_the_queue(part, scene, queue):
     assert queue.failed and "No folder is set" in queue.message
 
 
+def test_an_error_while_making_a_job_does_not_end_the_timer(queue):
+    queue.waiting.append(lambda: bpy.data.scenes["removed"])
+    poll_to_the_end(queue)
+    assert queue.failed and "removed" in queue.message
+
+
+def test_an_error_while_showing_a_result_does_not_end_the_timer(part, scene, queue):
+    bpy.ops.render.render()
+    before, job = leftovers(), part("jobs").of_render(scene)
+    job.deliver = lambda: bpy.data.images["removed"]
+    queue.start(job)
+    poll_to_the_end(queue)
+    assert queue.failed and queue.message.startswith("The result could not be shown: ") and leftovers() == before
+
+
 def test_a_render_that_runs_is_waited_for(part, scene, queue):
     rendering = [True]
 
