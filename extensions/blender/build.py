@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Builds the extension's packages, one per wheel of the Python package:
 
@@ -31,7 +30,7 @@ def platform(wheel):
     for pattern, name in PLATFORMS.items():
         if re.fullmatch(pattern, tag):
             return name
-    raise SystemExit(f"{wheel.name}: Blender has no platform for \"{tag}\"")
+    raise SystemExit(f'{wheel.name}: Blender has no platform for "{tag}"')
 
 
 def manifest(wheel):

@@ -41,8 +41,8 @@ def characters(context):
     return max(10, int((width - _MARGIN) / _CHARACTER))
 
 
-def draw_job(layout, line):
-    """The button or the progress, and what became of the last job."""
+def draw_job(layout, width):
+    """The button or the progress, and what became of the last job, in lines of at most `width` characters."""
     queue = jobs.QUEUE
     if queue.job is not None:
         row = layout.row()
@@ -54,7 +54,7 @@ def draw_job(layout, line):
     if queue.message:
         box = layout.column(align=True)
         box.alert = queue.failed
-        lines = textwrap.wrap(queue.message, line)
+        lines = textwrap.wrap(queue.message, width)
         for number, line in enumerate(lines):
             box.label(text=line, icon=("ERROR" if queue.failed else "INFO") if number == 0 else "BLANK1")
 

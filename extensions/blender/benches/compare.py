@@ -1,4 +1,3 @@
-#!/usr/bin/env python3
 # SPDX-License-Identifier: MIT OR Apache-2.0
 """Compares wgdenoise with Blender's own denoiser, Open Image Denoise, on the test scenes of docs/quality.md.
 
@@ -22,10 +21,10 @@ from pathlib import Path
 REPOSITORY = Path(__file__).parents[3]
 sys.path.append(str(REPOSITORY / "training"))
 
-import bpy  # noqa: E402
-import wgdenoise  # noqa: E402
-from render import cycles, kinds  # noqa: E402
-from views import read_view  # noqa: E402
+import bpy
+import wgdenoise
+from render import cycles, kinds
+from views import read_view
 
 SAMPLES = 8, 64
 SEED = 1

@@ -15,7 +15,7 @@ import pytest
 _RESOURCES = tempfile.TemporaryDirectory(prefix="blender-user-")
 os.environ["BLENDER_USER_RESOURCES"] = _RESOURCES.name  # before bpy is imported
 
-import bpy  # noqa: E402
+import bpy
 
 REPOSITORY = Path(__file__).parents[3]
 PACKAGE = Path(os.environ["WGDENOISE_EXTENSION"]).resolve()
