@@ -1,5 +1,6 @@
 """What the tests share: a quick denoiser, and images."""
 
+import signal
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +11,10 @@ import wgdenoise
 REPOSITORY = Path(__file__).parents[3]
 # Quick to run; the quality of its results does not matter here.
 WEIGHTS = REPOSITORY / "tests/fixtures/unet_tiny.safetensors"
+
+
+# A shell that runs the tests in the background has them, and the processes they start, ignore Ctrl-C.
+signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
