@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use eframe::egui::{CentralPanel, ColorImage, Context, Event, Frame, Panel, Ui, ViewportCommand};
 use eframe::{App, CreationContext};
 
-use crate::commands::{self, act, follow, keep_further, keep_perceiving, keep_watching, open_any};
+use crate::commands::{self, act, catch_up, open_any};
 use crate::gpu::host::Gpu;
 use crate::gpu::screen;
 use crate::recent::Recent;
@@ -84,13 +84,9 @@ impl Viewer {
         open_any(&mut self.session, &paths, shift);
     }
 
+    /// Takes what the threads have reported.
     fn reports(&mut self, context: &Context) {
-        for report in self.session.take_reports() {
-            follow(&mut self.session, report);
-        }
-        keep_watching(&mut self.session);
-        keep_perceiving(&mut self.session);
-        keep_further(&mut self.session);
+        catch_up(&mut self.session);
         if let Some(pixels) = self.session.copied.take() {
             let size = pixels.size.map(|side| side as usize);
             context.copy_image(ColorImage::from_rgb(size, pixels.rgb.as_flattened()));
@@ -117,9 +113,9 @@ impl Viewer {
 
 impl App for Viewer {
     fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
-        self.reports(context);
         self.keys(context);
         self.dropped(context);
+        self.reports(context);
         self.name(context);
     }
 

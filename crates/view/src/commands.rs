@@ -56,21 +56,29 @@ pub(crate) fn act(session: &mut Session, action: Action) -> Option<String> {
 
 /// Goes through the sequence and reads the file that it leads to.
 pub(crate) fn go(session: &mut Session, step: impl FnOnce(&mut Sequence) -> bool) {
-    let Some(sequence) = &mut session.sequence else { return };
-    if step(sequence) {
-        let path = sequence.current().to_path_buf();
-        session.read(&path);
+    let Some(mut sequence) = session.sequence.clone() else { return };
+    if step(&mut sequence) {
+        session.read(&sequence.current().to_path_buf(), Some(sequence), session.wish.clone());
     }
 }
 
+/// Takes what the threads have reported, and has them do what follows from it.
+pub(crate) fn catch_up(session: &mut Session) {
+    for report in session.take_reports() {
+        follow(session, report);
+    }
+    keep_watching(session);
+    keep_perceiving(session);
+    keep_further(session);
+}
+
 /// Follows up on a report that is not about the session's own work.
-pub(crate) fn follow(session: &mut Session, report: Report) {
+fn follow(session: &mut Session, report: Report) {
     match report {
         Report::Chosen(purpose, paths) => chosen(session, purpose, &paths),
-        Report::Changed => {
-            if let Some(path) = session.watch.as_ref().map(|watch| watch.path().to_path_buf()) {
-                session.read(&path);
-            }
+        Report::Changed(path, version) => {
+            let watch = session.watch.as_mut().filter(|watch| watch.path() == path);
+            watch.into_iter().for_each(|watch| watch.unread = Some(version));
         }
         Report::Perceived(ticket, Ok(found)) => session.perceiving.take(ticket, found),
         Report::Perceived(_, Err(error))
@@ -88,8 +96,8 @@ pub(crate) fn follow(session: &mut Session, report: Report) {
     }
 }
 
-/// Watches the file that is open, if another one has been watched.
-pub(crate) fn keep_watching(session: &mut Session) {
+/// Watches the file that is open, if another one has been watched, and reads a version that was written.
+fn keep_watching(session: &mut Session) {
     let Some(watched) = session.watch.as_ref().map(|watch| watch.path().to_path_buf()) else {
         return;
     };
@@ -97,10 +105,11 @@ pub(crate) fn keep_watching(session: &mut Session) {
         session.watch = None;
         toggle_watch(session);
     }
+    session.read_version();
 }
 
 /// Has the visible errors of what is open computed, if there are a result and a reference of its size.
-pub(crate) fn keep_perceiving(session: &mut Session) {
+fn keep_perceiving(session: &mut Session) {
     let wanted = || {
         let reference = session.reference.as_ref().filter(|_| session.available().reference)?;
         Some(Asked {
@@ -115,7 +124,7 @@ pub(crate) fn keep_perceiving(session: &mut Session) {
 }
 
 /// Has the further layer that was chosen put on the GPU.
-pub(crate) fn keep_further(session: &mut Session) {
+fn keep_further(session: &mut Session) {
     let loaded = session.loaded.as_ref().map(|loaded| &loaded.opened);
     if let Some(source) = session.further.ask(loaded, session.denoised.as_ref()) {
         let gpu = session.gpu.clone();
@@ -276,6 +285,8 @@ fn toggle_watch(session: &mut Session) {
 fn cancel(session: &mut Session) {
     if session.shows_help {
         session.shows_help = false;
+    } else if session.cancel_opening() {
+        session.tell("cancelled");
     } else if session.is_denoising() {
         session.cancel();
         session.tell("cancelled");

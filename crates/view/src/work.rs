@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread;
 
@@ -17,6 +18,7 @@ use crate::open::Opened;
 use crate::perceived::Perceived;
 use crate::picture::Pixels;
 use crate::state::entry::Entry;
+use crate::state::settling::Stamp;
 
 /// What a thread has to tell the window. A ticket tells apart what was asked for and what is out of
 /// date.
@@ -24,7 +26,7 @@ pub(crate) enum Report {
     Opened(u64, Result<Loaded, String>),
     Progress(u64, f32),
     Denoised(u64, Result<Outcome, String>),
-    Reference(Result<Reference, String>),
+    Reference(u64, Result<Reference, String>),
     Figures(u64, Result<Figures, String>),
     Perceived(u64, Result<Perceived, String>),
     /// A further layer can be shown.
@@ -33,7 +35,7 @@ pub(crate) enum Report {
     Nothing,
     Saved(Result<String, String>),
     /// The watched file has a new version.
-    Changed,
+    Changed(PathBuf, Stamp),
     /// Files from a dialog; none if it was closed.
     Chosen(Purpose, Vec<PathBuf>),
     /// The system has no dialog for this; what it would have suggested.
@@ -102,6 +104,25 @@ impl Desk {
     pub(crate) fn report(&self, report: Report) {
         let _ = self.reports.send(report);
         (self.wake)();
+    }
+}
+
+/// The ticket of the latest wish. Threads compare it with theirs, so that older work is skipped.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Latest(Arc<AtomicU64>);
+
+impl Latest {
+    /// A ticket for a new wish.
+    pub(crate) fn next(&self) -> u64 {
+        self.0.fetch_add(1, Ordering::Relaxed) + 1
+    }
+
+    pub(crate) fn current(&self) -> u64 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    pub(crate) fn is(&self, ticket: u64) -> bool {
+        self.current() == ticket
     }
 }
 

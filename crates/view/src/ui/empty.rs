@@ -22,9 +22,9 @@ pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
         let recent = &session.recent.entries;
         let above = 110.0 + 12.0 * recent.len() as f32;
         ui.add_space((ui.available_height() / 2.0 - above).max(20.0));
-        if session.is_opening {
+        if let Some(name) = session.opening.name() {
             ui.spinner();
-            ui.label("Opening…");
+            ui.label(format!("Opening {name}…"));
             return;
         }
         ui.label(RichText::new("Drop a noisy render here").size(26.0));

@@ -21,15 +21,17 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
         });
     }
     ui.horizontal(|ui| {
-        if let Some(done) = session.progress {
+        // What Escape cancels first comes first.
+        if let Some(name) = session.opening.name() {
+            ui.spinner();
+            ui.label(format!("Opening {name}…"));
+        } else if let Some(done) = session.progress {
             let bar = ProgressBar::new(done).desired_width(140.0).fill(ACCENT.gamma_multiply(0.6));
             ui.add(bar.show_percentage());
-            if ui.small_button("Cancel").clicked() {
-                asked = Some(Action::Cancel);
-            }
-        } else if session.is_opening {
-            ui.spinner();
-            ui.label("opening…");
+        }
+        let is_busy = session.is_opening() || session.is_denoising();
+        if is_busy && ui.small_button("Cancel").on_hover_text("Esc").clicked() {
+            asked = Some(Action::Cancel);
         }
         let hint = if session.loaded.is_some() { "point at a pixel to read its light" } else { "" };
         let text = reading(session).unwrap_or_else(|| hint.into());

@@ -62,7 +62,7 @@ fn ticked_layers_are_denoised_along() {
     };
     assert_eq!(layers(&window), []);
     window.click("View.Combined_fill");
-    window.wait_for("read", |v| !v.session.is_opening && v.session.wish.layers.is_some());
+    window.wait_for("read", |v| !v.session.is_opening() && v.session.wish.layers.is_some());
     window.denoised();
     assert_eq!(layers(&window), [("View.Combined_fill".into(), 0.3)]);
     assert!(window.copied_command().ends_with(" --layers=View.Combined_fill"));
@@ -85,7 +85,7 @@ fn patterns_choose_layers_and_one_that_matches_nothing_changes_nothing() {
         window.press_with(Modifiers::COMMAND, Key::A);
         window.0.event(Event::Text(text.into()));
         window.press(Key::Enter);
-        window.wait_for("read", |viewer| !viewer.session.is_opening);
+        window.wait_for("read", |viewer| !viewer.session.is_opening());
         window.picture("patterns");
         window.session().opened().unwrap().view().layers().len()
     };

@@ -168,7 +168,7 @@ fn the_last_files_are_listed_and_missing_ones_cannot_be_opened() {
     window.picture("recent");
     window.0.get_by_label("gone.png").click();
     window.0.run_steps(3);
-    assert!(!window.0.state().session.is_opening);
+    assert!(!window.0.state().session.is_opening());
     window.0.get_by_label("here.png").click();
     window.0.run_steps(2);
     window.denoised();
