@@ -12,7 +12,7 @@ use crate::recent::Recent;
 use crate::session::Session;
 use crate::state::keys::{Action, action};
 use crate::ui::empty::Beginning;
-use crate::ui::{canvas, empty, help, panel, prompt, status, theme, toolbar};
+use crate::ui::{canvas, drop, empty, help, panel, prompt, status, theme, toolbar};
 
 /// The program in its window.
 pub(crate) struct Viewer {
@@ -134,11 +134,14 @@ impl App for Viewer {
             beginning = CentralPanel::default().show(ui, |ui| empty::show(ui, session)).inner;
         }
         help::show(&context, &mut session.shows_help);
+        drop::show(&context);
         if let Some((purpose, path)) = prompt::show(&context, session) {
             commands::typed(session, purpose, path);
         }
         if let Some(action) = asked {
             self.act(&context, action);
+            // What follows from it is seen to before the next frame.
+            context.request_repaint();
         }
         if let Some(beginning) = beginning {
             self.begin(&context, beginning);
