@@ -90,7 +90,7 @@ fn follow(session: &mut Session, report: Report) {
         Report::Saved(Ok(told)) => session.tell(told),
         Report::Pictured(pixels) => {
             session.copied = Some(pixels);
-            session.tell("copied the image as it is shown");
+            session.tell("copied the picture that is shown");
         }
         _ => {}
     }
@@ -149,7 +149,7 @@ fn next_measure(session: &mut Session) {
     session.looking.next_measure();
     let needs_reference = session.looking.measure == Measure::Perceived;
     if needs_reference && session.layer().is_some() {
-        session.tell("the reference is that of the color; a further layer has none");
+        session.tell("the reference belongs to the color; further layers have none");
     } else if needs_reference && !session.available().reference {
         no_reference(session);
     }
@@ -286,10 +286,10 @@ fn cancel(session: &mut Session) {
     if session.shows_help {
         session.shows_help = false;
     } else if session.cancel_opening() {
-        session.tell("cancelled");
+        session.tell("canceled");
     } else if session.is_denoising() {
         session.cancel();
-        session.tell("cancelled");
+        session.tell("canceled");
     } else {
         session.message = None;
     }

@@ -177,7 +177,7 @@ impl Session {
         self.opening.reference = None;
         match reference {
             Ok(reference) => {
-                self.reference = Some(reference);
+                (self.reference, self.message) = (Some(reference), None);
                 self.compare();
                 if let Some(why) = self.misfit() {
                     self.fail(why);
@@ -235,7 +235,9 @@ mod tests {
             let folder = tempfile::tempdir().unwrap();
             let session = Session::new(Gpu::for_tests(), || {});
             let mut room = Self { folder, session };
-            ["a.png", "b.png", "f.1.png", "f.2.png"].map(|name| room.write(name, 16));
+            for name in ["a.png", "b.png", "f.1.png", "f.2.png"] {
+                room.write(name, 16);
+            }
             room.open("a.png");
             room.wait_for(|session| !session.is_opening());
             room
@@ -313,7 +315,7 @@ mod tests {
         assert!(!room.session.is_opening());
         let sequence = room.session.sequence.as_ref().unwrap();
         assert_eq!(sequence.files(), [room.path("a.png")], "the arrow keys belong to a.png");
-        assert_eq!(room.session.message.as_ref().unwrap().text, "cancelled");
+        assert_eq!(room.session.message.as_ref().unwrap().text, "canceled");
     }
 
     #[test]

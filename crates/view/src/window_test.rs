@@ -104,7 +104,7 @@ fn an_empty_window_offers_what_to_do() {
     window.0.get_by_label("Open…");
     window.picture("empty");
     window.press(Key::Questionmark);
-    window.0.get_by_label("noisy or denoised");
+    window.0.get_by_label("toggle noisy and denoised");
     window.picture("help");
     window.press(Key::Escape);
     assert!(!window.0.state().session.shows_help);
@@ -253,7 +253,7 @@ fn work_can_be_cancelled_and_its_result_is_not_shown() {
     window.press(Key::Escape);
     let session = &window.0.state().session;
     assert!(!session.is_denoising() && session.denoised.is_none());
-    window.0.get_by_label("cancelled");
+    window.0.get_by_label("canceled");
     window.0.get_by_label("Denoise now").click();
     window.0.run_steps(2);
     window.denoised();

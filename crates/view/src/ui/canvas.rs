@@ -14,6 +14,9 @@ use crate::state::tone::Curve;
 /// How near to the line the cursor takes hold of it, in points.
 const GRIP: f32 = 7.0;
 
+/// How far the text of a label is from an edge, in points.
+const LABEL: f32 = 16.0;
+
 /// How many points of the wheel make an image larger by the factor e.
 const WHEEL: f32 = 220.0;
 
@@ -133,14 +136,10 @@ fn draw(session: &Session, place: &Place) -> Option<Draw> {
 fn labels(painter: &Painter, session: &Session, place: &Place) {
     let available = session.available();
     let [left, right] = session.looking.visible(available);
-    let top = place.rect.top() + 10.0;
+    let top = place.rect.top() + LABEL - 4.0;
     if place.layout == Layout::Single {
-        label(
-            painter,
-            pos2(place.rect.left() + 10.0, top),
-            Align2::LEFT_TOP,
-            &name(session, right),
-        );
+        let at = pos2(place.rect.left() + LABEL, top);
+        label(painter, at, Align2::LEFT_TOP, &name(session, right));
         return;
     }
     let line = place.line(session.looking.split);
@@ -148,8 +147,8 @@ fn labels(painter: &Painter, session: &Session, place: &Place) {
     if place.layout == Layout::Split {
         painter.circle_filled(pos2(line, place.rect.center().y), 5.0, Color32::WHITE);
     }
-    label(painter, pos2(line - 10.0, top), Align2::RIGHT_TOP, &name(session, left));
-    label(painter, pos2(line + 10.0, top), Align2::LEFT_TOP, &name(session, right));
+    label(painter, pos2(line - LABEL, top), Align2::RIGHT_TOP, &name(session, left));
+    label(painter, pos2(line + LABEL, top), Align2::LEFT_TOP, &name(session, right));
 }
 
 fn name(session: &Session, shown: Shown) -> String {
@@ -158,7 +157,7 @@ fn name(session: &Session, shown: Shown) -> String {
     }
     match shown {
         Shown::Difference if session.perceived().is_some() => {
-            "Perceived error (FLIP), dark 0 to light 1".into()
+            "FLIP error: 0 black, 1 pale yellow".into()
         }
         Shown::Difference => {
             let other = session.subtracted().name().to_lowercase();

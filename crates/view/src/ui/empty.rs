@@ -29,7 +29,8 @@ pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
         }
         ui.label(RichText::new("Drop a noisy render here").size(26.0));
         ui.label(
-            RichText::new("EXR, PNG or JPEG; albedo and normals are found by name").color(QUIET),
+            RichText::new("EXR, PNG or JPEG; albedo and normals are found by their names")
+                .color(QUIET),
         );
         ui.add_space(14.0);
         if ui.button("Open…").clicked() {
@@ -42,7 +43,7 @@ pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
         }
         if !recent.is_empty() {
             ui.add_space(14.0);
-            ui.label(RichText::new("Opened last").color(QUIET));
+            ui.label(RichText::new("Recent").color(QUIET));
         }
         if let Some(path) = recent::list(ui, recent) {
             chosen = Some(Beginning::Open(path));

@@ -67,7 +67,7 @@ fn ticked_layers_are_denoised_along() {
     assert_eq!(layers(&window), [("View.Combined_fill".into(), 0.3)]);
     assert!(window.copied_command().ends_with(" --layers=View.Combined_fill"));
     window.picture("further_layers");
-    window.click("found by their names");
+    window.click("find by name");
     window.wait_for("read", |viewer| viewer.session.opened().unwrap().view().layers().len() == 2);
     window.denoised();
     assert_eq!(layers(&window).len(), 2);
@@ -102,7 +102,7 @@ fn a_further_layer_is_shown_in_place_of_the_color() {
     let file = small(folder.path());
     let mut window = Window::open(std::slice::from_ref(&file), Some(&file));
     window.denoised();
-    window.click("found by their names");
+    window.click("find by name");
     window.wait_for("read", |viewer| viewer.session.opened().unwrap().view().layers().len() == 2);
     window.denoised();
     let color = window.picture("color");
@@ -166,7 +166,7 @@ fn a_folder_of_weights_can_denoise_albedo_and_normal_first() {
     window.drop_files(&[folder.path().into()], Modifiers::NONE);
     window.denoised();
     let noisy_inputs = window.light();
-    window.click("denoise these two first");
+    window.click("prefilter");
     let error = window.message();
     assert!(error.contains("has no rt_hdr_calb_cnrm.tza"), "{error}");
     put("rt_hdr_alb_nrm.tza", "rt_hdr_calb_cnrm.tza");
@@ -192,7 +192,7 @@ fn the_error_that_can_be_seen_is_a_map_and_a_figure() {
     assert!(difference(&map, &of_light) > 4.0);
     let means = window.session().perceiving.found().unwrap().means;
     assert!(means[0] > means[1] && means[1] > 0.0, "{means:?}");
-    window.0.get_by_label("FLIP");
+    assert_eq!(window.0.get_all_by_label("FLIP").count(), 2, "the choice and the figure");
     window.press_with(Modifiers::SHIFT, Key::E);
     let is_darker = |viewer: &Viewer| viewer.session.perceiving.found().unwrap().means != means;
     window.wait_for("computed at the other exposure", is_darker);

@@ -189,3 +189,23 @@ fn a_pattern_opens_its_frames_and_a_wrong_one_is_one_sentence() {
     let message = window.0.state().session.message.clone().unwrap();
     assert!(message.is_error && message.text.ends_with("g.####.png: no file has such a name"));
 }
+
+#[test]
+fn the_image_stays_where_it_is_whatever_there_is_to_tell() {
+    let mut window = Window::open(&[noisy()], Some(&sample("still_life_reference.exr")));
+    window.denoised();
+    window.wait_for("reference", |viewer| viewer.session.available().reference);
+    window.0.run_steps(2);
+    let area = |window: &Window| window.0.state().session.area;
+    let before = area(&window);
+    for at in [pos2(480.0, 300.0), pos2(500.0, 400.0), pos2(900.0, 500.0)] {
+        window.0.hover_at(at);
+        window.0.run_steps(2);
+        assert!(window.0.state().session.pointed.is_some());
+        assert_eq!(area(&window), before, "{at:?}");
+    }
+    window.picture("pointed");
+    window.0.state_mut().session.tell("this has been told");
+    window.0.run_steps(2);
+    assert_eq!(area(&window), before);
+}
