@@ -26,10 +26,15 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let Some(size) = session.opened().map(|opened| opened.size()) else { return };
     let place = Place { rect, scale: ui.pixels_per_point(), layout: session.looking.layout };
     session.area = place.area();
+    let before = session.transform.zoom();
     session.transform.lay_out(size, session.area);
     drag(ui, &response, session, &place);
     zoom(ui, &response, session, &place);
     session.transform.lay_out(size, session.area);
+    if session.transform.zoom() != before {
+        // The toolbar has shown the one before.
+        ui.ctx().request_repaint();
+    }
     let pointed = response.hover_pos().map(|at| place.within(at));
     session.pointed = pointed.and_then(|at| session.transform.pixel_at(at, session.area, size));
     if let Some(draw) = draw(session, &place) {

@@ -53,7 +53,7 @@ fn message(ui: &mut Ui, session: &mut Session) {
             session.message = None;
         }
     } else if session.loaded.is_some() {
-        ui.label(RichText::new("Space: noisy or denoised").color(QUIET));
+        ui.label(RichText::new("Space: toggle noisy and denoised").color(QUIET));
         ui.add_space(10.0);
         ui.label(RichText::new("?: all keys").color(QUIET));
     } else {

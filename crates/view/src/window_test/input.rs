@@ -191,6 +191,37 @@ fn a_pattern_opens_its_frames_and_a_wrong_one_is_one_sentence() {
 }
 
 #[test]
+fn at_one_to_one_each_pixel_of_the_screen_is_one_of_the_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    // One of the two has its middle between pixels of the screen.
+    for side in [340, 341] {
+        let stripes = image::RgbImage::from_fn(side, side, |x, y| {
+            image::Rgb([if (x + y) % 2 == 0 { 255 } else { 60 }; 3])
+        });
+        stripes.save(&path).unwrap();
+        let mut window = Window::open(std::slice::from_ref(&path), None);
+        window.denoised();
+        window.press(Key::Num1);
+        window.press(Key::Z);
+        let picture = window.picture("one_to_one");
+        let area = window.0.state().session.area;
+        let values = |y: u32| {
+            let row = (0..area[0] as u32).map(move |x| (x, y));
+            let found = row.map(|(x, y)| picture.get_pixel(x, y)[0]);
+            found.filter(|v| [255, 60].contains(v)).collect::<Vec<_>>()
+        };
+        let rows: Vec<_> = (100..picture.height() - 80).map(values).collect();
+        let whole: Vec<_> = rows.iter().filter(|row| row.len() > 300).collect();
+        assert_eq!(whole.len(), side as usize, "rows");
+        for row in whole {
+            assert_eq!(row.len(), side as usize, "columns");
+            assert!(row.windows(2).all(|pair| pair[0] != pair[1]), "a column twice");
+        }
+    }
+}
+
+#[test]
 fn the_image_stays_where_it_is_whatever_there_is_to_tell() {
     let mut window = Window::open(&[noisy()], Some(&sample("still_life_reference.exr")));
     window.denoised();
