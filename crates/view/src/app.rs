@@ -103,6 +103,13 @@ impl Viewer {
         }
     }
 
+    /// A window that is closed is gone at once, while what runs comes to its end.
+    fn close(context: &Context) {
+        if context.input(|input| input.viewport().close_requested()) {
+            context.send_viewport_cmd(ViewportCommand::Visible(false));
+        }
+    }
+
     fn begin(&mut self, context: &Context, beginning: Beginning) {
         match beginning {
             Beginning::Do(action) => self.act(context, action),
@@ -117,6 +124,7 @@ impl App for Viewer {
         self.dropped(context);
         self.reports(context);
         self.name(context);
+        Self::close(context);
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {

@@ -219,18 +219,24 @@ pub(crate) fn typed(session: &mut Session, purpose: Purpose, path: PathBuf) {
 }
 
 /// Writes the result as the command line would.
-pub(crate) fn save_result(session: &Session, path: &Path) {
+pub(crate) fn save_result(session: &mut Session, path: &Path) {
     let (Some(opened), Some(denoised)) = (session.opened(), &session.denoised) else { return };
     let (opened, outcome) = (opened.clone(), denoised.clone());
     let path = path.to_path_buf();
+    session.tell(saving(&path));
     session.in_background(move || Report::Saved(save::result(&opened, &outcome.results, &path)));
 }
 
 /// Writes what the window shows, in its layout, as PNG.
-pub(crate) fn save_comparison(session: &Session, path: &Path) {
+pub(crate) fn save_comparison(session: &mut Session, path: &Path) {
     let (Some(opened), Some(draw)) = (session.opened(), drawn(session)) else { return };
     let (opened, path) = (opened.clone(), path.to_path_buf());
+    session.tell(saving(&path));
     session.in_background(move || Report::Saved(save::picture(&opened, &draw(), &path)));
+}
+
+fn saving(path: &Path) -> String {
+    format!("saving {}…", escaped(&path.to_string_lossy()))
 }
 
 fn copy_image(session: &Session) {

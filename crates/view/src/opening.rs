@@ -295,13 +295,20 @@ mod tests {
             sender
         }
 
-        /// Watches `a.png`, which the renderer then writes anew, larger.
-        fn rewrite_watched(&mut self) {
+        /// Watches `a.png`, which the renderer then writes anew, and waits until that is noticed.
+        fn rewrite_watched(&mut self, write: impl Fn(&Self)) {
             act(&mut self.session, Action::Watch);
-            self.write("a.png", 32);
-            let version = Stamp::of(&self.path("a.png")).unwrap();
-            self.session.desk.report(Report::Changed(self.path("a.png"), version));
+            write(self);
+            self.wait_for(|session| unread(session).is_some());
         }
+    }
+
+    fn unread(session: &Session) -> Option<Stamp> {
+        session.watch.as_ref()?.unread
+    }
+
+    fn larger(room: &Room) {
+        room.write("a.png", 32);
     }
 
     #[test]
@@ -325,14 +332,15 @@ mod tests {
         room.wait_for(|session| !session.is_opening());
         let held = room.hold();
         act(&mut room.session, Action::Step(1));
-        room.session.choose(Wish { color: Some("none".into()), ..Wish::default() });
         room.open("b.png");
+        room.session.choose(Wish { color: Some("none".into()), ..Wish::default() });
         room.cancel();
         drop(held);
         room.read_all();
         catch_up(&mut room.session);
         assert_eq!(room.shown().0, "f.1.png");
-        assert_eq!(room.session.sequence.as_ref().unwrap().at(), 0);
+        let sequence = room.session.sequence.as_ref().unwrap();
+        assert_eq!(sequence.current(), room.path("f.1.png"));
         assert_eq!(room.session.wish.color, None);
     }
 
@@ -361,13 +369,15 @@ mod tests {
     fn a_watched_file_never_replaces_one_that_the_user_opens() {
         for is_read_first in [true, false] {
             let mut room = Room::new();
-            room.rewrite_watched();
             if is_read_first {
-                catch_up(&mut room.session);
+                room.rewrite_watched(larger);
                 room.read_all();
             }
             let held = room.hold();
             room.open("b.png");
+            if !is_read_first {
+                room.rewrite_watched(larger);
+            }
             catch_up(&mut room.session);
             assert_eq!(room.shown(), ("a.png".into(), 16), "what was open stays until then");
             drop(held);
@@ -382,35 +392,30 @@ mod tests {
     fn a_version_that_had_to_wait_is_read_when_nothing_else_is_opened() {
         for is_cancelled in [true, false] {
             let mut room = Room::new();
-            room.rewrite_watched();
             let held = room.hold();
             room.open("missing.png");
-            catch_up(&mut room.session);
+            room.rewrite_watched(larger);
             if is_cancelled {
                 room.cancel();
             }
             drop(held);
-            let width = |session: &Session| session.opened().unwrap().size()[0];
-            room.wait_for(|session| width(session) == 32);
+            room.wait_for(|session| session.opened().unwrap().size()[0] == 32);
         }
     }
 
     #[test]
     fn a_version_that_is_broken_or_cancelled_is_not_read_again() {
         let mut room = Room::new();
-        room.rewrite_watched();
-        std::fs::write(room.path("a.png"), "broken").unwrap();
+        room.rewrite_watched(|room| std::fs::write(room.path("a.png"), "broken").unwrap());
         room.wait_for(|session| session.message.as_ref().is_some_and(|m| m.is_error));
-        catch_up(&mut room.session);
-        assert!(!room.session.is_opening());
+        assert!(unread(&room.session).is_none() && !room.session.is_opening());
         let mut room = Room::new();
-        room.rewrite_watched();
         let held = room.hold();
-        catch_up(&mut room.session);
+        room.rewrite_watched(larger);
         room.cancel();
         drop(held);
         catch_up(&mut room.session);
-        assert!(!room.session.is_opening());
+        assert!(unread(&room.session).is_none() && !room.session.is_opening());
         assert_eq!(room.shown(), ("a.png".into(), 16));
     }
 

@@ -246,3 +246,14 @@ impl Session {
         });
     }
 }
+
+impl Drop for Session {
+    /// Ends what runs, but not before a file is saved. A driver that unloads while a thread still uses
+    /// it would end the program with a fault.
+    fn drop(&mut self) {
+        self.next_ticket();
+        self.cancel_opening();
+        self.engine.finish();
+        self.files.finish();
+    }
+}

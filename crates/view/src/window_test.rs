@@ -59,6 +59,13 @@ impl Window {
         });
     }
 
+    /// What there is to tell, once nothing is being saved.
+    fn message(&mut self) -> String {
+        let told = |viewer: &Viewer| viewer.session.message.clone().map(|message| message.text);
+        self.wait_for("told", |v| told(v).is_some_and(|text| !text.starts_with("saving ")));
+        told(self.0.state()).unwrap()
+    }
+
     fn press(&mut self, key: Key) {
         self.press_with(Modifiers::NONE, key);
     }
@@ -240,8 +247,8 @@ fn settings_denoise_anew_and_a_comparison_is_saved() {
     assert_ne!(session.image(Shown::Denoised), Some(&balanced));
     window.press(Key::D);
     let path = folder.path().join("both.png");
-    commands::save_comparison(&window.0.state().session, &path);
-    window.wait_for("saved", |viewer| viewer.session.message.is_some());
+    commands::save_comparison(&mut window.0.state_mut().session, &path);
+    assert!(window.message().starts_with("saved "));
     let size = window.0.state().session.opened().unwrap().size();
     assert_eq!(image::image_dimensions(&path).unwrap(), (2 * size[0], size[1]));
 }

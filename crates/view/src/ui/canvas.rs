@@ -166,7 +166,8 @@ fn name(session: &Session, shown: Shown) -> String {
         }
         Shown::Difference => {
             let other = session.subtracted().name().to_lowercase();
-            format!("Difference from {other}, {:.0}×", session.looking.amplification)
+            let later = if session.wants_perceived() { "; computing FLIP…" } else { "" };
+            format!("Difference from {other}, {:.0}×{later}", session.looking.amplification)
         }
         shown => shown.name().into(),
     }

@@ -35,11 +35,6 @@ impl Window {
         self.0.run_steps(2);
     }
 
-    fn message(&mut self) -> String {
-        self.wait_for("told", |viewer| viewer.session.message.is_some());
-        self.session().message.as_ref().unwrap().text.clone()
-    }
-
     fn copied_command(&mut self) -> String {
         commands::act(&mut self.0.state_mut().session, Action::CopyCommand).unwrap()
     }
@@ -119,7 +114,7 @@ fn a_further_layer_is_shown_in_place_of_the_color() {
     assert_eq!(lights, [0.2; 2]);
     assert_eq!(window.session().subtracted(), Shown::Noisy, "the reference is that of the color");
     let saved = folder.path().join("layer.png");
-    commands::save_comparison(window.session(), &saved);
+    commands::save_comparison(&mut window.0.state_mut().session, &saved);
     window.message();
     let screen = (srgb(0.2) * 255.0).round() as u8;
     assert_eq!(image::open(&saved).unwrap().to_rgb8().get_pixel(9, 9).0, [screen; 3]);

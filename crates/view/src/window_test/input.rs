@@ -88,9 +88,9 @@ fn where_there_is_no_dialog_a_path_is_typed_and_no_file_is_replaced() {
         window.picture("prompt");
         window.press(Key::D);
         window.press(Key::Enter);
-        window.wait_for("told", |viewer| viewer.session.message.is_some());
+        let told = window.message();
         let session = &mut window.0.state_mut().session;
-        let told = session.message.take().unwrap().text;
+        session.message = None;
         assert!(told.contains(expected) && session.prompt.is_none(), "{told}");
         assert_eq!(session.looking.layout, Layout::Single, "keys are for the text");
     }
@@ -111,8 +111,7 @@ fn a_comparison_never_replaces_a_file_that_was_not_named() {
     window.denoised();
     let session = &mut window.0.state_mut().session;
     commands::typed(session, Purpose::SaveComparison, folder.path().join("out.exr"));
-    window.wait_for("told", |viewer| viewer.session.message.is_some());
-    let told = window.0.state().session.message.clone().unwrap().text;
+    let told = window.message();
     assert!(told.ends_with("out.exr: comparisons are PNG files; give a name that ends in .png"));
     assert_eq!(image::image_dimensions(&other).unwrap(), (3, 2));
 }
@@ -126,8 +125,7 @@ fn a_result_is_not_saved_into_another_version_of_its_file() {
     gray(input, [640, 480]);
     let session = &mut window.0.state_mut().session;
     commands::save_result(session, &folder.path().join("out.png"));
-    window.wait_for("told", |viewer| viewer.session.message.is_some());
-    let told = window.0.state().session.message.clone().unwrap().text;
+    let told = window.message();
     assert_eq!(told, "a.png: has changed since it was opened; open it again");
     commands::act(&mut window.0.state_mut().session, Action::Watch);
     let size = |viewer: &Viewer| viewer.session.opened().unwrap().size();
