@@ -58,7 +58,8 @@ pub(crate) fn act(session: &mut Session, action: Action) -> Option<String> {
 pub(crate) fn go(session: &mut Session, step: impl FnOnce(&mut Sequence) -> bool) {
     let Some(mut sequence) = session.sequence.clone() else { return };
     if step(&mut sequence) {
-        session.read(&sequence.current().to_path_buf(), Some(sequence), session.wish.clone());
+        let (path, wish) = (sequence.current().to_path_buf(), session.wish.clone());
+        session.read(&path, Some(sequence), wish);
     }
 }
 
@@ -77,8 +78,9 @@ fn follow(session: &mut Session, report: Report) {
     match report {
         Report::Chosen(purpose, paths) => chosen(session, purpose, &paths),
         Report::Changed(path, version) => {
-            let watch = session.watch.as_mut().filter(|watch| watch.path() == path);
-            watch.into_iter().for_each(|watch| watch.unread = Some(version));
+            if let Some(watch) = session.watch.as_mut().filter(|watch| watch.path() == path) {
+                watch.unread = Some(version);
+            }
         }
         Report::Perceived(ticket, Ok(found)) => session.perceiving.take(ticket, found),
         Report::Perceived(_, Err(error))

@@ -87,16 +87,18 @@ impl Session {
         wish: Wish,
         version: Option<Stamp>,
     ) {
-        let now = (sequence, wish.clone());
-        let chosen = (std::mem::replace(&mut self.sequence, now.0), self.wish.clone());
-        self.wish = now.1;
+        let replaced = std::mem::replace(&mut self.sequence, sequence);
+        let chosen = (replaced, std::mem::replace(&mut self.wish, wish.clone()));
         let before = self.opening.noisy.take().map_or(chosen, |reading| reading.before);
         self.opening.noisy = Some(Reading { name: name(path), version, before });
         let latest = self.opening.latest_noisy.clone();
         let (ticket, path, gpu) = (latest.next(), path.to_path_buf(), self.gpu.clone());
-        self.in_background(move || match latest.is(ticket) {
-            true => Report::Opened(ticket, load(&gpu, &path, wish)),
-            false => Report::Nothing,
+        self.in_background(move || {
+            if latest.is(ticket) {
+                Report::Opened(ticket, load(&gpu, &path, wish))
+            } else {
+                Report::Nothing
+            }
         });
     }
 
@@ -105,9 +107,12 @@ impl Session {
         self.opening.reference = Some(name(path));
         let latest = self.opening.latest_reference.clone();
         let (ticket, path, gpu) = (latest.next(), path.to_path_buf(), self.gpu.clone());
-        self.in_background(move || match latest.is(ticket) {
-            true => Report::Reference(ticket, load_reference(&gpu, path)),
-            false => Report::Nothing,
+        self.in_background(move || {
+            if latest.is(ticket) {
+                Report::Reference(ticket, load_reference(&gpu, path))
+            } else {
+                Report::Nothing
+            }
         });
     }
 
@@ -188,7 +193,9 @@ impl Session {
     }
 
     fn finish_version(&mut self, version: Option<Stamp>) {
-        self.watch.iter_mut().for_each(|watch| watch.finish(version));
+        if let Some(watch) = &mut self.watch {
+            watch.finish(version);
+        }
     }
 }
 

@@ -184,13 +184,13 @@ impl Session {
                 Report::Opened(ticket, loaded) => self.take_opened(ticket, loaded),
                 Report::Reference(ticket, reference) => self.take_reference(ticket, reference),
                 Report::Denoised(ticket, result) if self.denoising.is(ticket) => {
-                    self.finish(result)
+                    self.finish(result);
                 }
                 Report::Progress(ticket, done) if self.denoising.is(ticket) => {
                     self.progress = Some(done);
                 }
                 Report::Figures(ticket, figures) if self.denoising.is(ticket) => {
-                    self.judge(figures)
+                    self.judge(figures);
                 }
                 Report::Denoised(..) | Report::Progress(..) | Report::Figures(..) => {}
                 Report::Failed => self.give_up(),

@@ -18,8 +18,8 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     });
     let Some([width, height]) = session.opened().map(|opened| opened.size()) else { return asked };
     let line = |at| reading(session, at).unwrap_or_default();
-    let text =
-        session.pointed.map(line).unwrap_or_else(|| "Point at a pixel to read its values".into());
+    let hint = || "Point at a pixel to read its values".into();
+    let text = session.pointed.map_or_else(hint, line);
     let height = height_of(ui, line([width - 1, height - 1]));
     let size = [ui.available_width(), height].into();
     let (rect, _) = ui.allocate_exact_size(size, Sense::hover());

@@ -6,8 +6,8 @@ use std::path::Path;
 use x11rb::connection::Connection as _;
 use x11rb::protocol::Event;
 use x11rb::protocol::xproto::{
-    ConnectionExt as _, EventMask, PropMode, SELECTION_NOTIFY_EVENT, SelectionNotifyEvent,
-    SelectionRequestEvent, Window,
+    ClientMessageEvent, ConnectionExt as _, EventMask, PropMode, SELECTION_NOTIFY_EVENT,
+    SelectionNotifyEvent, SelectionRequestEvent, Window,
 };
 use x11rb::wrapper::ConnectionExt as _;
 
@@ -29,35 +29,44 @@ pub(crate) fn drop_file(display: &Display, onto: Window, file: &Path) -> bool {
     let (own, selection) = (source.window, display.atom("XdndSelection"));
     let owned = display.connection.set_selection_owner(own, selection, x11rb::CURRENT_TIME);
     owned.unwrap().check().unwrap();
-    const VERSION: u32 = 5 << 24;
-    display.send(onto, "XdndEnter", [own, VERSION, display.atom(KIND), 0, 0]);
-    let (at, copy) = (500 << 16 | 400, display.atom("XdndActionCopy"));
-    display.send(onto, "XdndPosition", [own, 0, at, x11rb::CURRENT_TIME, copy]);
-    // The window asks for the list before it is dropped, and answers whether it would take it.
-    let [mut is_asked, mut is_wanted] = [false; 2];
-    while !(is_asked && is_wanted) {
-        match source.next() {
-            Event::SelectionRequest(request) => {
-                source.give(&request);
-                is_asked = true;
-            }
-            Event::ClientMessage(status) if status.data.as_data32()[1] & 1 == 1 => is_wanted = true,
-            Event::ClientMessage(_) => return false,
-            _ => {}
-        }
-    }
-    display.send(onto, "XdndDrop", [own, 0, x11rb::CURRENT_TIME, 0, 0]);
-    let finished = display.atom("XdndFinished");
-    loop {
-        if let Event::ClientMessage(end) = source.next()
-            && end.type_ == finished
-        {
-            return end.data.as_data32()[1] & 1 == 1;
-        }
-    }
+    source.is_wanted(onto) && source.drop(onto)
 }
 
 impl Source<'_> {
+    /// Moves over the window. That asks for the list and answers whether it would take it.
+    fn is_wanted(&self, onto: Window) -> bool {
+        const VERSION: u32 = 5 << 24;
+        let (own, atom) = (self.window, |name| self.display.atom(name));
+        self.display.send(onto, "XdndEnter", [own, VERSION, atom(KIND), 0, 0]);
+        let (at, copy) = ((500 << 16) | 400, atom("XdndActionCopy"));
+        self.display.send(onto, "XdndPosition", [own, 0, at, x11rb::CURRENT_TIME, copy]);
+        let [mut is_asked, mut is_wanted] = [false; 2];
+        while !(is_asked && is_wanted) {
+            match self.next() {
+                Event::SelectionRequest(request) => {
+                    self.give(&request);
+                    is_asked = true;
+                }
+                Event::ClientMessage(status) if is_yes(&status) => is_wanted = true,
+                Event::ClientMessage(_) => return false,
+                _ => {}
+            }
+        }
+        true
+    }
+
+    fn drop(&self, onto: Window) -> bool {
+        self.display.send(onto, "XdndDrop", [self.window, 0, x11rb::CURRENT_TIME, 0, 0]);
+        let finished = self.display.atom("XdndFinished");
+        loop {
+            if let Event::ClientMessage(end) = self.next()
+                && end.type_ == finished
+            {
+                return is_yes(&end);
+            }
+        }
+    }
+
     fn next(&self) -> Event {
         Display::wait_for("an answer", || self.display.connection.poll_for_event().unwrap())
     }
@@ -80,6 +89,11 @@ impl Source<'_> {
         connection.send_event(false, requestor, EventMask::NO_EVENT, told).unwrap();
         connection.flush().unwrap();
     }
+}
+
+/// Whether the window accepts.
+fn is_yes(answer: &ClientMessageEvent) -> bool {
+    answer.data.as_data32()[1] & 1 == 1
 }
 
 /// The path as a URI.
