@@ -1,6 +1,7 @@
 //! Drags a file onto a window and drops it there, as a file manager does: version 5 of the protocol XDND
 //! (<https://freedesktop.org/wiki/Specifications/XDND>).
 
+use std::fmt::Write as _;
 use std::path::Path;
 
 use x11rb::connection::Connection as _;
@@ -38,7 +39,8 @@ impl Source<'_> {
         const VERSION: u32 = 5 << 24;
         let (own, atom) = (self.window, |name| self.display.atom(name));
         self.display.send(onto, "XdndEnter", [own, VERSION, atom(KIND), 0, 0]);
-        let (at, copy) = ((500 << 16) | 400, atom("XdndActionCopy"));
+        // x and y, in 16 bits each.
+        let (at, copy) = (0x0190_0190, atom("XdndActionCopy"));
         self.display.send(onto, "XdndPosition", [own, 0, at, x11rb::CURRENT_TIME, copy]);
         let [mut is_asked, mut is_wanted] = [false; 2];
         while !(is_asked && is_wanted) {
@@ -99,9 +101,13 @@ fn is_yes(answer: &ClientMessageEvent) -> bool {
 /// The path as a URI.
 fn uri(path: &Path) -> String {
     let path = std::path::absolute(path).unwrap();
-    let word = |c: char| match c {
-        'a'..='z' | 'A'..='Z' | '0'..='9' | '/' | '.' | '-' | '_' => c.to_string(),
-        c => c.to_string().bytes().map(|byte| format!("%{byte:02X}")).collect(),
-    };
-    format!("file://{}", path.to_string_lossy().chars().map(word).collect::<String>())
+    let mut uri = String::from("file://");
+    for byte in path.to_string_lossy().bytes() {
+        if byte.is_ascii_alphanumeric() || b"/.-_".contains(&byte) {
+            uri.push(byte.into());
+        } else {
+            let _ = write!(uri, "%{byte:02X}");
+        }
+    }
+    uri
 }
