@@ -11,37 +11,11 @@ use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
 use crate::open::{Opened, Wish, sentence};
 use crate::session::Session;
+use crate::state::pending::Reading;
 use crate::state::sequence::Sequence;
 use crate::state::settings::listed;
 use crate::state::settling::Stamp;
-use crate::work::{Latest, Loaded, Reference, Report};
-
-/// The files that are being read.
-#[derive(Debug, Default)]
-pub(crate) struct Opening {
-    noisy: Option<Reading>,
-    latest_noisy: Latest,
-    /// The name of the reference that is being read.
-    reference: Option<String>,
-    latest_reference: Latest,
-}
-
-/// A noisy image that is being read.
-#[derive(Debug)]
-struct Reading {
-    name: String,
-    /// The version of the watched file; `None` if the user opens the file.
-    version: Option<Stamp>,
-    /// The choices that belong to what is open, to go back to.
-    before: (Option<Sequence>, Wish),
-}
-
-impl Opening {
-    /// The name of a file that is being read.
-    pub(crate) fn name(&self) -> Option<&str> {
-        self.noisy.as_ref().map(|reading| &reading.name).or(self.reference.as_ref()).map(|n| &**n)
-    }
-}
+use crate::work::{Loaded, Reference, Report};
 
 impl Session {
     pub(crate) fn is_opening(&self) -> bool {

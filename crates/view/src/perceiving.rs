@@ -3,7 +3,8 @@
 
 use crate::gpu::host::Gpu;
 use crate::perceived::{Asked, Perceived};
-use crate::work::{Desk, Lane, Latest, Report};
+use crate::state::latest::Latest;
+use crate::work::{Desk, Lane, Report};
 
 /// Computes errors whenever something they depend on has changed.
 pub(crate) struct Perceiving {

@@ -9,17 +9,18 @@ use crate::denoise::{Engine, Outcome};
 use crate::further::Further;
 use crate::gpu::host::Gpu;
 use crate::open::{Opened, Wish};
-use crate::opening::Opening;
 use crate::perceiving::Perceiving;
 use crate::picture::Pixels;
 use crate::recent::Recent;
+use crate::state::latest::Latest;
 use crate::state::looking::Looking;
+use crate::state::pending::Pending;
 use crate::state::sequence::Sequence;
 use crate::state::settings::Settings;
 use crate::state::tone::Tone;
 use crate::state::transform::Transform;
 use crate::watch::Watch;
-use crate::work::{Desk, Lane, Latest, Loaded, Prompt, Reference, Report};
+use crate::work::{Desk, Lane, Loaded, Prompt, Reference, Report};
 
 /// A sentence for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -53,7 +54,7 @@ pub(crate) struct Session {
     pub(crate) message: Option<Message>,
     /// What is done of the denoising that runs, from 0 to 1.
     pub(crate) progress: Option<f32>,
-    pub(crate) opening: Opening,
+    pub(crate) opening: Pending,
     pub(crate) shows_help: bool,
     /// The area that shows the image, in pixels of the screen.
     pub(crate) area: [f32; 2],
@@ -102,7 +103,7 @@ impl Session {
             prompt: None,
             message: None,
             progress: None,
-            opening: Opening::default(),
+            opening: Pending::default(),
             shows_help: false,
             area: [1.0; 2],
             drags_line: false,

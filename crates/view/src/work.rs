@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Sender, channel};
 use std::thread::{self, JoinHandle};
 
@@ -104,25 +103,6 @@ impl Desk {
     pub(crate) fn report(&self, report: Report) {
         let _ = self.reports.send(report);
         (self.wake)();
-    }
-}
-
-/// The ticket of the latest wish. Threads compare it with theirs, so that older work is skipped.
-#[derive(Clone, Debug, Default)]
-pub(crate) struct Latest(Arc<AtomicU64>);
-
-impl Latest {
-    /// A ticket for a new wish.
-    pub(crate) fn next(&self) -> u64 {
-        self.0.fetch_add(1, Ordering::Relaxed) + 1
-    }
-
-    pub(crate) fn current(&self) -> u64 {
-        self.0.load(Ordering::Relaxed)
-    }
-
-    pub(crate) fn is(&self, ticket: u64) -> bool {
-        self.current() == ticket
     }
 }
 
