@@ -5,14 +5,14 @@ use std::path::PathBuf;
 use eframe::egui::{CentralPanel, ColorImage, Context, Event, Frame, Panel, Ui, ViewportCommand};
 use eframe::{App, CreationContext};
 
-use crate::commands::{self, act, follow, keep_further, keep_perceiving, keep_watching, open_any};
+use crate::commands::{self, act, catch_up, open_any};
 use crate::gpu::host::Gpu;
 use crate::gpu::screen;
 use crate::recent::Recent;
 use crate::session::Session;
 use crate::state::keys::{Action, action};
 use crate::ui::empty::Beginning;
-use crate::ui::{canvas, empty, help, panel, prompt, status, theme, toolbar};
+use crate::ui::{canvas, drop, empty, help, panel, prompt, status, theme, toolbar};
 
 /// The program in its window.
 pub(crate) struct Viewer {
@@ -84,13 +84,9 @@ impl Viewer {
         open_any(&mut self.session, &paths, shift);
     }
 
+    /// Takes what the threads have reported.
     fn reports(&mut self, context: &Context) {
-        for report in self.session.take_reports() {
-            follow(&mut self.session, report);
-        }
-        keep_watching(&mut self.session);
-        keep_perceiving(&mut self.session);
-        keep_further(&mut self.session);
+        catch_up(&mut self.session);
         if let Some(pixels) = self.session.copied.take() {
             let size = pixels.size.map(|side| side as usize);
             context.copy_image(ColorImage::from_rgb(size, pixels.rgb.as_flattened()));
@@ -107,6 +103,13 @@ impl Viewer {
         }
     }
 
+    /// A window that is closed is gone at once, while what runs comes to its end.
+    fn close(context: &Context) {
+        if context.input(|input| input.viewport().close_requested()) {
+            context.send_viewport_cmd(ViewportCommand::Visible(false));
+        }
+    }
+
     fn begin(&mut self, context: &Context, beginning: Beginning) {
         match beginning {
             Beginning::Do(action) => self.act(context, action),
@@ -117,10 +120,11 @@ impl Viewer {
 
 impl App for Viewer {
     fn logic(&mut self, context: &Context, _: &mut eframe::Frame) {
-        self.reports(context);
         self.keys(context);
         self.dropped(context);
+        self.reports(context);
         self.name(context);
+        Self::close(context);
     }
 
     fn ui(&mut self, ui: &mut Ui, _: &mut eframe::Frame) {
@@ -138,11 +142,14 @@ impl App for Viewer {
             beginning = CentralPanel::default().show(ui, |ui| empty::show(ui, session)).inner;
         }
         help::show(&context, &mut session.shows_help);
+        drop::show(&context);
         if let Some((purpose, path)) = prompt::show(&context, session) {
             commands::typed(session, purpose, path);
         }
         if let Some(action) = asked {
             self.act(&context, action);
+            // What follows from it is seen to before the next frame.
+            context.request_repaint();
         }
         if let Some(beginning) = beginning {
             self.begin(&context, beginning);

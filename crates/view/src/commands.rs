@@ -56,20 +56,30 @@ pub(crate) fn act(session: &mut Session, action: Action) -> Option<String> {
 
 /// Goes through the sequence and reads the file that it leads to.
 pub(crate) fn go(session: &mut Session, step: impl FnOnce(&mut Sequence) -> bool) {
-    let Some(sequence) = &mut session.sequence else { return };
-    if step(sequence) {
-        let path = sequence.current().to_path_buf();
-        session.read(&path);
+    let Some(mut sequence) = session.sequence.clone() else { return };
+    if step(&mut sequence) {
+        let (path, wish) = (sequence.current().to_path_buf(), session.wish.clone());
+        session.read(&path, Some(sequence), wish);
     }
 }
 
+/// Takes what the threads have reported, and has them do what follows from it.
+pub(crate) fn catch_up(session: &mut Session) {
+    for report in session.take_reports() {
+        follow(session, report);
+    }
+    keep_watching(session);
+    keep_perceiving(session);
+    keep_further(session);
+}
+
 /// Follows up on a report that is not about the session's own work.
-pub(crate) fn follow(session: &mut Session, report: Report) {
+fn follow(session: &mut Session, report: Report) {
     match report {
         Report::Chosen(purpose, paths) => chosen(session, purpose, &paths),
-        Report::Changed => {
-            if let Some(path) = session.watch.as_ref().map(|watch| watch.path().to_path_buf()) {
-                session.read(&path);
+        Report::Changed(path, version) => {
+            if let Some(watch) = session.watch.as_mut().filter(|watch| watch.path() == path) {
+                watch.unread = Some(version);
             }
         }
         Report::Perceived(ticket, Ok(found)) => session.perceiving.take(ticket, found),
@@ -82,14 +92,14 @@ pub(crate) fn follow(session: &mut Session, report: Report) {
         Report::Saved(Ok(told)) => session.tell(told),
         Report::Pictured(pixels) => {
             session.copied = Some(pixels);
-            session.tell("copied the image as it is shown");
+            session.tell("copied the picture that is shown");
         }
         _ => {}
     }
 }
 
-/// Watches the file that is open, if another one has been watched.
-pub(crate) fn keep_watching(session: &mut Session) {
+/// Watches the file that is open, if another one has been watched, and reads a version that was written.
+fn keep_watching(session: &mut Session) {
     let Some(watched) = session.watch.as_ref().map(|watch| watch.path().to_path_buf()) else {
         return;
     };
@@ -97,10 +107,11 @@ pub(crate) fn keep_watching(session: &mut Session) {
         session.watch = None;
         toggle_watch(session);
     }
+    session.read_version();
 }
 
 /// Has the visible errors of what is open computed, if there are a result and a reference of its size.
-pub(crate) fn keep_perceiving(session: &mut Session) {
+fn keep_perceiving(session: &mut Session) {
     let wanted = || {
         let reference = session.reference.as_ref().filter(|_| session.available().reference)?;
         Some(Asked {
@@ -115,7 +126,7 @@ pub(crate) fn keep_perceiving(session: &mut Session) {
 }
 
 /// Has the further layer that was chosen put on the GPU.
-pub(crate) fn keep_further(session: &mut Session) {
+fn keep_further(session: &mut Session) {
     let loaded = session.loaded.as_ref().map(|loaded| &loaded.opened);
     if let Some(source) = session.further.ask(loaded, session.denoised.as_ref()) {
         let gpu = session.gpu.clone();
@@ -140,7 +151,7 @@ fn next_measure(session: &mut Session) {
     session.looking.next_measure();
     let needs_reference = session.looking.measure == Measure::Perceived;
     if needs_reference && session.layer().is_some() {
-        session.tell("the reference is that of the color; a further layer has none");
+        session.tell("the reference belongs to the color; further layers have none");
     } else if needs_reference && !session.available().reference {
         no_reference(session);
     }
@@ -210,18 +221,24 @@ pub(crate) fn typed(session: &mut Session, purpose: Purpose, path: PathBuf) {
 }
 
 /// Writes the result as the command line would.
-pub(crate) fn save_result(session: &Session, path: &Path) {
+pub(crate) fn save_result(session: &mut Session, path: &Path) {
     let (Some(opened), Some(denoised)) = (session.opened(), &session.denoised) else { return };
     let (opened, outcome) = (opened.clone(), denoised.clone());
     let path = path.to_path_buf();
+    session.tell(saving(&path));
     session.in_background(move || Report::Saved(save::result(&opened, &outcome.results, &path)));
 }
 
 /// Writes what the window shows, in its layout, as PNG.
-pub(crate) fn save_comparison(session: &Session, path: &Path) {
+pub(crate) fn save_comparison(session: &mut Session, path: &Path) {
     let (Some(opened), Some(draw)) = (session.opened(), drawn(session)) else { return };
     let (opened, path) = (opened.clone(), path.to_path_buf());
+    session.tell(saving(&path));
     session.in_background(move || Report::Saved(save::picture(&opened, &draw(), &path)));
+}
+
+fn saving(path: &Path) -> String {
+    format!("saving {}…", escaped(&path.to_string_lossy()))
 }
 
 fn copy_image(session: &Session) {
@@ -276,9 +293,11 @@ fn toggle_watch(session: &mut Session) {
 fn cancel(session: &mut Session) {
     if session.shows_help {
         session.shows_help = false;
+    } else if session.cancel_opening() {
+        session.tell("canceled");
     } else if session.is_denoising() {
         session.cancel();
-        session.tell("cancelled");
+        session.tell("canceled");
     } else {
         session.message = None;
     }

@@ -61,8 +61,8 @@ pub(crate) fn flip_row(means: [f64; 2]) -> Row {
     Row { name: "FLIP", hint: FLIP, noisy, denoised }
 }
 
-const FLIP: &str = "mean error that an eye sees at this exposure when image and reference are shown \
-                    in turn: 0 is none, 1 the most";
+const FLIP: &str = "mean of how much an eye notices at this exposure when image and reference are shown \
+                    in turn: 0 is nothing, 1 the most";
 
 const BRISQUE: &str = "how noisy the picture looks, without a reference: 0 is best, 100 worst. It \
                        tells plainly noisier pictures of one view apart. It cannot say which of two \
@@ -83,12 +83,12 @@ impl Errors {
             denoised: self.denoised.as_ref().map_or_else(|| "…".into(), shown),
         };
         [
-            row("L1", "mean difference of display values; less is better", |m| {
+            row("L1", "mean difference of display values; lower is better", |m| {
                 format!("{:.4}", m.l1)
             }),
-            row("PSNR", "of display values; more is better", |m| format!("{:.1} dB", m.psnr)),
+            row("PSNR", "of display values; higher is better", |m| format!("{:.1} dB", m.psnr)),
             row("SSIM", "structural similarity; 1 is the same", |m| format!("{:.3}", m.ssim)),
-            row("relMSE", "of linear light; less is better", |m| format!("{:.4}", m.relmse)),
+            row("relMSE", "of linear light; lower is better", |m| format!("{:.4}", m.relmse)),
         ]
     }
 }

@@ -23,7 +23,7 @@ fn several(files: impl Future<Output = Option<Vec<FileHandle>>> + Send + 'static
     Box::pin(async move { files.await.unwrap_or_default() })
 }
 
-/// Asks for images to open.
+/// Asks for files to open.
 pub(crate) fn open(purpose: Purpose, folder: Option<&Path>, desk: Desk) {
     let images = at(folder).add_filter("Images", &IMAGES);
     let chosen: Chosen = match purpose {

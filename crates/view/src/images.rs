@@ -34,11 +34,16 @@ impl Session {
         self.further.of(self.opened()?)
     }
 
-    /// The visible errors, if a difference shows them. A further layer has none: the reference is that
-    /// of the color.
+    /// The visible errors, if a difference shows them.
     pub(crate) fn perceived(&self) -> Option<&Perceived> {
-        let is_asked = self.looking.measure == Measure::Perceived && self.layer().is_none();
-        self.perceiving.found().filter(|_| is_asked)
+        self.perceiving.found().filter(|_| self.wants_perceived())
+    }
+
+    /// Whether a difference is to show visible errors. A further layer has none: the reference is that
+    /// of the color.
+    pub(crate) fn wants_perceived(&self) -> bool {
+        let has_both = self.subtracted() == Shown::Reference && self.denoised.is_some();
+        has_both && self.looking.measure == Measure::Perceived
     }
 
     /// An image on the CPU; the denoised one stands for a difference of light.

@@ -15,6 +15,7 @@ mod gpu;
 mod images;
 mod networks;
 mod open;
+mod opening;
 mod perceived;
 mod perceiving;
 mod picture;

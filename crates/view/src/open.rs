@@ -88,6 +88,11 @@ impl Opened {
         let found = self.view().selection().map(|selection| selection.explanation.clone());
         let mut lines = found.unwrap_or_default();
         lines.extend(self.picture.notices().iter().cloned());
+        if self.view().is_panorama() {
+            lines.push(
+                "a panorama: denoised without a seam between its left and right edges".into(),
+            );
+        }
         if let more @ 2.. = self.picture.views().len() {
             lines.push(format!("all {more} views are denoised and saved"));
         }

@@ -1,18 +1,15 @@
 //! Computes the errors that can be seen, anew whenever the images or the exposure change, on a thread of
 //! its own.
 
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU64, Ordering};
-
 use crate::gpu::host::Gpu;
 use crate::perceived::{Asked, Perceived};
+use crate::state::latest::Latest;
 use crate::work::{Desk, Lane, Report};
 
 /// Computes errors whenever something they depend on has changed.
 pub(crate) struct Perceiving {
     lane: Lane<()>,
-    /// The ticket of what was asked for last; older ones are skipped.
-    latest: Arc<AtomicU64>,
+    latest: Latest,
     asked: Option<Asked>,
     found: Option<Perceived>,
 }
@@ -20,7 +17,7 @@ pub(crate) struct Perceiving {
 impl Perceiving {
     pub(crate) fn new(desk: Desk) -> Self {
         let lane = Lane::new(desk, || ());
-        Self { lane, latest: Arc::default(), asked: None, found: None }
+        Self { lane, latest: Latest::default(), asked: None, found: None }
     }
 
     /// The errors of what is open; `None` until they are computed.
@@ -30,7 +27,7 @@ impl Perceiving {
 
     /// Takes errors that were computed, unless they are out of date.
     pub(crate) fn take(&mut self, ticket: u64, found: Perceived) {
-        if self.latest.load(Ordering::Relaxed) == ticket {
+        if self.latest.is(ticket) {
             self.found = Some(found);
         }
     }
@@ -50,7 +47,7 @@ impl Perceiving {
             self.found = None;
         }
         self.asked.clone_from(&wanted);
-        let ticket = self.latest.fetch_add(1, Ordering::Relaxed) + 1;
+        let ticket = self.latest.next();
         if let Some(wanted) = wanted {
             self.start(ticket, wanted, gpu.clone());
         }
@@ -59,8 +56,7 @@ impl Perceiving {
     fn start(&self, ticket: u64, wanted: Asked, gpu: Gpu) {
         let latest = self.latest.clone();
         self.lane.add(move |()| {
-            let is_latest = latest.load(Ordering::Relaxed) == ticket;
-            let found = is_latest.then(|| wanted.compute(&gpu));
+            let found = latest.is(ticket).then(|| wanted.compute(&gpu));
             found.map_or(Report::Nothing, |found| Report::Perceived(ticket, found))
         });
     }

@@ -1,24 +1,22 @@
 //! Everything that is open, and what is being done with it.
 
-use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-
-use wgdenoise::Image;
 
 use crate::compare::Figures;
 use crate::denoise::{Engine, Outcome};
 use crate::further::Further;
 use crate::gpu::host::Gpu;
-use crate::gpu::texture::Texture;
-use crate::open::{Opened, Wish, sentence};
+use crate::open::{Opened, Wish};
 use crate::perceiving::Perceiving;
 use crate::picture::Pixels;
 use crate::recent::Recent;
+use crate::state::latest::Latest;
 use crate::state::looking::Looking;
+use crate::state::pending::Pending;
 use crate::state::sequence::Sequence;
-use crate::state::settings::{Settings, listed};
+use crate::state::settings::Settings;
 use crate::state::tone::Tone;
 use crate::state::transform::Transform;
 use crate::watch::Watch;
@@ -56,8 +54,7 @@ pub(crate) struct Session {
     pub(crate) message: Option<Message>,
     /// What is done of the denoising that runs, from 0 to 1.
     pub(crate) progress: Option<f32>,
-    /// Whether a file is being read.
-    pub(crate) is_opening: bool,
+    pub(crate) opening: Pending,
     pub(crate) shows_help: bool,
     /// The area that shows the image, in pixels of the screen.
     pub(crate) area: [f32; 2],
@@ -75,10 +72,8 @@ pub(crate) struct Session {
     judging: Lane<()>,
     engine: Lane<Engine>,
     reports: Receiver<Report>,
-    /// The ticket of the file that was asked for last.
-    opening: u64,
-    /// The ticket of the denoising that was asked for last; the engine's thread skips older ones.
-    denoising: Arc<AtomicU64>,
+    /// The denoising that was asked for last; the engine's thread skips older ones.
+    denoising: Latest,
     /// Ends the denoising that runs.
     stop: Arc<AtomicBool>,
 }
@@ -108,7 +103,7 @@ impl Session {
             prompt: None,
             message: None,
             progress: None,
-            is_opening: false,
+            opening: Pending::default(),
             shows_help: false,
             area: [1.0; 2],
             drags_line: false,
@@ -121,8 +116,7 @@ impl Session {
             desk,
             gpu,
             reports,
-            opening: 0,
-            denoising: Arc::default(),
+            denoising: Latest::default(),
             stop: Arc::default(),
         }
     }
@@ -148,43 +142,6 @@ impl Session {
         self.message = Some(Message { text: text.into(), is_error: true });
     }
 
-    /// Opens the first of these files; the arrow keys lead to the others, or to the other frames.
-    pub(crate) fn open(&mut self, files: &[PathBuf]) {
-        match Sequence::of(files) {
-            Ok(Some(sequence)) => {
-                let path = sequence.current().to_path_buf();
-                self.sequence = Some(sequence);
-                self.wish = Wish::default();
-                self.read(&path);
-            }
-            Ok(None) => {}
-            Err(error) => self.fail(sentence(&error)),
-        }
-    }
-
-    /// Reads a file on a thread of its own. What is open stays until then.
-    pub(crate) fn read(&mut self, path: &Path) {
-        self.opening += 1;
-        self.is_opening = true;
-        let (ticket, path, gpu) = (self.opening, path.to_path_buf(), self.gpu.clone());
-        let wish = self.wish.clone();
-        self.files.add(move |()| Report::Opened(ticket, load(&gpu, &path, wish)));
-    }
-
-    /// Reads the open file again, with another layer or view.
-    pub(crate) fn choose(&mut self, wish: Wish) {
-        self.wish = wish;
-        if let Some(path) = self.opened().map(|opened| opened.path.clone()) {
-            self.read(&path);
-        }
-    }
-
-    /// Reads a reference on a thread of its own.
-    pub(crate) fn read_reference(&mut self, path: &Path) {
-        let (path, gpu) = (path.to_path_buf(), self.gpu.clone());
-        self.files.add(move |()| Report::Reference(load_reference(&gpu, path)));
-    }
-
     /// Denoises what is open, in place of any denoising that runs.
     pub(crate) fn denoise(&mut self) {
         let Some(opened) = self.opened().cloned() else { return };
@@ -193,9 +150,8 @@ impl Session {
         let (latest, settings) = (self.denoising.clone(), self.settings.clone());
         let (desk, stop) = (self.desk.clone(), self.stop.clone());
         self.engine.add(move |engine| {
-            let outdated = || latest.load(Ordering::Relaxed) != ticket;
-            if outdated() {
-                return Report::Denoised(ticket, Err(String::new()));
+            if !latest.is(ticket) {
+                return Report::Nothing;
             }
             let mut progress = |done| desk.report(Report::Progress(ticket, done));
             Report::Denoised(ticket, engine.denoise(&opened, &settings, &stop, &mut progress))
@@ -218,11 +174,7 @@ impl Session {
     fn next_ticket(&mut self) -> u64 {
         self.stop.store(true, Ordering::Relaxed);
         self.stop = Arc::default();
-        self.denoising.fetch_add(1, Ordering::Relaxed) + 1
-    }
-
-    fn is_current(&self, ticket: u64) -> bool {
-        self.denoising.load(Ordering::Relaxed) == ticket
+        self.denoising.next()
     }
 
     /// Takes what the threads have reported since the last call.
@@ -230,60 +182,23 @@ impl Session {
         let mut others = Vec::new();
         while let Ok(report) = self.reports.try_recv() {
             match report {
-                Report::Opened(ticket, loaded) if ticket == self.opening => {
-                    self.opened_file(loaded);
+                Report::Opened(ticket, loaded) => self.take_opened(ticket, loaded),
+                Report::Reference(ticket, reference) => self.take_reference(ticket, reference),
+                Report::Denoised(ticket, result) if self.denoising.is(ticket) => {
+                    self.finish(result);
                 }
-                Report::Denoised(ticket, result) if self.is_current(ticket) => self.finish(result),
-                Report::Progress(ticket, done) if self.is_current(ticket) => {
+                Report::Progress(ticket, done) if self.denoising.is(ticket) => {
                     self.progress = Some(done);
                 }
-                Report::Figures(ticket, figures) if self.is_current(ticket) => self.judge(figures),
-                Report::Opened(..)
-                | Report::Denoised(..)
-                | Report::Progress(..)
-                | Report::Figures(..) => {}
-                Report::Reference(reference) => self.set_reference(reference),
-                Report::Failed => {
-                    self.progress = None;
-                    self.is_opening = false;
-                    self.fail("an error inside the program stopped the work; please report it");
+                Report::Figures(ticket, figures) if self.denoising.is(ticket) => {
+                    self.judge(figures);
                 }
+                Report::Denoised(..) | Report::Progress(..) | Report::Figures(..) => {}
+                Report::Failed => self.give_up(),
                 other => others.push(other),
             }
         }
         others
-    }
-
-    fn opened_file(&mut self, loaded: Result<Loaded, String>) {
-        self.is_opening = false;
-        match loaded {
-            Ok(loaded) => {
-                let size = self.opened().map(|opened| opened.size());
-                if size != Some(loaded.opened.size()) {
-                    self.transform.fit();
-                }
-                let wish = &loaded.opened.wish;
-                if wish.color.is_none() {
-                    self.colors = loaded.opened.colors();
-                }
-                if self.opened().is_none_or(|opened| opened.wish.layers != wish.layers) {
-                    self.patterns = wish.layers.as_ref().map(listed).unwrap_or_default();
-                }
-                let with = self.sequence.as_ref().map(Sequence::files).unwrap_or_default();
-                self.recent.add(&loaded.opened.path, with, &self.desk);
-                self.loaded = Some(loaded);
-                (self.denoised, self.figures, self.message) = (None, None, None);
-                self.denoise();
-                self.compare();
-            }
-            Err(error) => {
-                // What is open stays, and with it what was chosen of it.
-                if let Some(wish) = self.opened().map(|opened| opened.wish.clone()) {
-                    self.wish = wish;
-                }
-                self.fail(error);
-            }
-        }
     }
 
     fn finish(&mut self, result: Result<Outcome, String>) {
@@ -300,17 +215,12 @@ impl Session {
         }
     }
 
-    fn set_reference(&mut self, reference: Result<Reference, String>) {
-        match reference {
-            Ok(reference) => {
-                self.reference = Some(reference);
-                self.compare();
-                if let Some(why) = self.misfit() {
-                    self.fail(why);
-                }
-            }
-            Err(error) => self.fail(error),
-        }
+    /// Ends all work after a panic.
+    fn give_up(&mut self) {
+        self.next_ticket();
+        self.progress = None;
+        self.cancel_opening();
+        self.fail("an error inside the program stopped the work; please report it");
     }
 
     fn judge(&mut self, figures: Result<Figures, String>) {
@@ -324,12 +234,12 @@ impl Session {
     }
 
     /// Computes the figures of the open images.
-    fn compare(&mut self) {
+    pub(crate) fn compare(&mut self) {
         let Some(opened) = self.opened().cloned() else { return };
         let reference = self.reference.as_ref().filter(|_| self.available().reference);
         let reference = reference.map(|reference| reference.image.clone());
         let outcome = self.denoised.clone();
-        let ticket = self.denoising.load(Ordering::Relaxed);
+        let ticket = self.denoising.current();
         self.judging.add(move |()| {
             let denoised = outcome.as_ref().map(|outcome| &outcome.results[opened.shown].color);
             let figures = Figures::of(opened.view().color(), denoised, reference.as_deref());
@@ -338,18 +248,13 @@ impl Session {
     }
 }
 
-fn load(gpu: &Gpu, path: &Path, wish: Wish) -> Result<Loaded, String> {
-    let opened = Opened::noisy(path, wish)?;
-    let view = opened.view();
-    let upload = |image: Option<&Image>| image.map(|i| Texture::upload(gpu, i)).transpose();
-    let noisy = Texture::upload(gpu, view.color())?;
-    let (albedo, normal) = (upload(view.albedo())?, upload(view.normal())?);
-    Ok(Loaded { opened: Arc::new(opened), noisy, albedo, normal })
-}
-
-fn load_reference(gpu: &Gpu, path: PathBuf) -> Result<Reference, String> {
-    let opened = Opened::reference(&path)?;
-    let image = opened.view().color();
-    let texture = Texture::upload(gpu, image)?;
-    Ok(Reference { image: Arc::new(image.clone()), texture, path })
+impl Drop for Session {
+    /// Ends what runs, but not before a file is saved. A driver that unloads while a thread still uses
+    /// it would end the program with a fault.
+    fn drop(&mut self) {
+        self.next_ticket();
+        self.cancel_opening();
+        self.engine.finish();
+        self.files.finish();
+    }
 }

@@ -20,6 +20,8 @@ const SELDOM: Duration = Duration::from_secs(2);
 /// A watched file. Watching ends when it is dropped.
 pub(crate) struct Watch {
     path: PathBuf,
+    /// A version that has been written and is to be read.
+    pub(crate) unread: Option<Stamp>,
     _watcher: RecommendedWatcher,
 }
 
@@ -46,11 +48,16 @@ impl Watch {
         })?;
         let (watched, settling) = (path.to_path_buf(), Settling::new(read));
         thread::spawn(move || run(&watched, settling, &events, &desk));
-        Ok(Self { path: path.to_path_buf(), _watcher: watcher })
+        Ok(Self { path: path.to_path_buf(), unread: None, _watcher: watcher })
     }
 
     pub(crate) fn path(&self) -> &Path {
         &self.path
+    }
+
+    /// Takes note that a version was read, or will not be.
+    pub(crate) fn finish(&mut self, version: Option<Stamp>) {
+        self.unread = self.unread.filter(|unread| version != Some(*unread));
     }
 }
 
@@ -61,8 +68,8 @@ fn run(path: &Path, mut settling: Settling, events: &Receiver<()>, desk: &Desk) 
         if events.recv_timeout(wait) == Err(RecvTimeoutError::Disconnected) {
             return;
         }
-        if settling.look(Instant::now(), Stamp::of(path)) {
-            desk.report(Report::Changed);
+        if let Some(version) = settling.look(Instant::now(), Stamp::of(path)) {
+            desk.report(Report::Changed(path.to_path_buf(), version));
         }
     }
 }
@@ -83,7 +90,7 @@ mod tests {
             thread::sleep(Duration::from_millis(150));
         }
         let start = Instant::now();
-        assert!(matches!(reports.recv_timeout(Duration::from_secs(10)), Ok(Report::Changed)));
+        assert!(matches!(reports.recv_timeout(Duration::from_secs(10)), Ok(Report::Changed(..))));
         assert!(start.elapsed() > Duration::from_millis(100), "it was read while it was written");
         assert!(reports.recv_timeout(Duration::from_secs(1)).is_err(), "it was reported twice");
         drop(watch);

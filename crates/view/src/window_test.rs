@@ -59,6 +59,13 @@ impl Window {
         });
     }
 
+    /// What there is to tell, once nothing is being saved.
+    fn message(&mut self) -> String {
+        let told = |viewer: &Viewer| viewer.session.message.clone().map(|message| message.text);
+        self.wait_for("told", |v| told(v).is_some_and(|text| !text.starts_with("saving ")));
+        told(self.0.state()).unwrap()
+    }
+
     fn press(&mut self, key: Key) {
         self.press_with(Modifiers::NONE, key);
     }
@@ -104,7 +111,7 @@ fn an_empty_window_offers_what_to_do() {
     window.0.get_by_label("Open…");
     window.picture("empty");
     window.press(Key::Questionmark);
-    window.0.get_by_label("noisy or denoised");
+    window.0.get_by_label("toggle noisy and denoised");
     window.picture("help");
     window.press(Key::Escape);
     assert!(!window.0.state().session.shows_help);
@@ -240,8 +247,8 @@ fn settings_denoise_anew_and_a_comparison_is_saved() {
     assert_ne!(session.image(Shown::Denoised), Some(&balanced));
     window.press(Key::D);
     let path = folder.path().join("both.png");
-    commands::save_comparison(&window.0.state().session, &path);
-    window.wait_for("saved", |viewer| viewer.session.message.is_some());
+    commands::save_comparison(&mut window.0.state_mut().session, &path);
+    assert!(window.message().starts_with("saved "));
     let size = window.0.state().session.opened().unwrap().size();
     assert_eq!(image::image_dimensions(&path).unwrap(), (2 * size[0], size[1]));
 }
@@ -253,7 +260,7 @@ fn work_can_be_cancelled_and_its_result_is_not_shown() {
     window.press(Key::Escape);
     let session = &window.0.state().session;
     assert!(!session.is_denoising() && session.denoised.is_none());
-    window.0.get_by_label("cancelled");
+    window.0.get_by_label("canceled");
     window.0.get_by_label("Denoise now").click();
     window.0.run_steps(2);
     window.denoised();

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::mpsc::{Sender, channel};
-use std::thread;
+use std::thread::{self, JoinHandle};
 
 use wgdenoise::Image;
 use wgdenoise::panics::caught;
@@ -17,6 +17,7 @@ use crate::open::Opened;
 use crate::perceived::Perceived;
 use crate::picture::Pixels;
 use crate::state::entry::Entry;
+use crate::state::settling::Stamp;
 
 /// What a thread has to tell the window. A ticket tells apart what was asked for and what is out of
 /// date.
@@ -24,7 +25,7 @@ pub(crate) enum Report {
     Opened(u64, Result<Loaded, String>),
     Progress(u64, f32),
     Denoised(u64, Result<Outcome, String>),
-    Reference(Result<Reference, String>),
+    Reference(u64, Result<Reference, String>),
     Figures(u64, Result<Figures, String>),
     Perceived(u64, Result<Perceived, String>),
     /// A further layer can be shown.
@@ -33,7 +34,7 @@ pub(crate) enum Report {
     Nothing,
     Saved(Result<String, String>),
     /// The watched file has a new version.
-    Changed,
+    Changed(PathBuf, Stamp),
     /// Files from a dialog; none if it was closed.
     Chosen(Purpose, Vec<PathBuf>),
     /// The system has no dialog for this; what it would have suggested.
@@ -109,14 +110,15 @@ type Task<S> = Box<dyn FnOnce(&mut S) -> Report + Send>;
 
 /// A thread that does one task after the other, with a state of its own.
 pub(crate) struct Lane<S> {
-    tasks: Sender<Task<S>>,
+    tasks: Option<Sender<Task<S>>>,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl<S: 'static> Lane<S> {
     /// Starts the thread. The state is made there, and made anew after a panic.
     pub(crate) fn new(desk: Desk, state: impl Fn() -> S + Send + 'static) -> Self {
         let (tasks, inbox) = channel::<Task<S>>();
-        thread::spawn(move || {
+        let thread = thread::spawn(move || {
             let mut made = state();
             for task in inbox {
                 let report = caught(|| task(&mut made)).unwrap_or_else(|| {
@@ -126,23 +128,34 @@ impl<S: 'static> Lane<S> {
                 desk.report(report);
             }
         });
-        Self { tasks }
+        Self { tasks: Some(tasks), thread: Some(thread) }
     }
 
     /// Adds a task. The thread ends with the window.
     pub(crate) fn add(&self, task: impl FnOnce(&mut S) -> Report + Send + 'static) {
-        let _ = self.tasks.send(Box::new(task));
+        if let Some(tasks) = &self.tasks {
+            let _ = tasks.send(Box::new(task));
+        }
+    }
+
+    /// Waits until all tasks are done and the state is gone; later ones are not done.
+    pub(crate) fn finish(&mut self) {
+        self.tasks = None;
+        // Panics of tasks have been reported.
+        let _ = self.thread.take().map(JoinHandle::join);
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::time::Duration;
+
     use super::*;
 
     #[test]
     fn a_lane_keeps_order_and_survives_a_panic() {
         let (sender, reports) = channel();
-        let lane = Lane::new(Desk::new(sender, || {}), || 0);
+        let mut lane = Lane::new(Desk::new(sender, || {}), || 0);
         lane.add(|count: &mut i32| {
             *count += 1;
             Report::Progress(7, *count as f32)
@@ -153,5 +166,11 @@ mod tests {
         assert!(matches!(next(), Report::Progress(7, 1.0)));
         assert!(matches!(next(), Report::Failed));
         assert!(matches!(next(), Report::Progress(8, 0.0)), "its state was made anew");
+        lane.add(|_| {
+            thread::sleep(Duration::from_millis(100));
+            Report::Nothing
+        });
+        lane.finish();
+        assert!(reports.try_recv().is_ok(), "the last task is done");
     }
 }

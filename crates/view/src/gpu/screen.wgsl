@@ -55,7 +55,8 @@ fn vertex(@builtin(vertex_index) index: u32) -> Corner {
 
 @fragment
 fn fragment(corner: Corner) -> @location(0) vec4f {
-    var place = corner.uv * view.area;
+    // The middle of the pixel; interpolation is not that exact, and edges would be ragged.
+    var place = floor(corner.uv * view.area) + 0.5;
     var area = view.area;
     let is_right = place.x >= view.split;
     if view.halves != 0u {

@@ -2,8 +2,10 @@
 
 pub(crate) mod entry;
 pub(crate) mod keys;
+pub(crate) mod latest;
 pub(crate) mod looking;
 pub(crate) mod magma;
+pub(crate) mod pending;
 pub(crate) mod pixel;
 pub(crate) mod sequence;
 pub(crate) mod settings;

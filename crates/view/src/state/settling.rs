@@ -40,13 +40,13 @@ impl Settling {
         self.seen.is_some()
     }
 
-    /// Takes note of the file as it is now. Returns whether a new version should be read: one that has
-    /// not changed for a while and is not empty. Each version is reported once.
-    pub(crate) fn look(&mut self, now: Instant, stamp: Option<Stamp>) -> bool {
+    /// Takes note of the file as it is now. Returns a new version that should be read: one that has
+    /// not changed for a while and is not empty. Each version is returned once.
+    pub(crate) fn look(&mut self, now: Instant, stamp: Option<Stamp>) -> Option<Stamp> {
         let Some(stamp) = stamp.filter(|stamp| stamp.length > 0 && self.read != Some(*stamp))
         else {
             self.seen = None;
-            return false;
+            return None;
         };
         match self.seen {
             Some((seen, since)) if seen == stamp => {
@@ -54,11 +54,11 @@ impl Settling {
                 if is_quiet {
                     *self = Self::new(Some(stamp));
                 }
-                is_quiet
+                is_quiet.then_some(stamp)
             }
             _ => {
                 self.seen = Some((stamp, now));
-                false
+                None
             }
         }
     }
@@ -79,7 +79,7 @@ mod tests {
         let mut settling = Settling::new(Some(stamp(9)));
         let looks =
             [(0, 9), (100, 3), (400, 5), (700, 5), (900, 5), (1500, 5), (2000, 9), (2500, 9)];
-        let found = looks.map(|(ms, length)| settling.look(at(ms), Some(stamp(length))));
+        let found = looks.map(|(ms, length)| settling.look(at(ms), Some(stamp(length))).is_some());
         assert_eq!(found, [false, false, false, false, true, false, false, true]);
     }
 
@@ -89,11 +89,9 @@ mod tests {
         let mut settling = Settling::new(Some(stamp(9)));
         for (ms, stamp) in [(0, None), (1000, None), (2000, Some(stamp(0))), (3000, Some(stamp(0)))]
         {
-            assert!(!settling.look(start + Duration::from_millis(ms), stamp));
+            assert_eq!(settling.look(start + Duration::from_millis(ms), stamp), None);
         }
-        assert!(
-            !settling.look(start + Duration::from_secs(4), Some(stamp(9))),
-            "it was read before"
-        );
+        let found = settling.look(start + Duration::from_secs(4), Some(stamp(9)));
+        assert_eq!(found, None, "it was read before");
     }
 }

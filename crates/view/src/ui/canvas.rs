@@ -14,6 +14,9 @@ use crate::state::tone::Curve;
 /// How near to the line the cursor takes hold of it, in points.
 const GRIP: f32 = 7.0;
 
+/// How far the text of a label is from an edge, in points.
+const LABEL: f32 = 16.0;
+
 /// How many points of the wheel make an image larger by the factor e.
 const WHEEL: f32 = 220.0;
 
@@ -23,10 +26,15 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let Some(size) = session.opened().map(|opened| opened.size()) else { return };
     let place = Place { rect, scale: ui.pixels_per_point(), layout: session.looking.layout };
     session.area = place.area();
+    let before = session.transform.zoom();
     session.transform.lay_out(size, session.area);
     drag(ui, &response, session, &place);
     zoom(ui, &response, session, &place);
     session.transform.lay_out(size, session.area);
+    if session.transform.zoom() != before {
+        // The toolbar has shown the one before.
+        ui.ctx().request_repaint();
+    }
     let pointed = response.hover_pos().map(|at| place.within(at));
     session.pointed = pointed.and_then(|at| session.transform.pixel_at(at, session.area, size));
     if let Some(draw) = draw(session, &place) {
@@ -133,14 +141,10 @@ fn draw(session: &Session, place: &Place) -> Option<Draw> {
 fn labels(painter: &Painter, session: &Session, place: &Place) {
     let available = session.available();
     let [left, right] = session.looking.visible(available);
-    let top = place.rect.top() + 10.0;
+    let top = place.rect.top() + LABEL - 4.0;
     if place.layout == Layout::Single {
-        label(
-            painter,
-            pos2(place.rect.left() + 10.0, top),
-            Align2::LEFT_TOP,
-            &name(session, right),
-        );
+        let at = pos2(place.rect.left() + LABEL, top);
+        label(painter, at, Align2::LEFT_TOP, &name(session, right));
         return;
     }
     let line = place.line(session.looking.split);
@@ -148,8 +152,8 @@ fn labels(painter: &Painter, session: &Session, place: &Place) {
     if place.layout == Layout::Split {
         painter.circle_filled(pos2(line, place.rect.center().y), 5.0, Color32::WHITE);
     }
-    label(painter, pos2(line - 10.0, top), Align2::RIGHT_TOP, &name(session, left));
-    label(painter, pos2(line + 10.0, top), Align2::LEFT_TOP, &name(session, right));
+    label(painter, pos2(line - LABEL, top), Align2::RIGHT_TOP, &name(session, left));
+    label(painter, pos2(line + LABEL, top), Align2::LEFT_TOP, &name(session, right));
 }
 
 fn name(session: &Session, shown: Shown) -> String {
@@ -158,11 +162,12 @@ fn name(session: &Session, shown: Shown) -> String {
     }
     match shown {
         Shown::Difference if session.perceived().is_some() => {
-            "Perceived error (FLIP), dark 0 to light 1".into()
+            "FLIP error: 0 black, 1 pale yellow".into()
         }
         Shown::Difference => {
             let other = session.subtracted().name().to_lowercase();
-            format!("Difference from {other}, {:.0}×", session.looking.amplification)
+            let later = if session.wants_perceived() { "; computing FLIP…" } else { "" };
+            format!("Difference from {other}, {:.0}×{later}", session.looking.amplification)
         }
         shown => shown.name().into(),
     }

@@ -22,14 +22,15 @@ pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
         let recent = &session.recent.entries;
         let above = 110.0 + 12.0 * recent.len() as f32;
         ui.add_space((ui.available_height() / 2.0 - above).max(20.0));
-        if session.is_opening {
+        if let Some(name) = session.opening.name() {
             ui.spinner();
-            ui.label("Opening…");
+            ui.label(format!("Opening {name}…"));
             return;
         }
         ui.label(RichText::new("Drop a noisy render here").size(26.0));
         ui.label(
-            RichText::new("EXR, PNG or JPEG; albedo and normals are found by name").color(QUIET),
+            RichText::new("EXR, PNG or JPEG; albedo and normals are found by their names")
+                .color(QUIET),
         );
         ui.add_space(14.0);
         if ui.button("Open…").clicked() {
@@ -42,7 +43,7 @@ pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
         }
         if !recent.is_empty() {
             ui.add_space(14.0);
-            ui.label(RichText::new("Opened last").color(QUIET));
+            ui.label(RichText::new("Recent").color(QUIET));
         }
         if let Some(path) = recent::list(ui, recent) {
             chosen = Some(Beginning::Open(path));

@@ -1,10 +1,11 @@
 //! The further layers of light: which to denoise along, and which to show.
 
-use eframe::egui::{CollapsingHeader, ComboBox, Key, TextEdit, Ui};
+use eframe::egui::{CollapsingHeader, Key, TextEdit, Ui};
 use wgdenoise_files::{LayersWish, escaped};
 
 use crate::open::Wish;
 use crate::session::Session;
+use crate::ui::theme::choice;
 
 /// Shows the list, if the file has such layers. Ticking one reads the file anew.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
@@ -21,7 +22,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
         .show(ui, |ui| {
             let mut is_auto = wish == Some(LayersWish::Auto);
             let hint = "light groups and passes that renderers add up to the color";
-            if ui.checkbox(&mut is_auto, "found by their names").on_hover_text(hint).clicked() {
+            if ui.checkbox(&mut is_auto, "find by name").on_hover_text(hint).clicked() {
                 wish = is_auto.then_some(LayersWish::Auto);
             }
             let text = &mut session.patterns;
@@ -44,7 +45,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
 /// A line for names and patterns; returns whether Enter was pressed.
 fn patterns(ui: &mut Ui, text: &mut String) -> bool {
     let line = TextEdit::singleline(text).desired_width(190.0).hint_text("light_*, key_?");
-    let hint = "names or patterns as --layers takes them, separated by commas; then Enter";
+    let hint = "names or patterns, separated by commas, as for --layers; press Enter";
     let line = ui.add(line).on_hover_text(hint);
     line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
@@ -59,10 +60,10 @@ fn shown(ui: &mut Ui, session: &mut Session) {
     let name = |chosen: &Option<String>| chosen.as_ref().map_or("the color".into(), |n| escaped(n));
     // Another file may lack the layer.
     let present = chosen.clone().filter(|chosen| names.contains(chosen));
-    ComboBox::from_label("Shown").selected_text(name(&present)).show_ui(ui, |ui| {
-        for choice in [None].into_iter().chain(names.into_iter().map(Some)) {
-            let text = name(&choice);
-            ui.selectable_value(chosen, choice, text);
+    choice(ui, "Shown", name(&present), |ui| {
+        for layer in [None].into_iter().chain(names.into_iter().map(Some)) {
+            let text = name(&layer);
+            ui.selectable_value(chosen, layer, text);
         }
     });
 }

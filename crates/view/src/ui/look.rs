@@ -5,6 +5,7 @@ use eframe::egui::{ComboBox, Grid, Slider, Ui};
 use crate::session::Session;
 use crate::state::looking::{Layout, Looking, Measure, Shown};
 use crate::state::tone::{Curve, Tone};
+use crate::ui::theme::NAMES;
 
 /// Shows the choices that matter for what is shown.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
@@ -12,7 +13,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let has_reference = session.subtracted() == Shown::Reference;
     let Session { looking, tone, .. } = session;
     ui.spacing_mut().slider_width = 96.0;
-    Grid::new("look").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+    Grid::new("look").num_columns(2).min_col_width(NAMES).spacing([12.0, 6.0]).show(ui, |ui| {
         exposure(ui, tone);
         if looking.layout != Layout::Single {
             ui.label("Left image");
@@ -26,11 +27,12 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
 }
 
 fn exposure(ui: &mut Ui, tone: &mut Tone) {
-    ui.label("Exposure").on_hover_text("for looking only: E and Shift E, 0 resets");
+    ui.label("Exposure")
+        .on_hover_text("E brighter, Shift E darker, 0 reset; saved images do not change");
     let stops = Tone::STOPS;
     ui.add(Slider::new(&mut tone.exposure, -stops..=stops).text("EV").fixed_decimals(1));
     ui.end_row();
-    ui.label("Tone curve").on_hover_text("for looking only: T");
+    ui.label("Tone curve").on_hover_text("T; saved images do not change");
     ui.horizontal(|ui| {
         for (curve, name) in Curve::ALL {
             ui.selectable_value(&mut tone.curve, curve, name);
@@ -43,12 +45,14 @@ fn exposure(ui: &mut Ui, tone: &mut Tone) {
 fn difference(ui: &mut Ui, looking: &mut Looking, has_reference: bool) {
     ui.label("Difference").on_hover_text("P");
     ui.horizontal(|ui| {
-        ui.selectable_value(&mut looking.measure, Measure::Light, "of light");
-        let hint = "FLIP against the reference: what an eye sees when the two are shown in turn";
+        ui.selectable_value(&mut looking.measure, Measure::Light, "Light");
+        let hint = "how much an eye notices when the image and the reference are shown in turn";
         ui.add_enabled_ui(has_reference, |ui| {
-            ui.selectable_value(&mut looking.measure, Measure::Perceived, "perceived")
+            ui.selectable_value(&mut looking.measure, Measure::Perceived, "FLIP")
                 .on_hover_text(hint)
-                .on_disabled_hover_text("needs a reference of the color, of this size: R")
+                .on_disabled_hover_text(
+                    "needs a reference of the same size (R); further layers have none",
+                )
         });
     });
     ui.end_row();
@@ -56,7 +60,7 @@ fn difference(ui: &mut Ui, looking: &mut Looking, has_reference: bool) {
         ui.label("Amplify");
         let [least, most] = Looking::AMPLIFICATION;
         let slider = Slider::new(&mut looking.amplification, least..=most).logarithmic(true);
-        ui.add(slider.text("times").max_decimals(0));
+        ui.add(slider.text("×").max_decimals(0));
         ui.end_row();
     }
 }

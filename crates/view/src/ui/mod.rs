@@ -1,6 +1,7 @@
 //! The parts of the window. Each draws itself from the session and returns what the user asks for.
 
 pub(crate) mod canvas;
+pub(crate) mod drop;
 pub(crate) mod empty;
 pub(crate) mod help;
 pub(crate) mod layers;

@@ -1,6 +1,6 @@
 //! The column at the right: the file, how it is denoised, and what came out.
 
-use eframe::egui::{Button, ComboBox, Grid, RichText, ScrollArea, Slider, Ui};
+use eframe::egui::{Button, Grid, RichText, ScrollArea, Slider, Ui};
 use wgdenoise_files::escaped;
 
 use crate::commands;
@@ -8,7 +8,7 @@ use crate::compare::{Figures, flip_row};
 use crate::open::Wish;
 use crate::session::Session;
 use crate::state::keys::Action;
-use crate::ui::theme::QUIET;
+use crate::ui::theme::{QUIET, choice};
 use crate::ui::{layers, look, settings};
 
 /// Shows the column; returns what the user asks for.
@@ -17,10 +17,11 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
         ui.add_space(6.0);
         file(ui, session);
+        asked = sequence(ui, session).or(asked);
+        explanation(ui, session);
         color(ui, session);
         layers::show(ui, session);
         view(ui, session);
-        asked = sequence(ui, session).or(asked);
         ui.separator();
         look::show(ui, session);
         ui.separator();
@@ -34,13 +35,17 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     asked
 }
 
-/// The file's name and size, and which layers were found and why.
+/// The file's name and size.
 fn file(ui: &mut Ui, session: &Session) {
     let Some(opened) = session.opened() else { return };
     let [width, height] = opened.size();
     ui.heading(opened.name());
     ui.label(RichText::new(format!("{width} × {height} pixels")).color(QUIET));
-    for line in opened.explanation() {
+}
+
+/// Which layers were found and why.
+fn explanation(ui: &mut Ui, session: &Session) {
+    for line in session.opened().map(|opened| opened.explanation()).unwrap_or_default() {
         ui.label(RichText::new(line).small().color(QUIET));
     }
 }
@@ -54,7 +59,7 @@ fn color(ui: &mut Ui, session: &mut Session) {
         return;
     }
     let (found, mut chosen) = (selection.color.clone(), selection.color.clone());
-    ComboBox::from_label("Color").selected_text(escaped(&found)).show_ui(ui, |ui| {
+    choice(ui, "Color", escaped(&found), |ui| {
         for name in &session.colors {
             ui.selectable_value(&mut chosen, name.clone(), escaped(name));
         }
@@ -71,7 +76,7 @@ fn view(ui: &mut Ui, session: &mut Session) {
     };
     let (names, mut chosen) = (opened.views(), opened.shown);
     let (before, shown) = (chosen, names[chosen].clone());
-    ComboBox::from_label("View").selected_text(shown).show_ui(ui, |ui| {
+    choice(ui, "View", shown, |ui| {
         for (i, name) in names.into_iter().enumerate() {
             ui.selectable_value(&mut chosen, i, name);
         }
@@ -94,7 +99,7 @@ fn sequence(ui: &mut Ui, session: &mut Session) -> Option<Action> {
             commands::go(session, |sequence| sequence.go(place - 1));
         }
     }
-    let hint = "W: denoise anew whenever the file is written";
+    let hint = "W: open and denoise it again whenever it is written";
     let clicked = ui.checkbox(&mut watches, "Watch the file").on_hover_text(hint).clicked();
     clicked.then_some(Action::Watch)
 }
@@ -102,20 +107,22 @@ fn sequence(ui: &mut Ui, session: &mut Session) -> Option<Action> {
 /// Time, tiles and memory.
 fn result(ui: &mut Ui, session: &mut Session) {
     if session.is_denoising() {
-        ui.label(RichText::new("denoising…").color(QUIET));
+        ui.label(RichText::new("Denoising…").color(QUIET));
     } else if session.is_outdated() && ui.button("Denoise now").clicked() {
         session.denoise();
     }
     let Some(denoised) = &session.denoised else { return };
     let outcome = denoised;
     if session.is_outdated() {
-        ui.label(RichText::new("the image shown has other settings").small().color(QUIET));
+        ui.label(
+            RichText::new("The image shown was denoised with other settings").small().color(QUIET),
+        );
     }
     let [whole, network] = [outcome.took, outcome.network_time].map(|time| time.as_secs_f64());
-    ui.label(format!("denoised in {whole:.2} s, {network:.2} s of it in the network"));
-    let prepared = outcome
-        .prepared
-        .map(|time| format!("after {:.2} s for kernels and weights", time.as_secs_f64()));
+    ui.label(format!("Denoised in {whole:.2} s, {network:.2} s of it in the network"));
+    let prepared = outcome.prepared.map(|time| {
+        format!("after {:.2} s to compile kernels and load weights", time.as_secs_f64())
+    });
     for line in prepared.iter().chain([&outcome.plan]).chain(&outcome.notices) {
         ui.label(RichText::new(line).small().color(QUIET));
     }
@@ -126,11 +133,11 @@ fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
     ui.separator();
     let misfit = session.misfit();
     if let Some(reference) = &session.reference {
-        let text = misfit.clone().unwrap_or_else(|| format!("against {}", reference.name()));
+        let text = misfit.clone().unwrap_or_else(|| format!("Reference: {}", reference.name()));
         ui.label(RichText::new(text).small().color(QUIET));
     }
     if session.reference.is_none() || misfit.is_some() {
-        let hint = "R, or drop the file with Shift held";
+        let hint = "R; or drop the file with Shift held";
         if ui.button("Compare with a reference…").on_hover_text(hint).clicked() {
             *asked = Some(Action::OpenReference);
         }
@@ -141,7 +148,7 @@ fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
     if rows.is_empty() {
         return;
     }
-    Grid::new("figures").num_columns(3).striped(true).show(ui, |ui| {
+    Grid::new("figures").num_columns(3).striped(true).spacing([24.0, 5.0]).show(ui, |ui| {
         for heading in ["", "noisy", "denoised"] {
             ui.label(RichText::new(heading).color(QUIET));
         }
@@ -157,8 +164,12 @@ fn figures(ui: &mut Ui, session: &Session, asked: &mut Option<Action>) {
 
 fn outputs(ui: &mut Ui, asked: &mut Option<Action>) {
     for (text, hint, action) in [
-        ("Save the result…", "Ctrl S: as the command line writes it", Action::Save),
-        ("Save the comparison…", "Ctrl Shift S: what is shown, as PNG", Action::SaveComparison),
+        ("Save the result…", "Ctrl S: the file that the command line would write", Action::Save),
+        (
+            "Save the comparison…",
+            "Ctrl Shift S: the picture that is shown, as PNG",
+            Action::SaveComparison,
+        ),
         ("Copy the command line", "Ctrl E: the command that does the same", Action::CopyCommand),
     ] {
         let button = Button::new(text).min_size([190.0, 0.0].into());

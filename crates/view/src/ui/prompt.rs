@@ -18,14 +18,15 @@ pub(crate) fn show(context: &Context, session: &mut Session) -> Option<(Purpose,
         .resizable(false)
         .default_width(540.0)
         .show(context, |ui| {
-            ui.label("This system has no dialog for files. Type the path:");
+            ui.label("This system has no file dialog. Type the path:");
             let line = ui.add(TextEdit::singleline(path).desired_width(520.0).hint_text("path"));
             if line.lost_focus() {
                 is_done = ui.input(|input| input.key_pressed(Key::Enter));
             } else {
                 line.request_focus();
             }
-            is_done |= ui.button("OK").clicked();
+            let saves = matches!(purpose, Purpose::Save | Purpose::SaveComparison);
+            is_done |= ui.button(if saves { "Save" } else { "Open" }).clicked();
         });
     is_open &= !context.input(|input| input.key_pressed(Key::Escape));
     let typed = (*purpose, PathBuf::from(path.trim()));

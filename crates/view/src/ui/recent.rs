@@ -31,7 +31,7 @@ pub(crate) fn menu(ui: &mut Ui, session: &mut Session) {
     ui.menu_button("Recent", |ui| {
         let chosen = list(ui, &session.recent.entries);
         ui.separator();
-        if ui.button("Forget these").clicked() {
+        if ui.button("Clear the list").clicked() {
             session.recent.clear(&session.desk);
         }
         if let Some(path) = chosen {

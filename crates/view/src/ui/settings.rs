@@ -7,19 +7,19 @@ use wgdenoise_files::escaped;
 use crate::session::Session;
 use crate::state::keys::Action;
 use crate::state::settings::{ALPHAS, Settings, Source};
-use crate::ui::theme::QUIET;
+use crate::ui::theme::{NAMES, QUIET};
 
 /// Shows the choices; returns what the user asks for. A change denoises anew.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let before = session.settings.clone();
     let mut asked = None;
-    Grid::new("settings").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+    Grid::new("settings").num_columns(2).min_col_width(NAMES).spacing([12.0, 6.0]).show(ui, |ui| {
         asked = weights(ui, &session.settings);
         quality(ui, &mut session.settings);
         precision(ui, &mut session.settings);
         inputs(ui, session);
         alpha(ui, session);
-        ui.label("Skip");
+        ui.label("Skip").on_hover_text("areas of one value are copied, not denoised");
         ui.checkbox(&mut session.settings.skip_clean, "constant areas");
         ui.end_row();
     });
@@ -32,7 +32,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
 /// Where the weights come from.
 fn weights(ui: &mut Ui, settings: &Settings) -> Option<Action> {
     let mut asked = None;
-    ui.label("Weights").on_hover_text("or drop a weights file, or a folder of them");
+    ui.label("Weights").on_hover_text("or drop a weights file, or a folder of weights");
     ui.horizontal(|ui| {
         let choices = [
             (matches!(settings.weights, Source::BuiltIn), "Built in", Action::BuiltInWeights),
@@ -74,7 +74,7 @@ fn quality(ui: &mut Ui, chosen: &mut Settings) {
 }
 
 fn precision(ui: &mut Ui, chosen: &mut Settings) {
-    ui.label("Precision");
+    ui.label("Precision").on_hover_text("of the network; 32 bit takes twice the memory");
     ui.horizontal(|ui| {
         ui.selectable_value(&mut chosen.precision, Precision::F16, "16 bit");
         ui.selectable_value(&mut chosen.precision, Precision::F32, "32 bit");
@@ -96,8 +96,8 @@ fn inputs(ui: &mut Ui, session: &mut Session) {
     ui.end_row();
     if matches!(chosen.weights, Source::Folder(_)) {
         ui.label("");
-        let hint = "by the folder's weights for albedo and for normals";
-        ui.checkbox(&mut chosen.prefilter, "denoise these two first").on_hover_text(hint);
+        let hint = "denoise albedo and normal first, with the folder's weights for them";
+        ui.checkbox(&mut chosen.prefilter, "prefilter").on_hover_text(hint);
         ui.end_row();
     }
 }
@@ -106,7 +106,7 @@ fn alpha(ui: &mut Ui, session: &mut Session) {
     if session.opened().is_none_or(|opened| opened.view().alpha().is_none()) {
         return;
     }
-    ui.label("Alpha").on_hover_text("Auto denoises it if it is fractional anywhere");
+    ui.label("Alpha").on_hover_text("Auto denoises it if any pixel is partly transparent");
     ui.horizontal(|ui| {
         for (value, name) in ALPHAS {
             ui.selectable_value(&mut session.settings.alpha, value, name);

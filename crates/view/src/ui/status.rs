@@ -1,6 +1,7 @@
-//! The lines at the bottom: a message, progress, and the pixel under the cursor.
+//! The lines at the bottom: what runs, what there is to tell, and the pixel under the cursor. They keep
+//! their height, so that the image stays where it is.
 
-use eframe::egui::{ProgressBar, RichText, Ui};
+use eframe::egui::{FontId, ProgressBar, RichText, Sense, TextStyle, Ui, UiBuilder};
 
 use crate::session::Session;
 use crate::state::keys::Action;
@@ -11,36 +12,64 @@ use crate::ui::theme::{ACCENT, ALARM, QUIET};
 /// Shows the lines; returns what the user asks for.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let mut asked = None;
-    if let Some(message) = session.message.clone() {
-        ui.horizontal_wrapped(|ui| {
-            let text = RichText::new(&message.text);
-            ui.label(if message.is_error { text.color(ALARM) } else { text });
-            if ui.small_button("Dismiss").clicked() {
-                session.message = None;
-            }
-        });
-    }
-    ui.horizontal(|ui| {
-        if let Some(done) = session.progress {
-            let bar = ProgressBar::new(done).desired_width(140.0).fill(ACCENT.gamma_multiply(0.6));
-            ui.add(bar.show_percentage());
-            if ui.small_button("Cancel").clicked() {
-                asked = Some(Action::Cancel);
-            }
-        } else if session.is_opening {
-            ui.spinner();
-            ui.label("opening…");
-        }
-        let hint = if session.loaded.is_some() { "point at a pixel to read its light" } else { "" };
-        let text = reading(session).unwrap_or_else(|| hint.into());
+    ui.horizontal_wrapped(|ui| {
+        asked = work(ui, session);
+        message(ui, session);
+    });
+    let Some([width, height]) = session.opened().map(|opened| opened.size()) else { return asked };
+    let line = |at| reading(session, at).unwrap_or_default();
+    let hint = || "Point at a pixel to read its values".into();
+    let text = session.pointed.map_or_else(hint, line);
+    let height = height_of(ui, line([width - 1, height - 1]));
+    let size = [ui.available_width(), height].into();
+    let (rect, _) = ui.allocate_exact_size(size, Sense::hover());
+    ui.scope_builder(UiBuilder::new().max_rect(rect), |ui| {
         ui.label(RichText::new(text).monospace().color(QUIET));
     });
     asked
 }
 
-/// The values of the pixel under the cursor, in linear light.
-fn reading(session: &Session) -> Option<String> {
-    let (at, view) = (session.pointed?, session.opened()?.view());
+/// What runs. What Escape cancels first comes first.
+fn work(ui: &mut Ui, session: &Session) -> Option<Action> {
+    if let Some(name) = session.opening.name() {
+        ui.spinner();
+        ui.label(format!("Opening {name}…"));
+    } else if let Some(done) = session.progress {
+        let bar = ProgressBar::new(done).desired_width(140.0).fill(ACCENT.gamma_multiply(0.6));
+        ui.add(bar.show_percentage());
+    } else {
+        return None;
+    }
+    let button = ui.small_button("Cancel").on_hover_text("Esc");
+    button.clicked().then_some(Action::Cancel)
+}
+
+/// A message, or a word on the keys.
+fn message(ui: &mut Ui, session: &mut Session) {
+    if let Some(message) = session.message.clone() {
+        let text = RichText::new(&message.text);
+        ui.label(if message.is_error { text.color(ALARM) } else { text });
+        if ui.small_button("Dismiss").on_hover_text("Esc").clicked() {
+            session.message = None;
+        }
+    } else if session.loaded.is_some() {
+        ui.label(RichText::new("Space: toggle noisy and denoised").color(QUIET));
+        ui.add_space(10.0);
+        ui.label(RichText::new("?: all keys").color(QUIET));
+    } else {
+        ui.label("");
+    }
+}
+
+/// The height that a reading takes in this width.
+fn height_of(ui: &Ui, text: String) -> f32 {
+    let font: FontId = TextStyle::Monospace.resolve(ui.style());
+    ui.painter().layout(text, font, QUIET, ui.available_width()).size().y
+}
+
+/// The values of a pixel, in linear light.
+fn reading(session: &Session, at: [u32; 2]) -> Option<String> {
+    let view = session.opened()?.view();
     let images = [
         ("noisy", session.image(Shown::Noisy)),
         ("denoised", session.image(Shown::Denoised)),

@@ -1,6 +1,9 @@
 //! Colors and sizes of the window.
 
-use eframe::egui::{Color32, Context, CornerRadius, FontId, Stroke, TextStyle, Theme, Visuals};
+use eframe::egui::style::ScrollStyle;
+use eframe::egui::{
+    Color32, ComboBox, Context, CornerRadius, FontId, Margin, Stroke, TextStyle, Theme, Ui, Visuals,
+};
 
 /// What is chosen or running.
 pub(crate) const ACCENT: Color32 = Color32::from_rgb(255, 176, 84);
@@ -8,6 +11,19 @@ pub(crate) const ACCENT: Color32 = Color32::from_rgb(255, 176, 84);
 pub(crate) const ALARM: Color32 = Color32::from_rgb(255, 118, 104);
 /// Explanations.
 pub(crate) const QUIET: Color32 = Color32::from_rgb(150, 152, 158);
+
+/// The width of the first column in the panel, so that its tables stand below each other.
+pub(crate) const NAMES: f32 = 66.0;
+
+/// A list to choose from, with its name before it.
+pub(crate) fn choice<R>(ui: &mut Ui, name: &str, chosen: String, list: impl FnOnce(&mut Ui) -> R) {
+    ui.horizontal(|ui| {
+        let label = ui.label(name);
+        let list =
+            ComboBox::from_id_salt(name).selected_text(chosen).width(180.0).show_ui(ui, list);
+        list.response.labelled_by(label.id);
+    });
+}
 
 /// Dark and neutral, so that the window does not tint what is looked at.
 pub(crate) fn apply(context: &Context) {
@@ -32,6 +48,9 @@ pub(crate) fn apply(context: &Context) {
     context.all_styles_mut(|style| {
         style.spacing.item_spacing = [8.0, 6.0].into();
         style.spacing.button_padding = [8.0, 4.0].into();
+        style.spacing.window_margin = Margin::same(12);
+        // Without a bar, nobody knows that the column goes on.
+        style.spacing.scroll = ScrollStyle::thin();
         let sizes = [
             (TextStyle::Small, 11.5),
             (TextStyle::Body, 13.5),

@@ -32,7 +32,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
             ui.label(format!("{:.0} %", session.transform.zoom() * 100.0));
             ui.separator();
         }
-        button(ui, "?", "the keys", Action::Help);
+        button(ui, "?", "keys", Action::Help);
     });
     asked
 }

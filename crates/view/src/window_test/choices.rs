@@ -35,11 +35,6 @@ impl Window {
         self.0.run_steps(2);
     }
 
-    fn message(&mut self) -> String {
-        self.wait_for("told", |viewer| viewer.session.message.is_some());
-        self.session().message.as_ref().unwrap().text.clone()
-    }
-
     fn copied_command(&mut self) -> String {
         commands::act(&mut self.0.state_mut().session, Action::CopyCommand).unwrap()
     }
@@ -62,12 +57,12 @@ fn ticked_layers_are_denoised_along() {
     };
     assert_eq!(layers(&window), []);
     window.click("View.Combined_fill");
-    window.wait_for("read", |v| !v.session.is_opening && v.session.wish.layers.is_some());
+    window.wait_for("read", |v| !v.session.is_opening() && v.session.wish.layers.is_some());
     window.denoised();
     assert_eq!(layers(&window), [("View.Combined_fill".into(), 0.3)]);
     assert!(window.copied_command().ends_with(" --layers=View.Combined_fill"));
     window.picture("further_layers");
-    window.click("found by their names");
+    window.click("find by name");
     window.wait_for("read", |viewer| viewer.session.opened().unwrap().view().layers().len() == 2);
     window.denoised();
     assert_eq!(layers(&window).len(), 2);
@@ -85,7 +80,7 @@ fn patterns_choose_layers_and_one_that_matches_nothing_changes_nothing() {
         window.press_with(Modifiers::COMMAND, Key::A);
         window.0.event(Event::Text(text.into()));
         window.press(Key::Enter);
-        window.wait_for("read", |viewer| !viewer.session.is_opening);
+        window.wait_for("read", |viewer| !viewer.session.is_opening());
         window.picture("patterns");
         window.session().opened().unwrap().view().layers().len()
     };
@@ -102,7 +97,7 @@ fn a_further_layer_is_shown_in_place_of_the_color() {
     let file = small(folder.path());
     let mut window = Window::open(std::slice::from_ref(&file), Some(&file));
     window.denoised();
-    window.click("found by their names");
+    window.click("find by name");
     window.wait_for("read", |viewer| viewer.session.opened().unwrap().view().layers().len() == 2);
     window.denoised();
     let color = window.picture("color");
@@ -119,7 +114,7 @@ fn a_further_layer_is_shown_in_place_of_the_color() {
     assert_eq!(lights, [0.2; 2]);
     assert_eq!(window.session().subtracted(), Shown::Noisy, "the reference is that of the color");
     let saved = folder.path().join("layer.png");
-    commands::save_comparison(window.session(), &saved);
+    commands::save_comparison(&mut window.0.state_mut().session, &saved);
     window.message();
     let screen = (srgb(0.2) * 255.0).round() as u8;
     assert_eq!(image::open(&saved).unwrap().to_rgb8().get_pixel(9, 9).0, [screen; 3]);
@@ -166,7 +161,7 @@ fn a_folder_of_weights_can_denoise_albedo_and_normal_first() {
     window.drop_files(&[folder.path().into()], Modifiers::NONE);
     window.denoised();
     let noisy_inputs = window.light();
-    window.click("denoise these two first");
+    window.click("prefilter");
     let error = window.message();
     assert!(error.contains("has no rt_hdr_calb_cnrm.tza"), "{error}");
     put("rt_hdr_alb_nrm.tza", "rt_hdr_calb_cnrm.tza");
@@ -192,7 +187,7 @@ fn the_error_that_can_be_seen_is_a_map_and_a_figure() {
     assert!(difference(&map, &of_light) > 4.0);
     let means = window.session().perceiving.found().unwrap().means;
     assert!(means[0] > means[1] && means[1] > 0.0, "{means:?}");
-    window.0.get_by_label("FLIP");
+    assert_eq!(window.0.get_all_by_label("FLIP").count(), 2, "the choice and the figure");
     window.press_with(Modifiers::SHIFT, Key::E);
     let is_darker = |viewer: &Viewer| viewer.session.perceiving.found().unwrap().means != means;
     window.wait_for("computed at the other exposure", is_darker);

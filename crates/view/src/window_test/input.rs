@@ -88,9 +88,9 @@ fn where_there_is_no_dialog_a_path_is_typed_and_no_file_is_replaced() {
         window.picture("prompt");
         window.press(Key::D);
         window.press(Key::Enter);
-        window.wait_for("told", |viewer| viewer.session.message.is_some());
+        let told = window.message();
         let session = &mut window.0.state_mut().session;
-        let told = session.message.take().unwrap().text;
+        session.message = None;
         assert!(told.contains(expected) && session.prompt.is_none(), "{told}");
         assert_eq!(session.looking.layout, Layout::Single, "keys are for the text");
     }
@@ -111,8 +111,7 @@ fn a_comparison_never_replaces_a_file_that_was_not_named() {
     window.denoised();
     let session = &mut window.0.state_mut().session;
     commands::typed(session, Purpose::SaveComparison, folder.path().join("out.exr"));
-    window.wait_for("told", |viewer| viewer.session.message.is_some());
-    let told = window.0.state().session.message.clone().unwrap().text;
+    let told = window.message();
     assert!(told.ends_with("out.exr: comparisons are PNG files; give a name that ends in .png"));
     assert_eq!(image::image_dimensions(&other).unwrap(), (3, 2));
 }
@@ -126,8 +125,7 @@ fn a_result_is_not_saved_into_another_version_of_its_file() {
     gray(input, [640, 480]);
     let session = &mut window.0.state_mut().session;
     commands::save_result(session, &folder.path().join("out.png"));
-    window.wait_for("told", |viewer| viewer.session.message.is_some());
-    let told = window.0.state().session.message.clone().unwrap().text;
+    let told = window.message();
     assert_eq!(told, "a.png: has changed since it was opened; open it again");
     commands::act(&mut window.0.state_mut().session, Action::Watch);
     let size = |viewer: &Viewer| viewer.session.opened().unwrap().size();
@@ -168,7 +166,7 @@ fn the_last_files_are_listed_and_missing_ones_cannot_be_opened() {
     window.picture("recent");
     window.0.get_by_label("gone.png").click();
     window.0.run_steps(3);
-    assert!(!window.0.state().session.is_opening);
+    assert!(!window.0.state().session.is_opening());
     window.0.get_by_label("here.png").click();
     window.0.run_steps(2);
     window.denoised();
@@ -188,4 +186,55 @@ fn a_pattern_opens_its_frames_and_a_wrong_one_is_one_sentence() {
     window.0.state_mut().session.open(&[folder.path().join("g.####.png")]);
     let message = window.0.state().session.message.clone().unwrap();
     assert!(message.is_error && message.text.ends_with("g.####.png: no file has such a name"));
+}
+
+#[test]
+fn at_one_to_one_each_pixel_of_the_screen_is_one_of_the_image() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("a.png");
+    // One of the two has its middle between pixels of the screen.
+    for side in [340, 341] {
+        let stripes = image::RgbImage::from_fn(side, side, |x, y| {
+            image::Rgb([if (x + y) % 2 == 0 { 255 } else { 60 }; 3])
+        });
+        stripes.save(&path).unwrap();
+        let mut window = Window::open(std::slice::from_ref(&path), None);
+        window.denoised();
+        window.press(Key::Num1);
+        window.press(Key::Z);
+        let picture = window.picture("one_to_one");
+        let area = window.0.state().session.area;
+        let values = |y: u32| {
+            let row = (0..area[0] as u32).map(move |x| (x, y));
+            let found = row.map(|(x, y)| picture.get_pixel(x, y)[0]);
+            found.filter(|v| [255, 60].contains(v)).collect::<Vec<_>>()
+        };
+        let rows: Vec<_> = (100..picture.height() - 80).map(values).collect();
+        let whole: Vec<_> = rows.iter().filter(|row| row.len() > 300).collect();
+        assert_eq!(whole.len(), side as usize, "rows");
+        for row in whole {
+            assert_eq!(row.len(), side as usize, "columns");
+            assert!(row.windows(2).all(|pair| pair[0] != pair[1]), "a column twice");
+        }
+    }
+}
+
+#[test]
+fn the_image_stays_where_it_is_whatever_there_is_to_tell() {
+    let mut window = Window::open(&[noisy()], Some(&sample("still_life_reference.exr")));
+    window.denoised();
+    window.wait_for("reference", |viewer| viewer.session.available().reference);
+    window.0.run_steps(2);
+    let area = |window: &Window| window.0.state().session.area;
+    let before = area(&window);
+    for at in [pos2(480.0, 300.0), pos2(500.0, 400.0), pos2(900.0, 500.0)] {
+        window.0.hover_at(at);
+        window.0.run_steps(2);
+        assert!(window.0.state().session.pointed.is_some());
+        assert_eq!(area(&window), before, "{at:?}");
+    }
+    window.picture("pointed");
+    window.0.state_mut().session.tell("this has been told");
+    window.0.run_steps(2);
+    assert_eq!(area(&window), before);
 }

@@ -26,7 +26,7 @@ pub(crate) struct Display {
     server: Child,
     /// Such as `:1`.
     pub(crate) name: String,
-    connection: RustConnection,
+    pub(crate) connection: RustConnection,
     root: Window,
 }
 
@@ -81,7 +81,7 @@ impl Display {
         })
     }
 
-    fn title(&self, window: Window) -> String {
+    pub(crate) fn title(&self, window: Window) -> String {
         let (name, kind) = (AtomEnum::WM_NAME, AtomEnum::ANY);
         let title = self.connection.get_property(false, window, name, kind, 0, 1 << 10).unwrap();
         title.reply().map_or_else(|_| String::new(), |t| String::from_utf8_lossy(&t.value).into())
@@ -124,6 +124,14 @@ impl Display {
         }
     }
 
+    /// Does something with a key held.
+    pub(crate) fn holding(&self, key: &str, act: impl FnOnce()) {
+        let code = self.code(keysym(key)).0;
+        self.fake(KEY, code, [0; 2]);
+        act();
+        self.fake(KEY + 1, code, [0; 2]);
+    }
+
     /// Presses in this order, and releases in the reverse one.
     fn stroke(&self, pressed: u8, details: &[u8]) {
         for detail in details {
@@ -154,29 +162,39 @@ impl Display {
         faked.unwrap().check().unwrap();
     }
 
-    /// Asks a window to close, as its button in the corner does.
-    pub(crate) fn close(&self, window: Window) {
-        let atom = |name: &str| {
-            self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
-        };
-        let data = [atom("WM_DELETE_WINDOW"), 0, 0, 0, 0];
-        let message = ClientMessageEvent::new(32, window, atom("WM_PROTOCOLS"), data);
+    pub(crate) fn atom(&self, name: &str) -> u32 {
+        self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
+    }
+
+    /// Sends a window a message of this kind.
+    pub(crate) fn send(&self, window: Window, kind: &str, data: [u32; 5]) {
+        let message = ClientMessageEvent::new(32, window, self.atom(kind), data);
         let sent = self.connection.send_event(false, window, EventMask::NO_EVENT, message);
         sent.unwrap().check().unwrap();
+    }
+
+    /// Asks a window to close, as its button in the corner does.
+    pub(crate) fn close(&self, window: Window) {
+        self.send(window, "WM_PROTOCOLS", [self.atom("WM_DELETE_WINDOW"), 0, 0, 0, 0]);
+    }
+
+    /// A window that cannot be seen, to talk to others.
+    pub(crate) fn hidden_window(&self) -> Window {
+        let window = self.connection.generate_id().unwrap();
+        let (class, aux) = (WindowClass::INPUT_ONLY, CreateWindowAux::new());
+        let made =
+            self.connection.create_window(0, window, self.root, 0, 0, 1, 1, 0, class, 0, &aux);
+        made.unwrap().check().unwrap();
+        window
     }
 
     /// What the clipboard holds of this type.
     pub(crate) fn clipboard(&self, kind: &str) -> Vec<u8> {
         let connection = &self.connection;
-        let atom = |name: &str| {
-            connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
-        };
-        let window = connection.generate_id().unwrap();
-        let (class, aux) = (WindowClass::INPUT_ONLY, CreateWindowAux::new());
-        connection.create_window(0, window, self.root, 0, 0, 1, 1, 0, class, 0, &aux).unwrap();
-        let (property, selection) = (atom("PASTED"), atom("CLIPBOARD"));
-        let time = x11rb::CURRENT_TIME;
-        connection.convert_selection(window, selection, atom(kind), property, time).unwrap();
+        let window = self.hidden_window();
+        let (property, selection) = (self.atom("PASTED"), self.atom("CLIPBOARD"));
+        let (kind, time) = (self.atom(kind), x11rb::CURRENT_TIME);
+        connection.convert_selection(window, selection, kind, property, time).unwrap();
         connection.sync().unwrap();
         Self::wait_for("the clipboard", || {
             let event = connection.poll_for_event().unwrap();

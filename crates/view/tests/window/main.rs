@@ -3,6 +3,7 @@
 #![cfg(target_os = "linux")]
 
 mod display;
+mod drag;
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -129,6 +130,26 @@ fn a_render_is_opened_denoised_looked_at_saved_and_copied() {
     assert!(end.success(), "{end}");
     let recent = fs::read_to_string(desktop.home.path().join("wgdenoise/recent")).unwrap();
     assert!(recent.trim().ends_with("samples/still_life_8spp.exr"), "{recent}");
+}
+
+/// The window learns of Shift while it has the keyboard.
+#[test]
+fn dropped_files_are_opened_and_with_shift_they_are_references() {
+    let desktop = Desktop::open(&[]);
+    let noisy = desktop.home.path().join("ein Büro.exr");
+    fs::copy(samples().join("still_life_8spp.exr"), &noisy).unwrap();
+    assert!(drag::drop_file(&desktop.display, desktop.window, &noisy));
+    let is_denoised = |screen: &RgbImage| chosen(screen) > LONGER_THAN_NOISY;
+    let denoised = desktop.wait_for_image("dropped", is_denoised);
+    let reference = samples().join("still_life_reference.exr");
+    desktop.display.holding("Shift", || {
+        assert!(drag::drop_file(&desktop.display, desktop.window, &reference));
+    });
+    desktop.display.press("3");
+    let is_other = |screen: &RgbImage| difference(&part(screen), &denoised) > 1.0;
+    let shown = desktop.wait_for_image("dropped_reference", is_other);
+    assert!(roughness(&shown) < 1.3 * roughness(&denoised), "it is no noisy image");
+    assert!(desktop.display.title(desktop.window).starts_with("ein"), "the image stays open");
 }
 
 /// The space bar and the wheel show another picture, and each way leads back.
