@@ -104,7 +104,7 @@ class Queue:
         """Delivers the result of a job that has ended, and removes its temporary files."""
         self.job = None
         try:
-            if not job.error and not job.cancelled and job.deliver:
+            if not job.error and not job.canceled and job.deliver:
                 job.deliver()
         except Exception as error:  # a timer that raises would be the last one
             job.error = f"The result could not be shown: {error}"
@@ -120,7 +120,7 @@ class Queue:
             return
         self.failed = False
         note = ", from color alone" if job.color_alone else ""
-        self.message = "Cancelled" if job.cancelled else f"Denoised on {job.device}{note}"
+        self.message = "Canceled" if job.canceled else f"Denoised on {job.device}{note}"
         redraw()
 
     def fail(self, sentence):

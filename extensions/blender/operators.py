@@ -60,7 +60,7 @@ class _Denoising:
             self.report({"ERROR"}, job.error)
         else:
             self.report({"INFO"}, jobs.QUEUE.message)
-        return {"CANCELLED"} if job.error or job.cancelled else {"FINISHED"}
+        return {"CANCELLED"} if job.error or job.canceled else {"FINISHED"}
 
 
 class WGDENOISE_OT_render(_Denoising, bpy.types.Operator):

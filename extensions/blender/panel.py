@@ -60,7 +60,7 @@ def draw_job(layout, width):
 
 
 def _progress_text(queue):
-    if queue.job.cancelled:
+    if queue.job.canceled:
         return "Stopping…"
     more = f", {len(queue.waiting)} waiting" if queue.waiting else ""
     return f"Denoising: {queue.job.fraction:.0%}{more}"

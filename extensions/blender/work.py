@@ -19,7 +19,7 @@ class Call:
     options: dict
 
 
-class Cancelled(Exception):
+class Canceled(Exception):
     """Ends a run at its next step."""
 
 
@@ -39,7 +39,7 @@ class Job(threading.Thread):
         self.calls, self.deliver, self.folder = calls, deliver, folder
         self.fraction = 0.0
         self.error = ""
-        self.cancelled = False
+        self.canceled = False
         self.messages = []
         self.done = False  # set by the owner, after the delivery
 
@@ -58,7 +58,7 @@ class Job(threading.Thread):
 
     def cancel(self):
         """Ends the run at its next step: after the tile at hand."""
-        self.cancelled = True
+        self.canceled = True
 
     def run(self):
         listener = _Listener(self.messages)
@@ -68,7 +68,7 @@ class Job(threading.Thread):
         try:
             for index, call in enumerate(self.calls):
                 self._make(call, index)
-        except Cancelled:
+        except Canceled:
             pass
         except Exception as error:  # a thread has nobody to raise to
             self.error = listener.first_error or str(error)
@@ -79,8 +79,8 @@ class Job(threading.Thread):
     def _make(self, call, index):
         def step(done, total):
             self.fraction = (index + done / total) / len(self.calls)
-            if self.cancelled:
-                raise Cancelled
+            if self.canceled:
+                raise Canceled
 
         wgdenoise.denoise_exr(call.sources, call.target, progress=step, verbose=True, **call.options)
 

@@ -54,13 +54,13 @@ def test_a_broken_frame_is_named_and_the_others_are_denoised(scene, frames, queu
     assert [path.name for path in (frames / "denoised").iterdir()] == ["frame_0002.exr"]
 
 
-def test_a_cancelled_folder_changes_no_file(part, scene, frames, queue):
+def test_a_canceled_folder_changes_no_file(part, scene, frames, queue):
     scene.wgdenoise.files = "replace"
     noisy = contents(frames)
     job = part("jobs").of_folder(scene)
     job.cancel()
     queue.run(job)
-    assert contents(frames) == noisy and queue.message == "Cancelled"
+    assert contents(frames) == noisy and queue.message == "Canceled"
 
 
 @pytest.mark.parametrize(

@@ -79,7 +79,7 @@ class CancelOnMessage(list):
 
 
 @pytest.mark.parametrize("moment", ["before", "at a step"])
-def test_a_cancelled_job_changes_nothing(part, scene, queue, moment):
+def test_a_canceled_job_changes_nothing(part, scene, queue, moment):
     bpy.ops.render.render()
     before = leftovers()
     job = part("jobs").of_render(scene)
@@ -90,7 +90,7 @@ def test_a_cancelled_job_changes_nothing(part, scene, queue, moment):
         job.messages = CancelOnMessage(job)
     queue.start(job)
     poll_to_the_end(queue)
-    assert queue.message == "Cancelled" and not queue.failed
+    assert queue.message == "Canceled" and not queue.failed
     assert "Scene denoised" not in bpy.data.images and leftovers() == before
 
 
@@ -101,7 +101,7 @@ def test_another_blender_file_cancels(part, scene, queue):
     queue.waiting.append(lambda: pytest.fail("was not forgotten"))
     bpy.ops.wm.read_homefile(use_factory_startup=True)
     poll_to_the_end(queue)
-    assert job.cancelled and "Scene denoised" not in bpy.data.images
+    assert job.canceled and "Scene denoised" not in bpy.data.images
 
 
 def test_esc_cancels_and_the_operator_ends_with_the_job(part, scene, queue):
@@ -117,10 +117,10 @@ def test_esc_cancels_and_the_operator_ends_with_the_job(part, scene, queue):
     queue.start(job)
     tick, esc = SimpleNamespace(type="TIMER", value="NOTHING"), SimpleNamespace(type="ESC", value="PRESS")
     assert operator.modal(context, tick) == {"PASS_THROUGH"} and shown[-1].startswith("Denoising: ")
-    assert operator.modal(context, esc) == {"RUNNING_MODAL"} and job.cancelled
+    assert operator.modal(context, esc) == {"RUNNING_MODAL"} and job.canceled
     poll_to_the_end(queue)
     assert operator.modal(context, tick) == {"CANCELLED"}
-    assert shown[-1] is None and removed == ["timer"] and reports == [({"INFO"}, "Cancelled")]
+    assert shown[-1] is None and removed == ["timer"] and reports == [({"INFO"}, "Canceled")]
 
 
 def test_disabling_ends_the_job_and_leaves_nothing_behind(part, scene, queue):
@@ -205,7 +205,7 @@ def test_the_panel_shows_progress_and_cancel_while_a_job_runs(part, scene, queue
     bpy.ops.wgdenoise.cancel()
     assert any(text.startswith("Stopping") for text in drawn(part))
     poll_to_the_end(queue)
-    assert "Cancelled" in drawn(part) and "wgdenoise.render" in drawn(part)
+    assert "Canceled" in drawn(part) and "wgdenoise.render" in drawn(part)
 
 
 def test_the_panel_shows_errors_whole(part, scene, queue):
