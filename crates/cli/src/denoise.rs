@@ -117,7 +117,11 @@ impl Batch<'_> {
             let (mut next, mut writing) = (None, None);
             for (index, job) in jobs.iter().enumerate() {
                 self.console.item(index, &name(job));
-                let image = joined(next.take().unwrap_or_else(|| read(job)));
+                let reading = next.take().unwrap_or_else(|| read(job));
+                // The first image is read meanwhile. If this fails, `prepare` tries again and
+                // reports it, after errors of the image and of the weights.
+                let _ = self.session.open();
+                let image = joined(reading);
                 next = jobs.get(index + 1).filter(|_| overlap).map(read);
                 let outcome = image.and_then(|image| self.denoise(job, image));
                 self.settle(writing.take())?;
