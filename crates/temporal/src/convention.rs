@@ -70,7 +70,7 @@ pub enum Found {
 /// Most pixels to compare.
 const SAMPLES: usize = 20_000;
 /// A convention must leave at most this share of the difference that staying in place leaves.
-const CLEAR: f64 = 0.9;
+const CLEAR: f64 = 0.75;
 /// Smaller motion, in pixels, tells nothing.
 const LEAST: f32 = 0.25;
 
