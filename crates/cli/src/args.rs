@@ -118,6 +118,18 @@ pub(crate) struct DenoiseArgs {
     /// A list of frames, ranges, and ranges with a step, such as -3-3,60,70-100x5.
     #[arg(long, value_name = "RANGES", value_parser = frames::parse, allow_hyphen_values = true)]
     pub(crate) frames: Option<Frames>,
+    /// Average each frame of a sequence with 1 to 4 frames to each side, along its motion vectors
+    ///
+    /// Without motion vectors, only what stays in place is averaged. Frames outside of --frames are
+    /// read where they are needed, and not written.
+    #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "1",
+          hide_short_help = true,
+          value_parser = clap::value_parser!(u8).range(1..=4), conflicts_with = "in_place")]
+    pub(crate) temporal: Option<u8>,
+    /// Layer with the motion vectors [default: found by its name]
+    #[arg(long, value_name = "LAYER", requires = "temporal", hide_short_help = true,
+          help_heading = LAYERS)]
+    pub(crate) motion: Option<String>,
     /// Brighten PNG and JPEG output by stops, such as 1.5
     #[arg(long, value_name = "EV", value_parser = stops, allow_negative_numbers = true)]
     pub(crate) exposure: Option<f32>,

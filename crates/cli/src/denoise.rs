@@ -4,6 +4,7 @@
 //! of its own. At most three images are in memory, and messages keep the order of the images.
 
 use std::panic::resume_unwind;
+use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 use std::thread::{self, ScopedJoinHandle};
 use std::time::{Duration, Instant};
@@ -14,6 +15,7 @@ use crate::interrupt::{self, Tally};
 use crate::plan::{self, Job, Plan};
 use crate::request::Denoise;
 use crate::session::Session;
+use crate::temporal::{Animation, Held};
 use wgdenoise::Frame;
 use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed, fit};
 
@@ -32,11 +34,12 @@ pub(crate) fn run(
         return Ok(());
     }
     let session = Session::new(&request.device, &request.weights, console)?;
-    let (images, failed, start) = (jobs.len(), 0, Instant::now());
+    let images = jobs.iter().filter(|job| job.writes).count();
+    let (failed, start) = (0, Instant::now());
     let tally = Tally::default();
     let mut batch =
         Batch { request, console, session, images, skipped, failed, stop, tally, start };
-    console.begin(images);
+    console.begin(jobs.len());
     if stop.is_none() {
         interrupt::watch(console.last_words(batch.tally.clone(), images));
     }
@@ -54,7 +57,7 @@ struct Read {
 
 /// An image that can be written.
 struct Ready {
-    picture: Picture,
+    picture: Arc<Picture>,
     /// By view.
     results: Vec<Denoised>,
     laps: Laps,
@@ -71,6 +74,13 @@ fn read(job: &Job) -> Result<Read, Failure> {
     let picture = Picture::open(&job.input, &job.layers)?;
     laps.lap("read");
     Ok(Read { picture, laps })
+}
+
+/// A finished frame of an animation, unless it is not to be written.
+fn ready<'j>(frame: Held<(&'j Job, Laps)>) -> Option<(&'j Job, Ready)> {
+    let Held { picture, results, tag, .. } = frame;
+    let (job, laps) = tag?;
+    job.writes.then_some((job, Ready { picture, results, laps }))
 }
 
 fn write(job: &Job, image: Ready, exposure: Option<f32>) -> Result<Written, Failure> {
@@ -115,6 +125,7 @@ impl Batch<'_> {
         thread::scope(|scope| {
             let read = |job| scope.spawn(move || read(job));
             let (mut next, mut writing) = (None, None);
+            let mut animation = Animation::new(self.request.temporal);
             for (index, job) in jobs.iter().enumerate() {
                 self.console.item(index, &name(job));
                 let reading = next.take().unwrap_or_else(|| read(job));
@@ -125,19 +136,47 @@ impl Batch<'_> {
                 next = jobs.get(index + 1).filter(|_| overlap).map(read);
                 let outcome = image.and_then(|image| self.denoise(job, image));
                 self.settle(writing.take())?;
-                match outcome {
-                    Ok(image) => {
-                        writing = Some((job, scope.spawn(move || write(job, image, exposure))));
-                        self.console.hold();
+                let finished = match outcome {
+                    Ok(image) => self.averaged(&mut animation, job, image)?,
+                    Err(failure) => {
+                        self.fail(job, failure)?;
+                        Vec::new()
                     }
-                    Err(failure) => self.fail(job, failure)?,
+                };
+                for (job, image) in finished {
+                    self.settle(writing.take())?;
+                    writing = Some((job, scope.spawn(move || write(job, image, exposure))));
+                    self.console.hold();
                 }
                 if !overlap {
                     self.settle(writing.take())?;
                 }
             }
-            self.settle(writing)
+            self.settle(writing.take())?;
+            for frame in animation.finish(self.console)? {
+                let Some((job, image)) = ready(frame) else { continue };
+                let writing = scope.spawn(move || write(job, image, exposure));
+                self.console.hold();
+                self.settle(Some((job, writing)))?;
+            }
+            Ok(())
         })
+    }
+
+    /// The images that can be written once this one is denoised: itself, unless frames after it are
+    /// to be averaged into it.
+    fn averaged<'j>(
+        &self,
+        animation: &mut Animation<(&'j Job, Laps)>,
+        job: &'j Job,
+        image: Ready,
+    ) -> Result<Vec<(&'j Job, Ready)>, Failure> {
+        let Some(number) = job.number.filter(|_| self.request.temporal > 0) else {
+            return Ok(vec![(job, image)]);
+        };
+        let Ready { picture, results, laps } = image;
+        let frame = Held { number, picture, results, tag: Some((job, laps)) };
+        Ok(animation.push(frame, self.console)?.into_iter().filter_map(ready).collect())
     }
 
     /// Denoises an image that has been read.
@@ -152,7 +191,7 @@ impl Batch<'_> {
             results.push(self.denoise_view(job, view)?);
         }
         laps.lap("denoised");
-        Ok(Ready { picture, results, laps })
+        Ok(Ready { picture: Arc::new(picture), results, laps })
     }
 
     /// Denoises a view with its further layers and its alpha.
@@ -222,6 +261,12 @@ impl Batch<'_> {
     /// If it is the only one, or the others would fail too.
     fn fail(&mut self, job: &Job, failure: Failure) -> Result<(), Failure> {
         match failure {
+            Failure::Work(what) if !job.writes => {
+                let what = self.with_name(job, what);
+                self.console
+                    .notice(&format!("{what}; the frames around it are averaged without it"));
+                Ok(())
+            }
             Failure::Work(what) if self.images > 1 => {
                 self.failed += 1;
                 self.console.error(&Failure::Work(self.with_name(job, what)));
@@ -288,7 +333,8 @@ impl Batch<'_> {
         let time = seconds(self.start.elapsed());
         let (all, failed) = (self.images, self.failed);
         if failed < all {
-            let wrote = match (jobs, failed) {
+            let written: Vec<_> = jobs.iter().filter(|job| job.writes).collect();
+            let wrote = match (written.as_slice(), failed) {
                 ([job], _) => format!("wrote {} in {time}", shown(&job.output)),
                 (_, 0) => format!("wrote {all} images in {time}"),
                 _ => format!("wrote {} of {all} images in {time}", all - failed),

@@ -18,7 +18,7 @@ use crate::request::{
 use crate::values::QualityArg;
 use wgdenoise::Quality;
 use wgdenoise_files::inputs::Source;
-use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits, is_standard};
+use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits, MotionWish, is_standard};
 
 /// Parses the words of a command line, the program's name first. Help, versions and words that the
 /// grammar refuses are printed and end the process.
@@ -138,6 +138,11 @@ fn manual(name: Option<&str>) -> Result<Vec<u8>, Failure> {
 fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
     let (inputs, output) = inputs_and_output(args.files, args.in_place)?;
     let weights = chosen_weights(&args.network, &args.choice)?;
+    let motion = match (args.temporal, args.motion) {
+        (None, _) => MotionWish::Without,
+        (Some(_), None) => MotionWish::Auto,
+        (Some(_), Some(name)) => MotionWish::Named(name),
+    };
     Ok(Denoise {
         verbosity: match (args.quiet, args.verbose) {
             (true, _) => Verbosity::Quiet,
@@ -147,7 +152,8 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
         inputs,
         output,
         frames: args.frames,
-        layers: layers(args.layers),
+        layers: LayerChoice { motion, ..layers(args.layers) },
+        temporal: usize::from(args.temporal.unwrap_or(0)),
         weights,
         device: device(args.device, args.network.precision.map(Into::into)),
         input_scale: args.choice.input_scale,
@@ -265,8 +271,8 @@ fn layers(args: LayerArgs) -> LayerChoice {
         normal: args.normal,
         no_aux: args.no_aux,
         layers: args.layers.as_deref().map(LayersWish::parse),
-        finished: false,
         limits: limits(args.limits),
+        ..LayerChoice::default()
     }
 }
 

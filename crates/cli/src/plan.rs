@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf, is_separator};
 
 use crate::failure::{Failure, shown};
 use crate::request::{Denoise, Writing};
+use crate::temporal::Number;
 use wgdenoise_files::frames::{self, Frames, PLAIN_CHARACTERS};
 use wgdenoise_files::inputs::{Sequence, Source};
 use wgdenoise_files::{Format, Identity, LayerChoice, Problem, is_standard, is_stream};
@@ -34,6 +35,10 @@ pub(crate) struct Job {
     pub(crate) layers: LayerChoice,
     /// Whether the output may exist already.
     pub(crate) replace: bool,
+    /// Whether the output is written; otherwise other frames need the result.
+    pub(crate) writes: bool,
+    /// Its place in a sequence.
+    pub(crate) number: Option<Number>,
 }
 
 /// Plans a request.
@@ -49,41 +54,77 @@ pub(crate) fn plan(request: &Denoise) -> Result<Plan, Failure> {
             "--frames needs an IN with a place for the frame number, such as beauty.####.exr";
         return Err(Failure::Usage(what.into()));
     }
+    if request.temporal > 0 && !sources.iter().all(Source::is_sequence) {
+        let what =
+            "--temporal needs an IN with a place for the frame number, such as beauty.####.exr";
+        return Err(Failure::Usage(what.into()));
+    }
     let mut jobs = jobs(request, &sources)?;
     check_conflicts(&mut jobs, request.writing.in_place)?;
     check_streams(&jobs)?;
     if request.exposure.is_some() {
         jobs.iter().try_for_each(Job::check_exposure)?;
     }
-    let all = jobs.len();
-    jobs.retain(|job| !(request.skip_existing && job.output.is_file()));
-    for job in &jobs {
+    let skipped = skip(&mut jobs, |job| request.skip_existing && job.output.is_file());
+    keep_needed(&mut jobs, request.temporal);
+    for job in jobs.iter().filter(|job| job.writes) {
         prepare_output(&job.output, job.replace, request.writing)?;
     }
-    Ok(Plan { skipped: all - jobs.len(), jobs, notices: left_out(request, &sources)? })
+    Ok(Plan { skipped, jobs, notices: left_out(request, &sources)? })
+}
+
+/// Leaves the outputs of some jobs as they are; returns how many.
+fn skip(jobs: &mut [Job], is_done: impl Fn(&Job) -> bool) -> usize {
+    let done = jobs.iter_mut().filter(|job| job.writes && is_done(job));
+    done.map(|job| job.writes = false).count()
+}
+
+/// Keeps the jobs that write, and those within `reach` frames of one.
+fn keep_needed(jobs: &mut Vec<Job>, reach: usize) {
+    let written: Vec<_> =
+        jobs.iter().filter(|job| job.writes).filter_map(|job| job.number).collect();
+    let is_near = |number: Number| {
+        written.iter().any(|other| {
+            let distance = other.frame.abs_diff(number.frame);
+            other.sequence == number.sequence && distance <= reach as u64
+        })
+    };
+    jobs.retain(|job| job.writes || job.number.is_some_and(is_near));
 }
 
 /// The jobs of a request, in their order.
 fn jobs(request: &Denoise, sources: &[Source]) -> Result<Vec<Job>, Failure> {
     // A missing input is reported before a missing folder.
-    let files: Vec<_> = sources
-        .iter()
-        .map(|source| source.files(request.frames.as_ref()))
-        .collect::<Result<_, _>>()?;
+    let files: Vec<_> =
+        sources.iter().map(|source| files(source, request)).collect::<Result<_, _>>()?;
     let target = match &request.output {
         Some(output) => Target::of(output, sources, request.writing.parents)?,
         None => Target::Input,
     };
     let mut jobs = Vec::new();
-    for (source, files) in sources.iter().zip(files) {
-        jobs.extend(jobs_of(source, files, &target, request)?);
+    for (index, (source, files)) in sources.iter().zip(files).enumerate() {
+        jobs.extend(jobs_of((index, source), files, &target, request)?);
     }
     Ok(jobs)
 }
 
+/// The files of an IN and their frames, with those that `--temporal` needs beside the wanted ones.
+fn files(source: &Source, request: &Denoise) -> Result<Vec<(PathBuf, Option<i64>)>, Failure> {
+    let wanted = source.files(request.frames.as_ref())?;
+    if request.temporal == 0 {
+        return Ok(wanted);
+    }
+    let reach = request.temporal as u64;
+    let is_near =
+        |frame: i64| wanted.iter().filter_map(|(_, f)| *f).any(|f| f.abs_diff(frame) <= reach);
+    let mut all = source.files(None)?;
+    all.retain(|(_, frame)| frame.is_some_and(is_near));
+    Ok(all)
+}
+
 /// The jobs of one IN, from its files and their frames.
 fn jobs_of(
-    source: &Source,
+    (index, source): (usize, &Source),
     files: Vec<(PathBuf, Option<i64>)>,
     target: &Target,
     request: &Denoise,
@@ -94,7 +135,10 @@ fn jobs_of(
         let output = target.path(&input, frame)?;
         let format = output_format(&output, &input, request.format)?;
         let (layers, replace) = (layers.at(frame), request.writing.force);
-        Ok(Job { input, output, format, layers, replace })
+        let wanted = request.frames.as_ref().zip(frame);
+        let writes = wanted.is_none_or(|(Frames(wanted), frame)| wanted.contains(&frame));
+        let number = frame.map(|frame| Number { sequence: index, frame });
+        Ok(Job { input, output, format, layers, replace, writes, number })
     };
     files.into_iter().map(job).collect()
 }
@@ -151,7 +195,8 @@ fn format(output: &Path) -> Result<Format, Failure> {
 fn check_conflicts(jobs: &mut [Job], in_place: bool) -> Result<(), Failure> {
     let readers = readers(jobs);
     let mut written = HashMap::new();
-    for (index, job) in jobs.iter_mut().enumerate().filter(|(_, job)| !is_standard(&job.output)) {
+    let writes = |job: &Job| job.writes && !is_standard(&job.output);
+    for (index, job) in jobs.iter_mut().enumerate().filter(|(_, job)| writes(job)) {
         let identity = Identity::of(&job.output);
         if let Some(readers) = readers.get(&identity) {
             let other = readers.iter().find(|(reader, _)| *reader != index);

@@ -39,6 +39,8 @@ pub(crate) struct Denoise {
     /// The frames to take of a sequence; all by default.
     pub(crate) frames: Option<Frames>,
     pub(crate) layers: LayerChoice,
+    /// How many frames to each side a frame is averaged with.
+    pub(crate) temporal: usize,
     pub(crate) weights: WeightsChoice,
     pub(crate) device: DeviceChoice,
     /// The factor that brings color to the exposure of the network's training; measured by default.

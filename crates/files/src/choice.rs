@@ -11,6 +11,7 @@ use super::escape::escaped;
 use super::features::{self, Features, Kind};
 use super::layers::{Layer, Part, Place, channel, layers, list, listed, named, not_three};
 use super::light::{self, LayersWish, Matched};
+use super::motion::{self, MotionPick, MotionWish};
 use super::pick::{ASKED_FOR, Pick};
 use super::views::{View, by_view};
 
@@ -37,6 +38,8 @@ pub struct Wishes {
     pub normal: Wish,
     /// The further layers of light; none by default.
     pub layers: Option<LayersWish>,
+    /// The motion vectors.
+    pub motion: MotionWish,
 }
 
 /// The layers to read of one view, and the ones to write.
@@ -58,6 +61,8 @@ pub struct Choice {
     pub missing: [Option<String>; 2],
     /// The further layers of light.
     pub layers: Vec<Pick>,
+    /// The motion vectors.
+    pub motion: Option<MotionPick>,
     /// The names, without the view, of all layers that could be denoised along.
     pub possible_layers: Vec<String>,
     /// Other layers that could be the color.
@@ -128,6 +133,7 @@ impl Color<'_> {
             normal,
             missing: [no_albedo, no_normal],
             layers: light.picks,
+            motion: motion::choose(others().copied(), self.layer, context.layers, &wishes.motion)?,
             possible_layers: light::possible(others().copied()),
             other_colors: self.others.iter().map(|l| l.shown().to_string()).collect(),
             left_out: light.left_out,

@@ -1,5 +1,5 @@
-//! Renderers' names for layers: color, albedo and normal, the preferred name first; light that adds up
-//! to the color; and what is no light.
+//! Renderers' names for layers: color, albedo, normal and motion vectors, the preferred name first; light
+//! that adds up to the color; and what is no light.
 
 /// A layer's name, and the renderer that uses it.
 #[derive(Clone, Copy, Debug)]
@@ -60,6 +60,18 @@ pub(super) const NORMAL: &[Convention] = &[
     of("n", "the normal by its name"),
     of("normal", "the normal by its name"),
     of("normals", "the normal by its name"),
+];
+
+/// Motion vectors.
+pub(super) const MOTION: &[Convention] = &[
+    of("vector", "Blender's motion vectors"),
+    of("motionvector", "the motion vectors by their name"),
+    of("motionvectors", "the motion vectors by their name"),
+    of("velocity", "V-Ray's velocity"),
+    of("vrayvelocity", "V-Ray's velocity"),
+    of("motionback", "RenderMan's motion to the previous frame"),
+    of("motion", "the motion by its name"),
+    of("flow", "the motion by its name"),
 ];
 
 /// Parts of names, as [`simple`] leaves them, and what such layers hold.

@@ -11,6 +11,7 @@ use super::format::Format;
 use super::ldr::LdrFile;
 use super::light::LayersWish;
 use super::limits::Limits;
+use super::motion::MotionLayer;
 use super::output::{Out, check_place, replace};
 use super::selection::Selection;
 use super::view::{Denoised, NoisyLayer, View};
@@ -223,6 +224,7 @@ pub(super) fn choose(
         let window = file.window(choice.color.part());
         let usable = |place| file.check_channel(place).is_ok() && file.window(place.part) == window;
         choice.alpha.take_if(|(from, to)| !usable(*from) || !usable(*to));
+        choice.motion.take_if(|pick| !pick.channels.iter().all(|place| usable(*place)));
         choice.leave_out_unusable(|pick| file.check(pick));
     }
     Ok((choices, files))
@@ -255,8 +257,11 @@ fn read_view(
 ) -> Result<View, Problem> {
     let picks: Vec<_> = choice.picks().collect();
     let to = file.window(choice.color.part());
-    let planes: Vec<_> = choice.alpha.iter().map(|(from, _)| *from).collect();
+    let mut planes: Vec<_> = choice.alpha.iter().map(|(from, _)| *from).collect();
+    planes.extend(choice.motion.iter().flat_map(|pick| &pick.channels));
     let (images, mut planes) = file.read(&picks, &planes)?;
+    let vectors = planes.split_off(usize::from(choice.alpha.is_some()));
+    let motion = choice.motion.as_ref();
     let mut images = images.into_iter().zip(&picks).map(|(image, pick)| {
         let from = file.window(pick.part());
         if from != to {
@@ -277,6 +282,7 @@ fn read_view(
         albedo,
         normal,
         alpha: planes.pop(),
+        motion: motion.map(|pick| MotionLayer { name: pick.layer.clone(), planes: vectors }),
         selection: Some(selection),
         is_panorama: file.is_panorama(choice.color.part()),
     })

@@ -1,5 +1,6 @@
 //! What is denoised of a file: its views, each with the layers that belong to it.
 
+use super::motion::MotionLayer;
 use super::selection::Selection;
 use super::{Problem, window};
 use wgdenoise::Image;
@@ -16,6 +17,7 @@ pub struct View {
     pub(super) normal: Option<Image>,
     pub(super) alpha: Option<Vec<f32>>,
     pub(super) layers: Vec<NoisyLayer>,
+    pub(super) motion: Option<MotionLayer>,
     pub(super) selection: Option<Selection>,
     pub(super) is_panorama: bool,
 }
@@ -57,6 +59,7 @@ impl View {
             normal: None,
             alpha,
             layers: Vec::new(),
+            motion: None,
             selection: None,
             is_panorama: false,
         }
@@ -104,6 +107,12 @@ impl View {
     #[must_use]
     pub fn layers(&self) -> &[NoisyLayer] {
         &self.layers
+    }
+
+    /// The motion vectors, as [`LayerChoice`](crate::LayerChoice) asks for.
+    #[must_use]
+    pub fn motion(&self) -> Option<&MotionLayer> {
+        self.motion.as_ref()
     }
 
     /// The layers that were read; `None` for PNG and JPEG, which have none.

@@ -9,6 +9,7 @@ use super::escape::escaped;
 use super::layers::{self, Layer, Part};
 use super::light::LayersWish;
 use super::limits::Limits;
+use super::motion::MotionWish;
 use super::stream::is_stream;
 
 /// Which layers to read, and how much at most. Layers that are not named are found by the names that
@@ -25,6 +26,8 @@ pub struct LayerChoice {
     pub no_aux: bool,
     /// Further layers of light to denoise along.
     pub layers: Option<LayersWish>,
+    /// The motion vectors; none by default.
+    pub motion: MotionWish,
     /// Read the layer that results are written to instead of the noisy one.
     pub finished: bool,
     /// How large the images may be.
@@ -45,7 +48,8 @@ impl LayerChoice {
         let (albedo, albedo_file) = self.wish(&layers, self.albedo.as_deref())?;
         let (normal, normal_file) = self.wish(&layers, self.normal.as_deref())?;
         let (color, further) = (self.color.clone(), self.layers.clone());
-        let wishes = Wishes { color, albedo, normal, layers: further };
+        let motion = self.motion.clone();
+        let wishes = Wishes { color, albedo, normal, layers: further, motion };
         Ok((wishes, Files { albedo: albedo_file, normal: normal_file }))
     }
 

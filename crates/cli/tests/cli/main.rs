@@ -25,3 +25,4 @@ mod sequence;
 #[cfg(target_os = "linux")]
 mod stopped;
 mod support;
+mod temporal;

@@ -162,7 +162,7 @@ fn choose_one(
     normal: &Wish,
 ) -> Result<Choice, Problem> {
     let (color, albedo, normal) = (color.map(Into::into), albedo.clone(), normal.clone());
-    let mut choices = choose(parts, &Wishes { color, albedo, normal, layers: None })?;
+    let mut choices = choose(parts, &Wishes { color, albedo, normal, ..Wishes::default() })?;
     assert_eq!(choices.len(), 1);
     Ok(choices.remove(0))
 }

@@ -1,0 +1,270 @@
+//! Animations: frames averaged along their motion vectors.
+
+use std::fs;
+use std::path::Path;
+
+use exr::prelude::*;
+
+use crate::support::{Folder, read_exr, take};
+
+const SIZE: [usize; 2] = [96, 64];
+/// Pixels right and down from frame to frame.
+const STEP: [f32; 2] = [3.0, -2.0];
+
+/// A patterned wall that slides by, under noise.
+#[derive(Clone, Copy)]
+struct Wall {
+    frame: usize,
+    step: [f32; 2],
+    /// Which pattern.
+    scene: f32,
+    size: [usize; 2],
+}
+
+impl Wall {
+    fn at(frame: usize) -> Self {
+        Self { frame, step: STEP, scene: 1.0, size: SIZE }
+    }
+
+    fn pixels(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
+        let [width, height] = self.size;
+        (0..height).flat_map(move |y| (0..width).map(move |x| (x, y)))
+    }
+
+    fn albedo(&self, (x, y): (usize, usize), channel: usize) -> f32 {
+        let moved = |at: usize, axis: usize| at as f32 - self.step[axis] * self.frame as f32;
+        let (x, y) = (moved(x, 0) * self.scene, moved(y, 1) * self.scene);
+        0.5 + 0.4 * (x * 0.21 + channel as f32).sin() * (y * 0.17 - x * 0.03).cos()
+    }
+
+    /// From 0 to 2 with mean 1, different in every pixel of every frame.
+    fn noise(&self, (x, y): (usize, usize), channel: usize) -> f32 {
+        let seed = ((self.frame * 4 + channel) * 1_000_003 + y * 7919 + x) as u32;
+        let mixed = (seed ^ (seed >> 15)).wrapping_mul(0x2c1b_3c6d);
+        let mixed = (mixed ^ (mixed >> 12)).wrapping_mul(0x297a_2d39);
+        (mixed ^ (mixed >> 15)) as f32 / u32::MAX as f32 * 2.0
+    }
+
+    fn plane(
+        &self,
+        name: &'static str,
+        value: impl Fn((usize, usize)) -> f32,
+    ) -> AnyChannel<FlatSamples> {
+        let values = self.pixels().map(value).collect();
+        AnyChannel::new(name, FlatSamples::F32(values))
+    }
+
+    /// As Blender writes it, with a light group of half the light.
+    fn write(&self, path: &Path, motion: Option<[f32; 4]>) {
+        let light = |p, c| self.albedo(p, c) * self.noise(p, c);
+        let mut channels = Vec::new();
+        for (c, names) in [
+            [
+                "V.Combined.R",
+                "V.Combined_key.R",
+                "V.Combined_fill.R",
+                "V.Denoising Albedo.R",
+                "V.Denoising Normal.X",
+            ],
+            [
+                "V.Combined.G",
+                "V.Combined_key.G",
+                "V.Combined_fill.G",
+                "V.Denoising Albedo.G",
+                "V.Denoising Normal.Y",
+            ],
+            [
+                "V.Combined.B",
+                "V.Combined_key.B",
+                "V.Combined_fill.B",
+                "V.Denoising Albedo.B",
+                "V.Denoising Normal.Z",
+            ],
+        ]
+        .into_iter()
+        .enumerate()
+        {
+            channels.push(self.plane(names[0], |p| light(p, c)));
+            channels.push(self.plane(names[1], |p| 0.25 * light(p, c)));
+            channels.push(self.plane(names[2], |p| 0.75 * light(p, c)));
+            channels.push(self.plane(names[3], |p| self.albedo(p, c)));
+            channels.push(self.plane(names[4], |_| if c == 2 { 1.0 } else { 0.0 }));
+        }
+        let names = ["V.Vector.X", "V.Vector.Y", "V.Vector.Z", "V.Vector.W"];
+        for (name, value) in names.into_iter().zip(motion.into_iter().flatten()) {
+            channels.push(self.plane(name, |_| value));
+        }
+        let channels = AnyChannels::sort(channels.into());
+        Image::from_channels((self.size[0], self.size[1]), channels).write().to_file(path).unwrap();
+    }
+
+    /// Mean difference of the denoised color from the wall without noise.
+    fn error(&self, path: &Path) -> f32 {
+        let mut file = read_exr(path);
+        let channels = ["R", "G", "B"].map(|c| take(&mut file, 0, &format!("V.Combined.{c}")));
+        let of = |(c, samples): (usize, &FlatSamples)| -> f32 {
+            let pairs = samples.values_as_f32().zip(self.pixels());
+            pairs.map(|(found, p)| (found - self.albedo(p, c)).abs()).sum()
+        };
+        channels.iter().enumerate().map(of).sum::<f32>() / (3 * self.size[0] * self.size[1]) as f32
+    }
+}
+
+/// Blender's vectors: from the previous frame's place with y up, and back from the next one's.
+fn blender([right, down]: [f32; 2]) -> [f32; 4] {
+    [-right, down, -right, down]
+}
+
+/// Five frames, the step between them, and a folder `clean`.
+fn animation(step: [f32; 2], motion: Option<[f32; 4]>) -> Folder {
+    let folder = Folder::new();
+    for frame in 1..=5 {
+        Wall { step, ..Wall::at(frame) }.write(&folder.path(&noisy(frame)), motion);
+    }
+    fs::create_dir(folder.path("clean")).unwrap();
+    folder
+}
+
+fn noisy(frame: usize) -> String {
+    format!("n.{frame:04}.exr")
+}
+
+impl Folder {
+    fn clean(&self, frame: usize) -> std::path::PathBuf {
+        self.path(&format!("clean/n.{frame:04}.exr"))
+    }
+
+    fn result(&self, frame: usize) -> Vec<u8> {
+        fs::read(self.clean(frame)).unwrap()
+    }
+}
+
+const RUN: [&str; 5] = ["n.####.exr", "clean", "--force", "--quality", "fast"];
+const TEMPORAL: [&str; 6] = ["n.####.exr", "clean", "--force", "--quality", "fast", "--temporal"];
+
+#[test]
+fn what_moves_has_less_error_with_the_frames_around_it() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    folder.run(&RUN).assert_done();
+    let alone: Vec<_> = (1..=5).map(|n| Wall::at(n).error(&folder.clean(n))).collect();
+    let run = folder.run(&TEMPORAL);
+    run.assert_done();
+    for text in [
+        "motion to the next frame from `V.Vector`: ",
+        "motion to the previous frame from `V.Vector`: ",
+    ] {
+        assert_eq!(run.stderr.matches(text).count(), 1, "{run:?}");
+    }
+    for (n, alone) in (1..=5).zip(&alone) {
+        let found = Wall::at(n).error(&folder.clean(n));
+        // The first and the last have a frame on one side only.
+        let most = if (2..5).contains(&n) { 0.85 } else { 0.95 };
+        assert!(found < most * alone, "frame {n}: {found}, alone {alone}");
+    }
+    let one = Wall::at(3).error(&folder.clean(3));
+    folder.run(&[&RUN[..], &["--temporal=2"]].concat()).assert_done();
+    let two = Wall::at(3).error(&folder.clean(3));
+    assert!(two < 0.95 * one, "{two} with two frames to each side, {one} with one");
+}
+
+#[test]
+fn some_frames_come_out_as_of_the_whole_animation_and_no_others_are_written() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    folder.run(&TEMPORAL).assert_done();
+    let whole: Vec<_> = (1..=5).map(|n| folder.result(n)).collect();
+    for n in [2, 4, 5] {
+        fs::remove_file(folder.clean(n)).unwrap();
+    }
+    let run = folder.run(&[&TEMPORAL[..], &["--frames", "2"]].concat());
+    run.assert_done();
+    assert!(run.stderr.contains("wrote clean/n.0002.exr in "), "{run:?}");
+    assert!(folder.result(2) == whole[1] && !folder.clean(4).exists());
+    let run =
+        folder.run(&["n.####.exr", "clean", "--skip-existing", "--quality", "fast", "--temporal"]);
+    run.assert_done();
+    assert!(
+        run.stderr.contains("wrote 2 images in ") && run.stderr.contains("; skipped 3"),
+        "{run:?}"
+    );
+    assert!(folder.result(4) == whole[3] && folder.result(5) == whole[4]);
+}
+
+#[test]
+fn nothing_is_averaged_across_gaps_other_sizes_and_frames_that_cannot_be_read() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    fs::remove_file(folder.path(&noisy(2))).unwrap();
+    Wall { size: [80, 64], ..Wall::at(4) }.write(&folder.path(&noisy(4)), Some(blender(STEP)));
+    fs::copy(folder.path(&noisy(3)), folder.path(&noisy(6))).unwrap();
+    fs::write(folder.path(&noisy(5)), "").unwrap();
+    folder.run(&[&RUN[..], &["--frames", "1,3,4,6"]].concat()).assert_done();
+    let alone = [1, 3, 4, 6].map(|n| folder.result(n));
+    let run = folder.run(&[&TEMPORAL[..], &["--frames", "1,3,4,6"]].concat());
+    run.assert_done();
+    assert!(run.stderr.contains("n.0005.exr: is empty"), "{run:?}");
+    assert!([1, 3, 4, 6].map(|n| folder.result(n)) == alone);
+}
+
+#[test]
+fn a_cut_leaves_no_ghost() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    for n in 3..=5 {
+        Wall { scene: 1.9, ..Wall::at(n) }.write(&folder.path(&noisy(n)), Some(blender(STEP)));
+    }
+    folder.run(&TEMPORAL).assert_done();
+    let error = |n| Wall { scene: 1.9, ..Wall::at(n) }.error(&folder.clean(n));
+    let across = error(3);
+    fs::remove_file(folder.path(&noisy(2))).unwrap();
+    folder.run(&[&TEMPORAL[..], &["--frames", "3"]].concat()).assert_done();
+    assert!(across < 1.1 * error(3), "{across} beside the cut, {} without it", error(3));
+}
+
+#[test]
+fn groups_of_light_and_their_sum_are_averaged_alike() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    folder.run(&[&TEMPORAL[..], &["--frames", "3", "--layers", "auto"]].concat()).assert_done();
+    let mut file = read_exr(&folder.clean(3));
+    let [sum, key, fill] = ["Combined", "Combined_key", "Combined_fill"].map(|layer| {
+        take(&mut file, 0, &format!("V.{layer}.G")).values_as_f32().collect::<Vec<_>>()
+    });
+    for (i, sum) in sum.iter().enumerate() {
+        assert!(
+            (key[i] + fill[i] - sum).abs() < 1e-5,
+            "{i}: {} + {} is not {sum}",
+            key[i],
+            fill[i]
+        );
+    }
+}
+
+#[test]
+fn without_motion_vectors_what_stands_still_is_averaged() {
+    let folder = animation([0.0; 2], None);
+    folder.run(&RUN).assert_done();
+    let wall = Wall { step: [0.0; 2], ..Wall::at(3) };
+    let alone = wall.error(&folder.clean(3));
+    let run = folder.run(&TEMPORAL);
+    run.assert_done();
+    assert_eq!(run.stderr.matches("no motion vectors: ").count(), 1, "{run:?}");
+    let found = wall.error(&folder.clean(3));
+    assert!(found < 0.85 * alone, "{found}, alone {alone}");
+}
+
+#[test]
+fn vectors_that_lead_elsewhere_are_refused() {
+    let folder = animation([17.0, 9.0], Some([4.0, -1.0, 2.0, 3.0]));
+    let run = folder.run(&[&TEMPORAL[..], &["-q"]].concat());
+    run.assert_failed(1, &["`V.Vector`", "however they are read", "--motion"]);
+    assert!(!folder.clean(1).exists());
+}
+
+#[test]
+fn single_files_and_images_that_replace_themselves_are_refused() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    folder
+        .run(&["n.0001.exr", "clean", "--temporal"])
+        .assert_failed(2, &["--temporal needs an IN with a place for the frame number"]);
+    let run = folder.run(&["n.####.exr", "--in-place", "--temporal"]);
+    assert!(run.code == 2 && run.stderr.contains("cannot be used with"), "{run:?}");
+    let run = folder.run(&["n.####.exr", "clean", "--temporal=5"]);
+    assert!(run.code == 2 && run.stderr.contains("5 is not in 1..=4"), "{run:?}");
+}

@@ -1,0 +1,158 @@
+//! Whether two frames see the same.
+
+use rayon::prelude::*;
+use wgdenoise::Image;
+
+use crate::sample::{Four, smoothed};
+use crate::{Offsets, Shot};
+
+/// Differences at which agreement falls to 1/e: pixels between a surface and where its motion back
+/// leads, albedo, normals, and light relative to its mean. Features are those of a noisy render and
+/// the light is denoised; all but the motion are means of 3×3 pixels.
+const MOTION: f32 = 1.0;
+const ALBEDO: f32 = 0.1;
+const NORMAL: f32 = 0.2;
+const LIGHT: f32 = 0.4;
+
+/// Light below this share of the picture's mean counts as equal.
+const DARK: f32 = 0.02;
+
+/// How far `other` shows at the end of a pixel's offset what `own` shows at the pixel: from 0 for no
+/// agreement to 1. It is 0 where the surface has left the picture.
+///
+/// `to` leads from `own` to `other`, and `back` from `other` to `own`, where that is known: where one
+/// does not undo the other, one of both surfaces is hidden. Albedo and normal have to agree if both
+/// frames have them. So does the light, because reflections and shadows move otherwise than surfaces.
+///
+/// # Panics
+/// If the sizes differ.
+#[must_use]
+pub fn agreement(
+    own: &Shot<'_>,
+    other: &Shot<'_>,
+    to: &Offsets,
+    back: Option<&Offsets>,
+) -> Vec<f32> {
+    let size = own.color.size();
+    assert!([other.color.size(), to.size()] == [size; 2], "sizes");
+    let light = Pair::new(own.color, other.color);
+    let pair = |a: Option<&Image>, b: Option<&Image>| Some(Pair::new(a?, b?));
+    let features =
+        [(pair(own.albedo, other.albedo), ALBEDO), (pair(own.normal, other.normal), NORMAL)];
+    let dark = DARK * mean_of(own.color).max(f32::MIN_POSITIVE);
+    let at = |i: usize| {
+        let Some(four) = to.four(i) else { return 0.0 };
+        let mut squares = (light.relative_difference(i, &four, dark) / LIGHT).powi(2);
+        for (pair, scale) in &features {
+            let difference = pair.as_ref().map_or(0.0, |pair| pair.difference(i, &four));
+            squares += (difference / scale).powi(2);
+        }
+        squares += back.map_or(0.0, |back| (detour(to.pixels()[i], back, &four) / MOTION).powi(2));
+        // NaN agrees with nothing.
+        if squares.is_finite() { (-squares).exp() } else { 0.0 }
+    };
+    (0..to.pixels().len()).into_par_iter().map(at).collect()
+}
+
+/// The same image of two frames, smoothed.
+struct Pair {
+    own: Vec<[f32; 3]>,
+    other: Vec<[f32; 3]>,
+}
+
+impl Pair {
+    fn new(own: &Image, other: &Image) -> Self {
+        let (own, other) = rayon::join(|| smoothed(own), || smoothed(other));
+        Self { own, other }
+    }
+
+    /// The mean difference of the channels.
+    fn difference(&self, i: usize, four: &Four) -> f32 {
+        let other = four.mean(&self.other);
+        self.own[i].iter().zip(other).map(|(a, b)| (a - b).abs()).sum::<f32>() / 3.0
+    }
+
+    /// The difference relative to the mean of both, which is at least `least`.
+    fn relative_difference(&self, i: usize, four: &Four, least: f32) -> f32 {
+        let other = four.mean(&self.other);
+        let mean = self.own[i].iter().chain(&other).map(|v| v.max(0.0)).sum::<f32>() / 6.0;
+        self.difference(i, four) / (mean + least)
+    }
+}
+
+/// How far the way there and back ends from its start, in pixels.
+fn detour([right, down]: [f32; 2], back: &Offsets, four: &Four) -> f32 {
+    let [left, up] = four.mean(back.pixels());
+    (right + left).hypot(down + up)
+}
+
+fn mean_of(image: &Image) -> f32 {
+    let finite = image.pixels().iter().flatten().filter(|v| v.is_finite());
+    finite.map(|v| f64::from(*v)).sum::<f64>() as f32 / (3 * image.pixels().len()) as f32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: (u32, u32) = (12, 8);
+
+    fn gray(value: f32) -> Image {
+        Image::filled(SIZE.0, SIZE.1, [value; 3]).expect("a valid image")
+    }
+
+    fn shot<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Shot<'a> {
+        Shot { color, albedo: Some(albedo), normal: Some(normal) }
+    }
+
+    fn all(offset: [f32; 2]) -> Offsets {
+        Offsets::new(SIZE.0, SIZE.1, vec![offset; 96]).expect("it fits")
+    }
+
+    #[test]
+    fn equal_frames_agree_wherever_the_surface_is_in_the_picture() {
+        let image = gray(0.5);
+        let own = shot(&image, &image, &image);
+        let found = agreement(&own, &own, &all([3.0, 0.0]), Some(&all([-3.0, 0.0])));
+        for (i, agreement) in found.into_iter().enumerate() {
+            assert_eq!(agreement, f32::from(u8::from(i % 12 + 3 < 12)), "{i}");
+        }
+    }
+
+    #[test]
+    fn each_difference_alone_ends_agreement() {
+        let (half, other) = (gray(0.5), gray(1.5));
+        let [still, away] = [all([0.0; 2]), all([0.0, 4.0])];
+        let own = shot(&half, &half, &half);
+        for (what, shot, back) in [
+            ("light", shot(&other, &half, &half), &still),
+            ("albedo", shot(&half, &other, &half), &still),
+            ("normal", shot(&half, &half, &other), &still),
+            ("motion", own, &away),
+        ] {
+            let found = agreement(&own, &shot, &still, Some(back));
+            assert!(found.iter().all(|v| *v < 0.1), "{what}: {}", found[0]);
+        }
+    }
+
+    #[test]
+    fn absent_features_and_an_unknown_way_back_say_nothing() {
+        let (half, other) = (gray(0.5), gray(0.9));
+        let bare = Shot { color: &half, albedo: None, normal: None };
+        let found = agreement(&shot(&half, &other, &other), &bare, &all([0.0; 2]), None);
+        assert!(found.iter().all(|v| *v == 1.0));
+    }
+
+    #[test]
+    fn light_agrees_relative_to_its_level_and_darkness_agrees() {
+        let agree = |a: f32, b: f32| {
+            let (own, other) = (gray(a), gray(b));
+            let bare = |color| Shot { color, albedo: None, normal: None };
+            agreement(&bare(&own), &bare(&other), &all([0.0; 2]), None)[0]
+        };
+        assert!((agree(1.0, 1.5) - agree(1e4, 1.5e4)).abs() < 1e-6);
+        assert!(agree(1.0, 1.1) > 0.9 && agree(1.0, 3.0) < 0.1);
+        assert_eq!(agree(0.0, 0.0), 1.0);
+        assert_eq!(agree(1.0, f32::NAN), 0.0);
+    }
+}

@@ -1,0 +1,30 @@
+//! Averages denoised frames of an animation along their motion, so that what noise is left does not
+//! flicker.
+//!
+//! Each pixel of a frame is averaged with what the frames around it show of the same surface. Motion
+//! vectors lead there ([`Offsets`]); they count as far as both frames agree on what they see
+//! ([`agreement`]). [`Convention`] finds out how a renderer means its motion vectors.
+
+mod agreement;
+mod convention;
+mod mean;
+mod offsets;
+mod sample;
+
+pub use agreement::agreement;
+pub use convention::{Convention, Found, Motion};
+pub use mean::mean;
+pub use offsets::Offsets;
+
+use wgdenoise::Image;
+
+/// A denoised frame and what tells its surfaces apart, all of one size.
+#[derive(Clone, Copy, Debug)]
+pub struct Shot<'a> {
+    /// Linear light.
+    pub color: &'a Image,
+    /// Linear albedo in [0, 1].
+    pub albedo: Option<&'a Image>,
+    /// Normals in [−1, 1].
+    pub normal: Option<&'a Image>,
+}

@@ -1,0 +1,95 @@
+//! Where the surfaces of one frame are in another.
+
+use rayon::prelude::*;
+
+use crate::sample::Four;
+
+/// For each pixel of a frame, how far away its surface is in another frame of the same size.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Offsets {
+    width: u32,
+    height: u32,
+    /// In pixels, right and down, row by row. NaN where the surface is not seen.
+    pixels: Vec<[f32; 2]>,
+}
+
+impl Offsets {
+    /// From offsets in pixels, right and down, row by row; `None` if their number does not fit the
+    /// size.
+    #[must_use]
+    pub fn new(width: u32, height: u32, pixels: Vec<[f32; 2]>) -> Option<Self> {
+        (pixels.len() as u64 == u64::from(width) * u64::from(height)).then_some(Self {
+            width,
+            height,
+            pixels,
+        })
+    }
+
+    /// Nothing moves.
+    #[must_use]
+    pub fn still(width: u32, height: u32) -> Self {
+        Self { width, height, pixels: vec![[0.0; 2]; width as usize * height as usize] }
+    }
+
+    /// Width and height.
+    #[must_use]
+    pub fn size(&self) -> (u32, u32) {
+        (self.width, self.height)
+    }
+
+    /// In pixels, right and down, row by row.
+    #[must_use]
+    pub fn pixels(&self) -> &[[f32; 2]] {
+        &self.pixels
+    }
+
+    /// On to a third frame: `next` leads there from the frame that these offsets lead to.
+    ///
+    /// # Panics
+    /// If the sizes differ.
+    #[must_use]
+    pub fn then(&self, next: &Self) -> Self {
+        assert_eq!(self.size(), next.size(), "sizes");
+        let on = |(i, own): (usize, &[f32; 2])| {
+            let further = self.four(i).map_or([f32::NAN; 2], |four| four.mean(&next.pixels));
+            [own[0] + further[0], own[1] + further[1]]
+        };
+        let pixels = self.pixels.par_iter().enumerate().map(on).collect();
+        Self { pixels, ..*self }
+    }
+
+    /// The pixels of the other frame around the surface of a pixel; `None` if it is not in the
+    /// picture.
+    pub(crate) fn four(&self, i: usize) -> Option<Four> {
+        let (width, [right, down]) = (self.width as usize, self.pixels[i]);
+        let place = [(i % width) as f32 + right, (i / width) as f32 + down];
+        Four::around(place, self.size())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn all(offset: [f32; 2]) -> Offsets {
+        Offsets::new(6, 4, vec![offset; 24]).expect("it fits")
+    }
+
+    #[test]
+    fn two_motions_add_up_while_the_surface_is_in_the_picture() {
+        let found = all([2.0, 1.0]).then(&all([-0.5, 0.25]));
+        for (i, offset) in found.pixels().iter().enumerate() {
+            if i % 6 + 2 < 6 && i / 6 + 1 < 4 {
+                assert_eq!(*offset, [1.5, 1.25], "{i}");
+            } else {
+                assert!(offset[0].is_nan(), "{i}: {offset:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_wrong_number_of_offsets_is_refused() {
+        assert_eq!(Offsets::new(6, 4, vec![[0.0; 2]; 23]), None);
+        assert_eq!(Offsets::new(6, 4, vec![[0.0; 2]; 24]), Some(Offsets::still(6, 4)));
+    }
+}

@@ -1,0 +1,98 @@
+//! Images between their pixels.
+
+use wgdenoise::Image;
+
+/// The four pixels around a point, their edge repeated, and the share of each.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Four {
+    at: [usize; 4],
+    shares: [f32; 4],
+}
+
+impl Four {
+    /// Around the point `x`, `y`, where whole numbers are centers of pixels; `None` beyond the
+    /// image's border, which is half a pixel outside the outermost centers, and for NaN.
+    pub(crate) fn around([x, y]: [f32; 2], (width, height): (u32, u32)) -> Option<Self> {
+        let is_inside = |at: f32, side: u32| at >= -0.5 && at <= side as f32 - 0.5;
+        if !is_inside(x, width) || !is_inside(y, height) {
+            return None;
+        }
+        let (columns, right) = axis(x, width as usize);
+        let (rows, down) = axis(y, height as usize);
+        let at = |row: usize, column: usize| rows[row] * width as usize + columns[column];
+        Some(Self {
+            at: [at(0, 0), at(0, 1), at(1, 0), at(1, 1)],
+            shares: [
+                (1.0 - right) * (1.0 - down),
+                right * (1.0 - down),
+                (1.0 - right) * down,
+                right * down,
+            ],
+        })
+    }
+
+    /// The bilinear mean of values by pixel. A pixel without a share does not count, even if it is NaN.
+    pub(crate) fn mean<const N: usize>(&self, pixels: &[[f32; N]]) -> [f32; N] {
+        let mut sum = [0.0; N];
+        let shares = self.at.into_iter().zip(self.shares).filter(|(_, share)| *share != 0.0);
+        for (at, share) in shares {
+            for (sum, value) in sum.iter_mut().zip(pixels[at]) {
+                *sum += value * share;
+            }
+        }
+        sum
+    }
+}
+
+/// The two nearest centers along an axis, and the share of the second.
+fn axis(at: f32, side: usize) -> ([usize; 2], f32) {
+    let first = at.floor();
+    let clamped = |index: f32| (index.max(0.0) as usize).min(side - 1);
+    ([clamped(first), clamped(first + 1.0)], at - first)
+}
+
+/// The image with every pixel replaced by the mean of the 3×3 around it, edges repeated.
+pub(crate) fn smoothed(image: &Image) -> Vec<[f32; 3]> {
+    let (width, height) = (image.width() as usize, image.height() as usize);
+    let pixels = image.pixels();
+    let near = |at: usize, side: usize| [at.saturating_sub(1), at, (at + 1).min(side - 1)];
+    let pixel = |i: usize| {
+        let (columns, rows) = (near(i % width, width), near(i / width, height));
+        let nine = rows.iter().flat_map(|y| columns.iter().map(move |x| pixels[y * width + x]));
+        let sum = nine.fold([0.0; 3], |sum, v| [sum[0] + v[0], sum[1] + v[1], sum[2] + v[2]]);
+        sum.map(|v| v / 9.0)
+    };
+    (0..pixels.len()).map(pixel).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn ramp() -> Vec<[f32; 2]> {
+        (0..12u8).map(|i| [f32::from(i % 4), f32::from(i / 4)]).collect()
+    }
+
+    #[test]
+    fn between_pixels_a_ramp_goes_on_and_at_the_border_it_stays() {
+        let at = |x, y| Four::around([x, y], (4, 3)).map(|four| four.mean(&ramp()));
+        assert_eq!(at(1.25, 0.5), Some([1.25, 0.5]));
+        assert_eq!(at(3.0, 2.0), Some([3.0, 2.0]));
+        assert_eq!(at(-0.5, 2.5), Some([0.0, 2.0]));
+        for outside in [(-0.6, 1.0), (3.6, 1.0), (1.0, 2.6), (f32::NAN, 1.0)] {
+            assert_eq!(at(outside.0, outside.1), None, "{outside:?}");
+        }
+    }
+
+    #[test]
+    fn smoothing_keeps_a_constant_and_spreads_a_pixel_over_nine() {
+        let mut image = Image::filled(5, 4, [2.0; 3]).expect("a valid image");
+        assert!(smoothed(&image).iter().all(|pixel| *pixel == [2.0; 3]));
+        image.pixels_mut()[2 * 5 + 2] = [11.0; 3];
+        let found = smoothed(&image);
+        for (i, pixel) in found.iter().enumerate() {
+            let is_near = (i % 5).abs_diff(2) <= 1 && (i / 5).abs_diff(2) <= 1;
+            assert_eq!(*pixel, [if is_near { 3.0 } else { 2.0 }; 3], "{i}");
+        }
+    }
+}

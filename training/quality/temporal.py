@@ -1,0 +1,145 @@
+"""Measures `--temporal` on animations with motion vectors and prints the tables of docs/temporal.md.
+
+    python render_animations.py --out animations --scenes 95001:95009
+    python -m quality.temporal --data animations
+
+Each frame is denoised alone by Open Image Denoise and by the program, and by the program with one and with two frames to
+each side. L1 and relative MSE are those of docs/quality.md. References of few samples have noise of their own, which all errors
+include; so L1 is also measured against denoised references, which favors nobody who denoises the same frames with and
+without `--temporal`. Flicker is SMAPE between a frame and the one before, moved along the motion vectors, where the
+surface is seen in both. Hidden pixels are those that the frame before does not see.
+"""
+
+import argparse
+import subprocess
+import tempfile
+from collections import defaultdict
+from pathlib import Path
+
+import numpy as np
+import OpenEXR
+import pyoidn
+import torch
+from torch.nn import functional as F
+
+from metrics import display, exposure_of, figures
+from quality.oidn import Oidn
+
+LAYERS = dict(color="Combined.RGB", albedo="Denoising Albedo.RGB", normal="Denoising Normal.XYZ", motion="Vector.XYZW")
+SETTINGS = {"alone": [], "`--temporal`": ["--temporal"], "`--temporal=2`": ["--temporal=2"]}
+FIGURES = "l1", "relmse", "clean", "flicker", "hidden"
+HIDDEN = 1.0  # pixels between a surface and where the way back leads
+
+
+def read(path):
+    """{name: [C,H,W]} of the layers of a frame by Blender."""
+    part = OpenEXR.File(str(path), separate_channels=True).parts[0]
+
+    def layer(name):
+        prefix, axes = name.rsplit(".", 1)
+        return torch.from_numpy(np.stack([part.channels[f"ViewLayer.{prefix}.{axis}"].pixels for axis in axes])).float()
+
+    return {name: layer(source) for name, source in LAYERS.items()}
+
+
+def moved(image, offsets):
+    """`image` [C,H,W] fetched from where the offsets [2,H,W] lead, and where that is inside it [H,W]."""
+    h, w = image.shape[1:]
+    y, x = torch.meshgrid(torch.arange(h), torch.arange(w), indexing="ij")
+    x, y = x + offsets[0], y + offsets[1]
+    grid = torch.stack([(2 * x + 1) / w - 1, (2 * y + 1) / h - 1], -1)[None]
+    inside = (x > -0.5) & (x < w - 0.5) & (y > -0.5) & (y < h - 0.5)
+    return F.grid_sample(image[None], grid, padding_mode="border", align_corners=False)[0], inside
+
+
+def back(motion):
+    """Blender's offsets to the frame before: x right, y down."""
+    return motion[:2] * torch.tensor([1.0, -1.0]).view(2, 1, 1)
+
+
+def ahead(motion):
+    return motion[2:] * torch.tensor([-1.0, 1.0]).view(2, 1, 1)
+
+
+class Scene:
+    """The frames of an animation, read once."""
+
+    def __init__(self, folder):
+        self.folder = folder
+        self.references = [read(path) for path in sorted(folder.glob("reference.*.exr"))]
+        self.counts = sorted({int(path.name[1:].split(".")[0]) for path in folder.glob("n*.exr")})
+        self.seen = [self._seen(i) for i in range(1, len(self.references))]
+        self.clean = [self._denoised(frame) for frame in self.references]
+
+    def _seen(self, i):
+        """The pixels [H,W] of frame i that the frame before sees too."""
+        way = back(self.references[i]["motion"])
+        there, inside = moved(ahead(self.references[i - 1]["motion"]), way)
+        return inside & ((way + there).norm(dim=0) < HIDDEN)
+
+    def noisy(self, count):
+        return [read(path) for path in sorted(self.folder.glob(f"n{count}.*.exr"))]
+
+    @staticmethod
+    def _denoised(frame):
+        planes = [np.ascontiguousarray(frame[name].permute(1, 2, 0)) for name in ("color", "albedo", "normal")]
+        return torch.from_numpy(pyoidn.denoise(*planes, hdr=True, clean_aux=True)).permute(2, 0, 1)
+
+    def errors(self, images):
+        """L1, relative MSE, flicker and L1 of hidden pixels: lists over the frames."""
+        found = defaultdict(list)
+        for image, reference, clean in zip(images, self.references, self.clean):
+            error = figures(image, reference["color"])
+            found["l1"].append(error["l1"])
+            found["relmse"].append(error["relmse"])
+            found["clean"].append(figures(image, clean)["l1"])
+        for i, seen in enumerate(self.seen, 1):
+            before, _ = moved(images[i - 1], back(self.references[i]["motion"]))
+            smape = (images[i] - before).abs() / (images[i].abs() + before.abs() + 1e-3)
+            found["flicker"].append(float(smape[:, seen].mean()))
+            if not seen.all():
+                scale = exposure_of(self.references[i]["color"])
+                a, b = (display(x * scale) for x in (images[i], self.references[i]["color"]))
+                found["hidden"].append(float((a - b).abs()[:, ~seen].mean()))
+        return found
+
+
+def by_program(program, scene, count, options):
+    """The frames as the program denoises them."""
+    with tempfile.TemporaryDirectory() as out:
+        subprocess.run([program, scene.folder / f"n{count}.####.exr", out, "--quiet", *options], check=True)
+        return [read(path)["color"] for path in sorted(Path(out).glob("*.exr"))]
+
+
+def measure(program, scenes):
+    """{(samples, method): {figure: the means of the scenes}}."""
+    found, oidn = defaultdict(lambda: defaultdict(list)), Oidn("high")
+    for scene in scenes:
+        for count in scene.counts:
+            stacks = [torch.cat([f["color"], f["albedo"], f["normal"]]) for f in scene.noisy(count)]
+            results = {"OIDN high": [oidn(stack, "color,albedo,normal") for stack in stacks]}
+            results |= {name: by_program(program, scene, count, o) for name, o in SETTINGS.items()}
+            for method, images in results.items():
+                for name, values in scene.errors(images).items():
+                    found[count, method][name].append(sum(values) / len(values))
+        flicker = scene.errors(scene.clean)["flicker"]
+        found["", "reference, denoised"]["flicker"].append(sum(flicker) / len(flicker))
+    return found
+
+
+def main():
+    p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    p.add_argument("--data", type=Path, required=True, help="folder of render_animations.py")
+    p.add_argument("--program", type=Path, default=Path("../target/release/wgdenoise"))
+    o = p.parse_args()
+    torch.set_num_threads(1)
+    scenes = [Scene(folder) for folder in sorted(o.data.iterdir()) if any(folder.glob("reference.*.exr"))]
+    print(f"{len(scenes)} scenes\n\n| samples | method | L1 | relative MSE | L1, denoised reference | flicker | L1 of hidden pixels |")
+    print("|---|---|---|---|---|---|---|")
+    for (count, method), values in sorted(measure(o.program, scenes).items(), key=lambda item: str(item[0][0]).zfill(4)):
+        cells = [f"{np.mean(values[name]):.4f}" if values[name] else "" for name in FIGURES]
+        print(f"| {count} | {method} | {' | '.join(cells)} |")
+
+
+if __name__ == "__main__":
+    main()
