@@ -6,7 +6,7 @@
 use std::panic::resume_unwind;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
-use std::thread::{self, ScopedJoinHandle};
+use std::thread::{self, Scope, ScopedJoinHandle};
 use std::time::{Duration, Instant};
 
 use crate::console::{Console, Verbosity};
@@ -77,7 +77,7 @@ fn read(job: &Job) -> Result<Read, Failure> {
 }
 
 /// A finished frame of an animation, unless it is not to be written.
-fn ready<'j>(frame: Held<(&'j Job, Laps)>) -> Option<(&'j Job, Ready)> {
+fn ready(frame: Held<(&Job, Laps)>) -> Option<(&Job, Ready)> {
     let Held { picture, results, tag, .. } = frame;
     let (job, laps) = tag?;
     job.writes.then_some((job, Ready { picture, results, laps }))
@@ -121,56 +121,67 @@ impl Batch<'_> {
     /// # Errors
     /// If the only image fails, there is no adapter, or the device failed.
     fn images(&mut self, jobs: &[Job]) -> Result<(), Failure> {
-        let (overlap, exposure) = (self.request.overlap, self.request.exposure);
+        let overlap = self.request.overlap;
+        let mut animation = Animation::new(self.request.temporal);
         thread::scope(|scope| {
             let read = |job| scope.spawn(move || read(job));
             let (mut next, mut writing) = (None, None);
-            let mut animation = Animation::new(self.request.temporal);
             for (index, job) in jobs.iter().enumerate() {
                 self.console.item(index, &name(job));
-                let reading = next.take().unwrap_or_else(|| read(job));
-                // The first image is read meanwhile. If this fails, `prepare` tries again and
-                // reports it, after errors of the image and of the weights.
-                let _ = self.session.open();
-                let image = joined(reading);
+                let image = self.received(next.take().unwrap_or_else(|| read(job)));
                 next = jobs.get(index + 1).filter(|_| overlap).map(read);
                 let outcome = image.and_then(|image| self.denoise(job, image));
                 self.settle(writing.take())?;
-                let finished = match outcome {
-                    Ok(image) => self.averaged(&mut animation, job, image)?,
-                    Err(failure) => {
-                        self.fail(job, failure)?;
-                        Vec::new()
-                    }
-                };
-                for (job, image) in finished {
-                    self.settle(writing.take())?;
-                    writing = Some((job, scope.spawn(move || write(job, image, exposure))));
-                    self.console.hold();
-                }
+                let finished = self.finished(&mut animation, job, outcome)?;
+                writing = self.write_all(scope, finished)?;
                 if !overlap {
                     self.settle(writing.take())?;
                 }
             }
-            self.settle(writing.take())?;
-            for frame in animation.finish(self.console)? {
-                let Some((job, image)) = ready(frame) else { continue };
-                let writing = scope.spawn(move || write(job, image, exposure));
-                self.console.hold();
-                self.settle(Some((job, writing)))?;
-            }
-            Ok(())
+            self.settle(writing)?;
+            let rest = animation.finish(self.console)?.into_iter().filter_map(ready).collect();
+            let writing = self.write_all(scope, rest)?;
+            self.settle(writing)
         })
     }
 
+    /// An image that is being read. The adapter is opened meanwhile; if that fails, `prepare` tries
+    /// again and reports it, after errors of the image and of the weights.
+    fn received(
+        &mut self,
+        reading: ScopedJoinHandle<'_, Result<Read, Failure>>,
+    ) -> Result<Read, Failure> {
+        let _ = self.session.open();
+        joined(reading)
+    }
+
+    /// Writes images one after the other, the last one on a thread that goes on.
+    fn write_all<'scope, 'job: 'scope>(
+        &mut self,
+        scope: &'scope Scope<'scope, '_>,
+        images: Vec<(&'job Job, Ready)>,
+    ) -> Result<Option<Writing<'scope, 'job>>, Failure> {
+        let (exposure, mut writing) = (self.request.exposure, None);
+        for (job, image) in images {
+            self.settle(writing.take())?;
+            writing = Some((job, scope.spawn(move || write(job, image, exposure))));
+            self.console.hold();
+        }
+        Ok(writing)
+    }
+
     /// The images that can be written once this one is denoised: itself, unless frames after it are
-    /// to be averaged into it.
-    fn averaged<'j>(
-        &self,
+    /// to be averaged into it. Reports an image that failed.
+    fn finished<'j>(
+        &mut self,
         animation: &mut Animation<(&'j Job, Laps)>,
         job: &'j Job,
-        image: Ready,
+        outcome: Result<Ready, Failure>,
     ) -> Result<Vec<(&'j Job, Ready)>, Failure> {
+        let image = match outcome {
+            Ok(image) => image,
+            Err(failure) => return self.fail(job, failure).map(|()| Vec::new()),
+        };
         let Some(number) = job.number.filter(|_| self.request.temporal > 0) else {
             return Ok(vec![(job, image)]);
         };

@@ -114,7 +114,7 @@ impl Convention {
         let [right, down] = self.factors((width, height));
         let [x, y] = [&motion.planes[self.plane], &motion.planes[self.plane + 1]];
         let pixels = x.iter().zip(y).map(|(x, y)| [x * right, y * down]).collect();
-        Offsets::new(width, height, pixels).expect("the planes have the motion's size")
+        Offsets { width, height, pixels }
     }
 
     /// From a vector to pixels right and down.

@@ -7,10 +7,10 @@ use crate::sample::Four;
 /// For each pixel of a frame, how far away its surface is in another frame of the same size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Offsets {
-    width: u32,
-    height: u32,
+    pub(crate) width: u32,
+    pub(crate) height: u32,
     /// In pixels, right and down, row by row. NaN where the surface is not seen.
-    pixels: Vec<[f32; 2]>,
+    pub(crate) pixels: Vec<[f32; 2]>,
 }
 
 impl Offsets {
