@@ -1,9 +1,11 @@
 """Tests of the training code. Run `pytest` in this folder; they take seconds and need no data."""
 
+import json
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
+import OpenEXR
 import pytest
 import torch
 from safetensors.numpy import load_file
@@ -11,6 +13,7 @@ from safetensors.numpy import load_file
 from augment import Crops, splat, texture
 from average import average
 from export import provenance, save_weights
+from import_exr import FEATURES, main as import_exr
 from inference import denoise
 from losses import LOSSES
 from make_fixtures import bad_pixels, kernel_files
@@ -294,6 +297,54 @@ def test_a_view_is_read_as_it_was_written(tmp_path, random):
     np.testing.assert_allclose(view["ref"][:3], image[:3], rtol=2**-7)
     np.testing.assert_allclose(view["ref"][3:], image[3:], atol=1 / 127)
     np.testing.assert_allclose(view["noisy"][0][1][:3], image[:3] * 0.5, rtol=2**-6)
+
+
+@pytest.fixture
+def renders(tmp_path, random, monkeypatch):
+    """Two files with a color in `C` of one part and features in another, and a program that tells so."""
+    def layer(part, name, letters):
+        return dict(name=name, part=part, channels=[dict(name=letter) for letter in letters])
+
+    def write(name, planes):
+        header = dict(compression=OpenEXR.ZIP_COMPRESSION, type=OpenEXR.scanlineimage)
+        names = ["R", "G", "B"], ["albedo.R", "albedo.G", "albedo.B", "N.x", "N.y", "N.z"]
+        parts = [OpenEXR.Part(dict(header), dict(zip(own, planes[3 * i:])), f"part{i}") for i, own in enumerate(names)]
+        OpenEXR.File(parts).write(str(tmp_path / name))
+
+    told = dict(color="C", albedo="albedo", normal="N",
+                layers=[layer(0, "C", "BGR"), layer(1, "albedo", "BGR"), layer(1, "N", "xyz")])
+    images = torch.rand(2, 9, 130, 140, generator=random).numpy()
+    for name, image in zip(("ref.exr", "noisy.exr"), images):
+        write(name, image)
+
+    def run(*words):
+        program = tmp_path / "program"
+        program.write_text(f"#!/bin/sh\ncat <<'EOF'\n{json.dumps(told)}\nEOF\n")
+        program.chmod(0o755)
+        words = [str(tmp_path / word) if word.endswith((".npz", ".exr")) and "=" not in word else word for word in words]
+        monkeypatch.setattr("sys.argv", ["import_exr.py", *words, f"4={tmp_path / 'noisy.exr'}", "--program", str(program)])
+        import_exr()
+
+    return SimpleNamespace(images=images, told=told, run=run)
+
+
+def test_renders_of_any_renderer_become_a_view(tmp_path, renders):
+    renders.run("room_v3.npz", "--reference", "ref.exr", "--error", "0.02")
+    view = read_view(tmp_path / "room_v3.npz")
+    assert (view["scene"], view["relerr"], [count for count, _ in view["noisy"]]) == ("room", 0.02, [4])
+    for found, image in zip((view["ref"], view["noisy"][0][1]), renders.images):
+        np.testing.assert_allclose(found[:3], image[:3], rtol=2**-6, atol=1e-6)
+        np.testing.assert_allclose(found[3:], image[3:], atol=1 / 60)
+
+
+def test_renders_without_features_or_with_a_wrong_name_are_refused(tmp_path, renders):
+    with pytest.raises(SystemExit):
+        renders.run("room.npz", "--reference", "ref.exr")
+    for name in FEATURES:
+        renders.told[name] = None
+    with pytest.raises(SystemExit, match="no color and no albedo and no normal"):
+        renders.run("room_v3.npz", "--reference", "ref.exr")
+    assert not (tmp_path / "room_v3.npz").exists()
 
 
 def test_every_scene_is_in_one_part_and_stays_there():
