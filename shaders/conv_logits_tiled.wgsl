@@ -2,13 +2,11 @@
 // workgroup computes 16×16 pixels; each invocation computes 2×2 pixels with all channels, at most
 // 16.
 
-import package::common::conv_logits::{feature_of, logits_bias};
+import package::common::conv_logits::feature_of;
 import package::common::conv_output::{activated, bias, output};
-import package::common::conv_sums::{QUADS, TILE, convolve};
+import package::common::conv_sums::{TILE, convolve};
+import package::common::logits::logits_of;
 import package::common::need::is_needed;
-
-// [quad of logits][quad of the 3×3 convolution]: column j holds what channel j adds to four logits.
-@group(0) @binding(6) var<storage, read> logits_weights: array<mat4x4<f32>>;
 
 // Stores the logits of a pixel from the sums of its 3×3 convolution.
 fn store(at: vec2<i32>, s0: vec4<f32>, s1: vec4<f32>, s2: vec4<f32>, s3: vec4<f32>) {
@@ -17,11 +15,8 @@ fn store(at: vec2<i32>, s0: vec4<f32>, s1: vec4<f32>, s2: vec4<f32>, s3: vec4<f3
     let v2 = feature_of(s2 + bias[2]);
     let v3 = feature_of(s3 + bias[3]);
     for (var quad = 0u; quad < textureNumLayers(output); quad++) {
-        let first = quad * QUADS;
-        let sum = logits_weights[first] * v0 + logits_weights[first + 1u] * v1
-            + logits_weights[first + 2u] * v2 + logits_weights[first + 3u] * v3;
         // Stores outside the tensor do nothing.
-        textureStore(output, at, quad, activated(sum + logits_bias[quad]));
+        textureStore(output, at, quad, activated(logits_of(quad, v0, v1, v2, v3)));
     }
 }
 

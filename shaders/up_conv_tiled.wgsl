@@ -3,9 +3,10 @@
 // taps by the parity of the output's row and column. The skip is the `input` of the 3×3
 // convolution.
 
-import package::common::conv_output::{bias, output};
+import package::common::conv_input::input_quads;
+import package::common::conv_output::output;
 import package::common::conv_sums::{
-    QUADS, INVOCATIONS, Sums, TILE, input_quads, pixels, stage_weights, taps
+    QUADS, INVOCATIONS, Sums, TILE, pixels, stage_weights, taps
 };
 import package::common::conv_tile::make_tile;
 import package::common::tensor::TensorIn;
@@ -56,13 +57,6 @@ fn convolve_low(skip: Sums, corner: vec2<i32>, local: vec2<u32>, block: u32, lan
         }
     }
     return s;
-}
-
-// Beyond the border there is no low-resolution tensor whose bias the convolution could see.
-fn bias_at(at: vec2<i32>, quad: u32) -> vec4<f32> {
-    let last = vec2<i32>(textureDimensions(output)) - 1;
-    let place = select(select(vec2(1), vec2(2), at == last), vec2(0), at == vec2(0));
-    return bias[u32(place.y * 3 + place.x) * textureNumLayers(output) + quad];
 }
 
 @compute @workgroup_size(8, 8)

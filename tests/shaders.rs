@@ -8,10 +8,11 @@ use wgdenoise::internals::gpu::kernel::{Binding, KernelSpec};
 use wgdenoise::internals::gpu::matrix_shape::SUBGROUPS;
 use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::autoexposure::Band;
+use wgdenoise::internals::ops::conv3x3;
 use wgdenoise::internals::ops::matrix;
 use wgdenoise::internals::ops::need::NeedUniform;
 use wgdenoise::internals::ops::tile::Tile;
-use wgdenoise::internals::ops::{activity, all_specs, convolution};
+use wgdenoise::internals::ops::{activity, all_specs, conv_logits, convolution};
 use wgdenoise::internals::plan::halo;
 use wgdenoise::internals::reference;
 use wgdenoise::{Factor, Layout, MatrixShape, Precision, wgpu};
@@ -247,6 +248,7 @@ fn constants_have_the_values_of_the_host() {
         same(shader, "QUADS", convolution::TILED_QUADS as f64);
         same(shader, "INVOCATIONS", f64::from(spec(shader).workgroup.iter().product::<u32>()));
     }
+    same("conv_logits_tiled", "HELD", (conv_logits::CHANNELS / 4) as f64);
     same("autoexposure_reduce", "LANES", f64::from(spec("autoexposure_reduce").workgroup[0]));
 }
 
@@ -255,14 +257,15 @@ fn matrices_have_the_sizes_of_the_host() {
     let shapes = [(8, Factor::F16), (8, Factor::F32), (16, Factor::F16)];
     for (shape, channels) in shapes.into_iter().flat_map(|s| [(s, 16), (s, 32)]) {
         let (side, factor) = shape;
-        let spec = matrix::spec(MatrixShape { side, factor, lanes: 32 }, channels);
+        let shape = MatrixShape { side, factor, lanes: 32 };
+        let spec = conv3x3::matrix_spec(shape, channels, false);
         let module = parse(&wgsl(&spec, Precision::F32)).expect("it is valid");
         let largest = if factor == Factor::F16 { Precision::F16 } else { Precision::F32 };
         for (name, expected) in [
             ("SIDE", f64::from(side)),
             ("CHANNELS", f64::from(channels)),
-            ("COLUMNS", f64::from(matrix::COLUMNS)),
-            ("ROWS", f64::from(matrix::ROWS)),
+            ("WIDTH", f64::from(2 * side)),
+            ("HEIGHT", f64::from(2 * SUBGROUPS)),
             ("SUBGROUPS", f64::from(SUBGROUPS)),
             ("SUMS", f64::from(matrix::SUMS)),
             ("LARGEST_FACTOR", largest.largest()),

@@ -2,30 +2,12 @@
 // for every four input channels it stages the pixels with their border and the weights in workgroup
 // memory, then every invocation computes 2×2 pixels.
 
-@if(input_conv) import package::input_conv_tiled::{input_quads, input_size, load_input};
-@else import package::common::tensor::TensorIn;
+import package::common::conv_input::{input_quads, input_size, load_input};
 
 // [block of 4 output quads][input quad][tap][output quad]: column j of a matrix holds what input
 // channel j adds to four outputs.
 @if(input_conv) @group(0) @binding(6) var<storage, read> conv_weights: array<mat4x4<f32>>;
 @else @group(0) @binding(2) var<storage, read> conv_weights: array<mat4x4<f32>>;
-
-@if(!input_conv) @group(0) @binding(0) var input: TensorIn;
-
-@if(!input_conv)
-fn input_size() -> vec2<i32> {
-    return vec2<i32>(textureDimensions(input));
-}
-
-@if(!input_conv)
-fn input_quads() -> u32 {
-    return textureNumLayers(input);
-}
-
-@if(!input_conv)
-fn load_input(at: vec2<i32>, quad: u32) -> vec4<f32> {
-    return textureLoad(input, at, quad);
-}
 
 const TILE = 16u;            // output pixels per side
 const STAGED = TILE + 2u;    // with the border

@@ -86,8 +86,7 @@ impl CompiledNetwork {
                 if network.has_pyramid() { pyramid } else { Ending::Color }
             });
         }
-        let Fused { network, params, head } =
-            Fused::new(weights, conv_logits::most_channels(kernels));
+        let Fused { network, params, head } = Fused::new(weights, conv_logits::CHANNELS);
         let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
         Self::build(context, kernels, weights, &network, params, |map| {
             let Some(HeadParams { conv, sigmoid }) = &head else {

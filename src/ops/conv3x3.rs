@@ -2,11 +2,13 @@
 
 use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant, plain_spec};
+use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{matrix, need, simd};
+use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::{Op, Params};
 use crate::shader::ShaderRoot;
 use std::borrow::Cow;
@@ -49,6 +51,13 @@ pub fn simd_spec(out_quads: usize) -> KernelSpec {
     simd::spec(simd::SimdKernel::Conv3x3, out_quads, bindings, &["largest", "relu"])
 }
 
+/// The variant for GPUs with matrix units, with this many output channels per workgroup.
+#[must_use]
+pub fn matrix_spec(shape: MatrixShape, channels: u32, pools: bool) -> KernelSpec {
+    let bindings = if pools { &TILED_POOL[..] } else { &TILED };
+    matrix::spec(MatrixKernel::Conv3x3 { pools }, shape, channels, bindings)
+}
+
 /// The operator. Weights are `[output][input][ky][kx]`. With `pools`, it also computes the max-pool
 /// of its output if the variant can; [`Operator::pools`](super::operator::Operator::pools) tells.
 #[must_use]
@@ -66,7 +75,7 @@ pub fn conv3x3(
     let taps = Taps { outputs, taps: 9, map, weight: &weight };
     let variant = match kernels.resolve(&context.device) {
         KernelSet::Simd => generated(context, &taps),
-        KernelSet::Matrix(shape) => matrix::variant(context, shape, &taps),
+        KernelSet::Matrix(shape) => multiplied(context, shape, &taps, pools),
         KernelSet::Plain => Variant::plain(context, PLAIN, &taps),
         KernelSet::Tiled | KernelSet::Auto => tiled(context, &taps, pools),
     };
@@ -98,6 +107,11 @@ pub(super) fn generated_weights(
 fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
     let blocks = taps.out_quads().div_ceil(TILED_QUADS);
     Variant { pools, ..Variant::tiled(tiled_spec(pools), tiled_weights(context, taps), blocks) }
+}
+
+fn multiplied(context: &Context, shape: MatrixShape, taps: &Taps<'_>, pools: bool) -> Variant {
+    let spec = matrix_spec(shape, matrix::channels_per_workgroup(taps.outputs), pools);
+    Variant { pools, ..matrix::variant(context, spec, shape, &[taps]) }
 }
 
 pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {

@@ -7,11 +7,13 @@ use std::borrow::Cow;
 
 use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, PackedWeights, Variant};
+use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer, weight_texture};
 use super::{conv3x3, need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::Params;
 use crate::shader::ShaderRoot;
 
@@ -30,11 +32,12 @@ pub const TILED: KernelSpec = KernelSpec {
     source: ShaderRoot::Module("conv_logits_tiled"),
     features: Cow::Borrowed(&[]),
     entry: "main",
-    bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
+    bindings: Cow::Borrowed(&BINDINGS),
     overrides: &["largest", "relu"],
     workgroup: [8, 8, 1],
 };
 
+const BINDINGS: [Binding; 8] = bindings(Binding::Buffer);
 const SIMD_BINDINGS: [Binding; 8] = bindings(Binding::WeightTexture);
 
 /// The generated variant for CPU drivers, for this many quads of the 3×3 convolution.
@@ -44,16 +47,11 @@ pub fn simd_spec(quads: usize) -> KernelSpec {
     simd::spec(simd::SimdKernel::ConvLogits, quads, bindings, &["largest", "relu"])
 }
 
-/// The most channels that `kernels` can hold; without any, the two convolutions stay apart.
-///
-/// Matrix kernels compute the 3×3 convolution in a fraction of the tiled kernel's time, and the
-/// tensor in between costs less than the difference.
+/// The variant for GPUs with matrix units. The 1×1 convolution is not on them: it has a twelfth of
+/// the products.
 #[must_use]
-pub fn most_channels(kernels: KernelSet) -> usize {
-    match kernels {
-        KernelSet::Plain | KernelSet::Matrix(_) => 0,
-        _ => CHANNELS,
-    }
+pub fn matrix_spec(shape: MatrixShape) -> KernelSpec {
+    matrix::spec(MatrixKernel::ConvLogits, shape, CHANNELS as u32, &BINDINGS)
 }
 
 /// The operator. `params` hold the 3×3 convolution's weights, `[channel][channel][3][3]`, followed
@@ -76,6 +74,10 @@ pub fn conv_logits(
     let taps = Taps { outputs: channels, taps: 9, map, weight: &weight };
     let (variant, logits) = match kernels.resolve(&context.device) {
         KernelSet::Simd => generated(context, &taps, logits),
+        KernelSet::Matrix(shape) => {
+            let variant = matrix::variant(context, matrix_spec(shape), shape, &[&taps]);
+            (variant, logits_buffer(context, logits, channels))
+        }
         _ => tiled(context, &taps, logits),
     };
     // Without the inner ReLU: this one is the logits'.
@@ -89,8 +91,11 @@ pub fn conv_logits(
 
 fn tiled(context: &Context, taps: &Taps<'_>, logits: &[f32]) -> (Variant, PackedWeights) {
     let weights = conv3x3::tiled_weights(context, taps);
-    let buffer = storage_buffer(context, "logits", &matrices(logits, taps.outputs));
-    (Variant::tiled(TILED, weights, 1), PackedWeights::Buffer(buffer))
+    (Variant::tiled(TILED, weights, 1), logits_buffer(context, logits, taps.outputs))
+}
+
+fn logits_buffer(context: &Context, logits: &[f32], channels: usize) -> PackedWeights {
+    PackedWeights::Buffer(storage_buffer(context, "logits", &matrices(logits, channels)))
 }
 
 fn generated(context: &Context, taps: &Taps<'_>, logits: &[f32]) -> (Variant, PackedWeights) {

@@ -50,7 +50,11 @@ pub fn all_specs() -> Vec<KernelSpec> {
     specs.extend(simd::SimdKernel::ConvLogits.all_quads().map(conv_logits::simd_spec));
     for (side, factor) in [(8, F16), (8, F32), (16, F16)] {
         let shape = MatrixShape { side, factor, lanes: 32 };
-        specs.extend([16, 32].map(|channels| matrix::spec(shape, channels)));
+        for (channels, pools) in [(16, false), (16, true), (32, false), (32, true)] {
+            specs.push(conv3x3::matrix_spec(shape, channels, pools));
+        }
+        specs.extend([16, 32].map(|channels| up_conv::matrix_spec(shape, channels)));
+        specs.push(conv_logits::matrix_spec(shape));
     }
     specs.extend(image_specs());
     specs

@@ -15,11 +15,13 @@ use std::borrow::Cow;
 use self::fold::Folded;
 use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant};
+use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::Params;
 use crate::shader::ShaderRoot;
 
@@ -32,10 +34,12 @@ pub const TILED: KernelSpec = KernelSpec {
     source: ShaderRoot::Module("up_conv_tiled"),
     features: Cow::Borrowed(&["up_conv"]),
     entry: "main",
-    bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
+    bindings: Cow::Borrowed(&BINDINGS),
     overrides: &["largest", "relu"],
     workgroup: [8, 8, 1],
 };
+
+const BINDINGS: [Binding; 7] = bindings(Binding::Buffer);
 
 const fn bindings(weights: Binding) -> [Binding; 7] {
     let [skip, low, output] = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
@@ -48,6 +52,12 @@ pub fn simd_spec(out_quads: usize) -> KernelSpec {
     let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
     let spec = simd::spec(simd::SimdKernel::UpConv, out_quads, bindings, &["largest", "relu"]);
     KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
+}
+
+/// The variant for GPUs with matrix units, with this many output channels per workgroup.
+#[must_use]
+pub fn matrix_spec(shape: MatrixShape, channels: u32) -> KernelSpec {
+    matrix::spec(MatrixKernel::UpConv, shape, channels, &BINDINGS)
 }
 
 /// The operator for the skip and the low-resolution tensor, stored as in `maps`. `params` hold the
@@ -71,6 +81,10 @@ pub fn up_conv(
     let low = Taps { outputs, taps: 16, map: maps[1], weight: &low };
     let variant = match kernels.resolve(&context.device) {
         KernelSet::Simd => generated(context, &skip, &low),
+        KernelSet::Matrix(shape) => {
+            let spec = matrix_spec(shape, matrix::channels_per_workgroup(outputs));
+            matrix::variant(context, spec, shape, &[&skip, &low])
+        }
         _ => tiled(context, &skip, &low),
     };
     let constants = [("largest", context.precision.largest()), ("relu", f64::from(u8::from(relu)))];
