@@ -204,7 +204,7 @@ fn structs_have_the_offsets_of_the_host() {
     ];
     for shader in [
         "input_process",
-        "input_conv",
+        "input_conv_tiled",
         "output_process",
         "activity_classify",
         "head",
@@ -215,7 +215,8 @@ fn structs_have_the_offsets_of_the_host() {
     }
     assert_eq!(members("autoexposure_bins", "Band"), host(&band));
     assert_eq!(members("autoexposure_bins", "Layout"), host(&layout));
-    for shader in ["conv3x3_tiled", "conv3x3_simd4", "up_conv_tiled", "up_conv_simd4", "input_conv"]
+    for shader in
+        ["conv3x3_tiled", "conv3x3_simd4", "up_conv_tiled", "up_conv_simd4", "input_conv_tiled"]
     {
         assert_eq!(members(shader, "Need"), host(&need), "{shader}");
     }
@@ -243,7 +244,7 @@ fn constants_have_the_values_of_the_host() {
     same("output_process f32 rgba32float", "LARGEST_F32", Precision::F32.largest());
     assert_eq!(f64::from(bounded.brightest()), half);
     assert_eq!(reference::LARGEST, half);
-    for shader in ["conv3x3_tiled", "conv_logits_tiled", "input_conv", "up_conv_tiled"] {
+    for shader in ["conv3x3_tiled", "conv_logits_tiled", "input_conv_tiled", "up_conv_tiled"] {
         same(shader, "TILE", tile);
         same(shader, "QUADS", convolution::TILED_QUADS as f64);
         same(shader, "INVOCATIONS", f64::from(spec(shader).workgroup.iter().product::<u32>()));

@@ -20,7 +20,7 @@ pub enum KernelSet {
     Tiled,
     /// For CPU drivers (lavapipe): straight-line code, with weights broadcast across the subgroup.
     Simd,
-    /// For GPUs with matrix units: computes 3×3 convolutions as matrix products of this shape.
+    /// For GPUs with matrix units: computes convolutions as matrix products of this shape.
     Matrix(MatrixShape),
 }
 

@@ -114,13 +114,10 @@ fn multiplied(context: &Context, shape: MatrixShape, taps: &Taps<'_>, pools: boo
     Variant { pools, ..matrix::variant(context, spec, shape, &[taps]) }
 }
 
-pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {
-    PackedWeights::Buffer(storage_buffer(context, "weights", &tiled_matrices(taps)))
-}
-
 /// `[block of output quads][in_quad][tap][out_quad]` matrices.
-pub(super) fn tiled_matrices(taps: &Taps<'_>) -> Vec<f32> {
-    taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS)
+pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {
+    let matrices = taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS);
+    PackedWeights::Buffer(storage_buffer(context, "weights", &matrices))
 }
 
 /// The operator of a layer, including the max-pool that follows if the variant can.

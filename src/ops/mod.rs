@@ -48,8 +48,7 @@ pub fn all_specs() -> Vec<KernelSpec> {
     specs.extend(simd::SimdKernel::Conv1x1.all_quads().map(conv1x1::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
     specs.extend(simd::SimdKernel::ConvLogits.all_quads().map(conv_logits::simd_spec));
-    for (side, factor) in [(8, F16), (8, F32), (16, F16)] {
-        let shape = MatrixShape { side, factor, lanes: 32 };
+    for shape in matrix_shapes() {
         for (channels, pools) in [(16, false), (16, true), (32, false), (32, true)] {
             specs.push(conv3x3::matrix_spec(shape, channels, pools));
         }
@@ -58,6 +57,12 @@ pub fn all_specs() -> Vec<KernelSpec> {
     }
     specs.extend(image_specs());
     specs
+}
+
+/// The shapes that adapters may report.
+fn matrix_shapes() -> impl Iterator<Item = MatrixShape> {
+    let shapes = [(8, F16), (8, F32), (16, F16)].into_iter();
+    shapes.map(|(side, factor)| MatrixShape { side, factor, lanes: 32 })
 }
 
 /// The variants for every image format.
@@ -74,7 +79,8 @@ fn image_specs() -> Vec<KernelSpec> {
             [activity::classify_spec, activity::settle_spec, activity::spread_spec]
                 .map(|s| s(color)),
         );
-        specs.extend([input_process::spec(images), input_conv::spec(images)]);
+        specs.extend([input_process::spec(images), input_conv::tiled_spec(images)]);
+        specs.extend(matrix_shapes().map(|shape| input_conv::matrix_spec(shape, images)));
         specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
         specs.extend([ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b)));
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {

@@ -64,7 +64,7 @@ fn problem(case: Case, (kernels, precision): (KernelSet, Precision)) -> Problem 
     let mut random = Random::new((skips * 1000 + lows * 100 + outputs) as u64);
     let mut weight = random.values(lows * ups * 4 + outputs * (skips + ups) * 9);
     if factors(kernels, &weight) != weight {
-        weight.iter_mut().for_each(|w| *w = (*w * 4.0).round() / 4.0);
+        weight = weight.iter().map(|w| (w * 4.0).round() / 4.0).collect();
     }
     let params = Params { weight, bias: random.values(ups + outputs) };
     let mut tensor = |channels, height, width| {

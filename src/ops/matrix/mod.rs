@@ -44,6 +44,8 @@ pub enum MatrixKernel {
         /// Whether it also stores the max-pool of its output.
         pools: bool,
     },
+    /// The first 3×3 convolution, which encodes the images itself.
+    InputConv,
     /// The start of a decoder level.
     UpConv,
     /// The last 3×3 convolution of a kernel pyramid and the 1×1 convolution to its logits.
@@ -55,6 +57,7 @@ impl MatrixKernel {
         match self {
             Self::Conv3x3 { pools: false } => "conv3x3_matrix",
             Self::Conv3x3 { pools: true } => "conv3x3_matrix_pool",
+            Self::InputConv => "input_conv_matrix",
             Self::UpConv => "up_conv_matrix",
             Self::ConvLogits => "conv_logits_matrix",
         }
@@ -73,7 +76,7 @@ pub fn spec(
     kernel: MatrixKernel,
     shape: MatrixShape,
     channels: u32,
-    bindings: &'static [Binding],
+    bindings: impl Into<Cow<'static, [Binding]>>,
 ) -> KernelSpec {
     let MatrixShape { side, lanes, .. } = shape;
     let (name, factor) = (kernel.name(), shape.wgsl_type());
@@ -82,7 +85,7 @@ pub fn spec(
         source: ShaderRoot::Generated(wgsl::source(kernel, shape, channels)),
         features: features(kernel, shape, channels).into(),
         entry: "main",
-        bindings: Cow::Borrowed(bindings),
+        bindings: bindings.into(),
         overrides: &["largest", "relu"],
         workgroup: [lanes * SUBGROUPS, 1, 1],
     }
@@ -92,8 +95,17 @@ fn features(kernel: MatrixKernel, shape: MatrixShape, channels: u32) -> Vec<&'st
     let factor = (shape.factor == Factor::F16).then_some("factor_f16");
     let side = (shape.side == 16).then_some("side_16");
     let channels = (channels == 32).then_some("channels_32");
-    let up_conv = (kernel == MatrixKernel::UpConv).then_some("up_conv");
-    [factor, side, channels, up_conv].into_iter().flatten().collect()
+    let kernel = match kernel {
+        MatrixKernel::InputConv => Some("input_conv"),
+        MatrixKernel::UpConv => Some("up_conv"),
+        MatrixKernel::Conv3x3 { .. } | MatrixKernel::ConvLogits => None,
+    };
+    [factor, side, channels, kernel].into_iter().flatten().collect()
+}
+
+/// Pixels per workgroup along x and y.
+pub(super) fn tile(shape: MatrixShape) -> [u32; 2] {
+    [2 * shape.side, 2 * SUBGROUPS]
 }
 
 /// The kernel, which must be of this shape, with the weights of each tensor that it reads.
@@ -107,22 +119,22 @@ pub fn variant(
     let outputs = taps[0].outputs;
     Variant {
         spec,
-        weights: PackedWeights::Buffer(pack(context, shape, taps)),
-        tile: [2 * shape.side, 2 * SUBGROUPS],
+        weights: pack(context, shape, taps),
+        tile: tile(shape),
         blocks: (outputs as u32).div_ceil(channels_per_workgroup(outputs)),
-        footprint: Some(2 * shape.side),
+        footprint: Some(tile(shape)[0]),
         pools: false,
     }
 }
 
 /// Weights of one tensor after another, each as `[block][slice of input channels][tap][output
 /// channel][input channel]`, so that the tile of some output channels is a column-major matrix.
-fn pack(context: &Context, shape: MatrixShape, taps: &[&Taps<'_>]) -> wgpu::Buffer {
+pub(super) fn pack(context: &Context, shape: MatrixShape, taps: &[&Taps<'_>]) -> PackedWeights {
     let data: Vec<f32> = taps.iter().flat_map(|taps| tiles(shape.side as usize, taps)).collect();
-    match shape.factor {
+    PackedWeights::Buffer(match shape.factor {
         Factor::F32 => storage_buffer(context, "weights", &data),
         Factor::F16 => storage_buffer(context, "weights", &halves(&data)),
-    }
+    })
 }
 
 fn tiles(side: usize, taps: &Taps<'_>) -> Vec<f32> {

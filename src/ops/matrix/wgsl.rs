@@ -61,7 +61,7 @@ fn main(
 
 fn imports(kernel: MatrixKernel) -> &'static str {
     match kernel {
-        MatrixKernel::Conv3x3 { pools: false } => "",
+        MatrixKernel::Conv3x3 { pools: false } | MatrixKernel::InputConv => "",
         MatrixKernel::Conv3x3 { pools: true } => "import package::conv3x3_matrix::pool;\n",
         MatrixKernel::UpConv => {
             "import package::up_conv_matrix::{LOW_ROW, low_slices, low_weights, stage_low};\n"

@@ -57,7 +57,7 @@ pub fn simd_spec(out_quads: usize) -> KernelSpec {
 /// The variant for GPUs with matrix units, with this many output channels per workgroup.
 #[must_use]
 pub fn matrix_spec(shape: MatrixShape, channels: u32) -> KernelSpec {
-    matrix::spec(MatrixKernel::UpConv, shape, channels, &BINDINGS)
+    matrix::spec(MatrixKernel::UpConv, shape, channels, &BINDINGS[..])
 }
 
 /// The operator for the skip and the low-resolution tensor, stored as in `maps`. `params` hold the
