@@ -48,9 +48,9 @@ run() {
     step test_ops.txt "$bin/ops"
     step test_network.txt "$bin/network"
     step bench.txt "$bin/frame" --operators --record "$out/bench.json" --runs 20
-    # Each set that a GPU may run, forced. Without matrix units, the second step fails.
+    # Each set that a GPU may run, forced. Without matrix units, the last step fails.
     local set tier
-    for set in tiled matrix; do
+    for set in tiled wide matrix; do
         step "bench_$set.txt" "$bin/frame" --kernels "$set" --operators \
             --record "$out/bench_$set.json" --runs 20
     done

@@ -9,6 +9,7 @@ use wgdenoise::internals::gpu::matrix_shape::SUBGROUPS;
 use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::autoexposure::Band;
 use wgdenoise::internals::ops::conv3x3;
+use wgdenoise::internals::ops::convolution::Tiling;
 use wgdenoise::internals::ops::matrix;
 use wgdenoise::internals::ops::need::NeedUniform;
 use wgdenoise::internals::ops::tile::Tile;
@@ -226,7 +227,7 @@ fn structs_have_the_offsets_of_the_host() {
 fn constants_have_the_values_of_the_host() {
     let bounded = Encoding { unbounded: false, ..Encoding::default() };
     let most = Encoding { unbounded: true, ..bounded }.brightest();
-    let (block, tile) = (f64::from(activity::BLOCK), f64::from(convolution::TILE));
+    let block = f64::from(activity::BLOCK);
     let half = Precision::F16.largest();
     same("activity_spread", "BLOCK", block);
     same("activity_spread", "FAR", f64::from(activity::FAR));
@@ -244,10 +245,15 @@ fn constants_have_the_values_of_the_host() {
     same("output_process f32 rgba32float", "LARGEST_F32", Precision::F32.largest());
     assert_eq!(f64::from(bounded.brightest()), half);
     assert_eq!(reference::LARGEST, half);
-    for shader in ["conv3x3_tiled", "conv_logits_tiled", "input_conv_tiled", "up_conv_tiled"] {
-        same(shader, "TILE", tile);
-        same(shader, "QUADS", convolution::TILED_QUADS as f64);
-        same(shader, "INVOCATIONS", f64::from(spec(shader).workgroup.iter().product::<u32>()));
+    for operator in ["conv3x3", "conv_logits", "input_conv", "up_conv"] {
+        for (tiling, suffix) in [(Tiling::Square, "tiled"), (Tiling::Wide, "wide")] {
+            let shader = format!("{operator}_{suffix}");
+            let [width, height] = tiling.size().map(f64::from);
+            same(&shader, "WIDTH", width);
+            same(&shader, "HEIGHT", height);
+            same(&shader, "QUADS", convolution::TILED_QUADS as f64);
+            same(&shader, "INVOCATIONS", f64::from(spec(&shader).workgroup[0]));
+        }
     }
     same("conv_logits_tiled", "HELD", (conv_logits::CHANNELS / 4) as f64);
     same("autoexposure_reduce", "LANES", f64::from(spec("autoexposure_reduce").workgroup[0]));

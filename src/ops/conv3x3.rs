@@ -1,7 +1,7 @@
 //! 3×3 convolution with zero padding of 1, bias (with batch norm folded in) and ReLU.
 
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant, plain_spec};
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Tiling, Variant, plain_spec};
 use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
@@ -10,7 +10,6 @@ use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::{Op, Params};
-use crate::shader::ShaderRoot;
 use std::borrow::Cow;
 
 /// The readable definition.
@@ -18,16 +17,11 @@ pub const PLAIN: KernelSpec = plain_spec("conv3x3", &["largest", "relu"]);
 
 /// The variant for GPUs. `pools` adds the max-pool that follows.
 #[must_use]
-pub fn tiled_spec(pools: bool) -> KernelSpec {
-    KernelSpec {
-        name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
-        source: ShaderRoot::Module("conv3x3_tiled"),
-        features: Cow::Borrowed(if pools { &["pools"] } else { &[] }),
-        entry: "main",
-        bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
-        overrides: &["largest", "relu"],
-        workgroup: [8, 8, 1],
-    }
+pub fn tiled_spec(tiling: Tiling, pools: bool) -> KernelSpec {
+    let name = if pools { "conv3x3_pool" } else { "conv3x3" };
+    let features = if pools { vec!["pools"] } else { vec![] };
+    let bindings = if pools { &TILED_POOL[..] } else { &TILED };
+    tiling.spec(name, "conv3x3_tiled", features, bindings, &["largest", "relu"])
 }
 
 /// The bindings of the generated variant.
@@ -77,7 +71,7 @@ pub fn conv3x3(
         KernelSet::Simd => generated(context, &taps),
         KernelSet::Matrix(shape) => multiplied(context, shape, &taps, pools),
         KernelSet::Plain => Variant::plain(context, PLAIN, &taps),
-        KernelSet::Tiled | KernelSet::Auto => tiled(context, &taps, pools),
+        tiled_set => tiled(context, Tiling::of(tiled_set), &taps, pools),
     };
     let relu = f64::from(u8::from(relu));
     let constants = [("largest", context.precision.largest()), ("relu", relu)];
@@ -104,9 +98,10 @@ pub(super) fn generated_weights(
     PackedWeights::Texture(simd::pack(context, shape, taps.outputs, 3 * in_quads, weight))
 }
 
-fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
+fn tiled(context: &Context, tiling: Tiling, taps: &Taps<'_>, pools: bool) -> Variant {
     let blocks = taps.out_quads().div_ceil(TILED_QUADS);
-    Variant { pools, ..Variant::tiled(tiled_spec(pools), tiled_weights(context, taps), blocks) }
+    let (spec, weights) = (tiled_spec(tiling, pools), tiled_weights(context, taps));
+    Variant { pools, ..Variant::tiled(spec, tiling, weights, blocks) }
 }
 
 fn multiplied(context: &Context, shape: MatrixShape, taps: &Taps<'_>, pools: bool) -> Variant {

@@ -6,7 +6,7 @@
 use std::borrow::Cow;
 
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, PackedWeights, Variant};
+use super::convolution::{Convolution, PackedWeights, Tiling, Variant};
 use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer, weight_texture};
@@ -15,7 +15,6 @@ use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::Params;
-use crate::shader::ShaderRoot;
 
 /// The most channels of the 3×3 convolution that an invocation holds.
 pub const CHANNELS: usize = 16;
@@ -27,15 +26,11 @@ const fn bindings(weights: Binding) -> [Binding; 8] {
 }
 
 /// The variant for GPUs.
-pub const TILED: KernelSpec = KernelSpec {
-    name: Cow::Borrowed("conv_logits_tiled"),
-    source: ShaderRoot::Module("conv_logits_tiled"),
-    features: Cow::Borrowed(&[]),
-    entry: "main",
-    bindings: Cow::Borrowed(&BINDINGS),
-    overrides: &["largest", "relu"],
-    workgroup: [8, 8, 1],
-};
+#[must_use]
+pub fn tiled_spec(tiling: Tiling) -> KernelSpec {
+    let overrides = &["largest", "relu"];
+    tiling.spec("conv_logits", "conv_logits_tiled", vec![], &BINDINGS[..], overrides)
+}
 
 const BINDINGS: [Binding; 8] = bindings(Binding::Buffer);
 const SIMD_BINDINGS: [Binding; 8] = bindings(Binding::WeightTexture);
@@ -78,7 +73,7 @@ pub fn conv_logits(
             let variant = matrix::variant(context, matrix_spec(shape), shape, &[&taps]);
             (variant, logits_buffer(context, logits, channels))
         }
-        _ => tiled(context, &taps, logits),
+        tiled_set => tiled(context, Tiling::of(tiled_set), &taps, logits),
     };
     // Without the inner ReLU: this one is the logits'.
     let constants = [("largest", context.precision.largest()), ("relu", 0.0)];
@@ -89,9 +84,15 @@ pub fn conv_logits(
         .followed_by(logits, bias_table(context, logits_bias, outputs))
 }
 
-fn tiled(context: &Context, taps: &Taps<'_>, logits: &[f32]) -> (Variant, PackedWeights) {
+fn tiled(
+    context: &Context,
+    tiling: Tiling,
+    taps: &Taps<'_>,
+    logits: &[f32],
+) -> (Variant, PackedWeights) {
     let weights = conv3x3::tiled_weights(context, taps);
-    (Variant::tiled(TILED, weights, 1), logits_buffer(context, logits, taps.outputs))
+    let variant = Variant::tiled(tiled_spec(tiling), tiling, weights, 1);
+    (variant, logits_buffer(context, logits, taps.outputs))
 }
 
 fn logits_buffer(context: &Context, logits: &[f32], channels: usize) -> PackedWeights {

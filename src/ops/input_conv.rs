@@ -7,7 +7,7 @@
 //! [`input_process`]: mod@super::input_process
 
 use super::conv3x3;
-use super::convolution::{PackedWeights, TILE};
+use super::convolution::{PackedWeights, Tiling};
 use super::image::{ImageFormat, source_features};
 use super::input_process::{self, Sources, resources, source_names};
 use super::matrix::{self, MatrixKernel};
@@ -18,25 +18,18 @@ use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::matrix_shape::MatrixShape;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::{Encoding, INPUT, Network, Op, Params};
-use crate::shader::ShaderRoot;
 
 /// Output channels per workgroup. With more, several workgroups would encode the same pixels.
 const CHANNELS: usize = 16;
 
 /// The kernel for color, albedo and normal in these formats.
 #[must_use]
-pub fn tiled_spec(formats: [ImageFormat; 3]) -> KernelSpec {
+pub fn tiled_spec(tiling: Tiling, formats: [ImageFormat; 3]) -> KernelSpec {
     let mut features = source_features(formats);
     features.push("input_conv");
-    KernelSpec {
-        name: format!("input_conv_tiled {}", source_names(formats)).into(),
-        source: ShaderRoot::Module("input_conv_tiled"),
-        features: features.into(),
-        entry: "main",
-        bindings: bindings(formats).into(),
-        overrides: OVERRIDES,
-        workgroup: [8, 8, 1],
-    }
+    let spec =
+        tiling.spec("input_conv", "input_conv_tiled", features, bindings(formats), OVERRIDES);
+    KernelSpec { name: format!("{} {}", spec.name, source_names(formats)).into(), ..spec }
 }
 
 /// The kernel for GPUs with matrix units.
@@ -77,15 +70,14 @@ pub fn begins(network: &Network, encoding: Encoding, kernels: KernelSet) -> bool
     let first = network.layers.first().is_some_and(|l| l.op == Op::Conv3x3 { relu: true });
     let alone = network.layers.iter().filter(|l| l.inputs.contains(&INPUT)).count() == 1;
     let narrow = network.shapes[1].channels <= CHANNELS;
-    let stages = matches!(kernels, KernelSet::Tiled | KernelSet::Matrix(_));
+    let stages = matches!(kernels, KernelSet::Tiled | KernelSet::Wide | KernelSet::Matrix(_));
     stages && !encoding.zero_padding && first && alone && narrow
 }
 
 /// The operator.
 #[derive(Debug)]
 pub struct InputConv {
-    /// The shape of the matrices, if the kernel multiplies any.
-    shape: Option<MatrixShape>,
+    kernels: KernelSet,
     weights: PackedWeights,
     bias: wgpu::Buffer,
     macs: usize,
@@ -105,12 +97,12 @@ impl InputConv {
         let weight = |o: usize, i: usize, tap: usize| params.weight[(o * inputs + i) * 9 + tap];
         let map = input_process::channel_map(inputs);
         let taps = Taps { outputs, taps: 9, map: &map, weight: &weight };
-        let (shape, weights) = match kernels {
-            KernelSet::Matrix(shape) => (Some(shape), matrix::pack(context, shape, &[&taps])),
-            _ => (None, conv3x3::tiled_weights(context, &taps)),
+        let weights = match kernels {
+            KernelSet::Matrix(shape) => matrix::pack(context, shape, &[&taps]),
+            _ => conv3x3::tiled_weights(context, &taps),
         };
         let bias = bias_table(context, &params.bias, outputs);
-        Self { shape, weights, bias, macs: params.weight.len() }
+        Self { kernels, weights, bias, macs: params.weight.len() }
     }
 
     /// Multiply-accumulates per pixel of a tile.
@@ -129,9 +121,12 @@ impl InputConv {
         need: &Need<'_>,
     ) -> Dispatch {
         let formats = sources.images().map(|image| image.format());
-        let (spec, [x, y]) = match self.shape {
-            Some(shape) => (matrix_spec(shape, formats), matrix::tile(shape)),
-            None => (tiled_spec(formats), [TILE; 2]),
+        let (spec, [x, y]) = match self.kernels {
+            KernelSet::Matrix(shape) => (matrix_spec(shape, formats), matrix::tile(shape)),
+            tiled_set => {
+                let tiling = Tiling::of(tiled_set);
+                (tiled_spec(tiling, formats), tiling.size())
+            }
         };
         let mut constants = sources.input_constants().to_vec();
         constants.extend([("largest", context.precision.largest()), ("relu", 1.0)]);

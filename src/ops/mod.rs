@@ -30,6 +30,7 @@ pub mod tile;
 pub mod up_conv;
 pub mod upsample;
 
+use self::convolution::Tiling;
 use self::gather::Level0;
 use self::image::{Element, ImageFormat};
 use crate::gpu::kernel::KernelSpec;
@@ -41,9 +42,11 @@ use crate::gpu::matrix_shape::MatrixShape;
 pub fn all_specs() -> Vec<KernelSpec> {
     let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, upsample::SPEC];
     specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
-    specs.extend([false, true].map(conv3x3::tiled_spec));
-    specs.extend([up_conv::TILED, conv_logits::TILED, pyramid::LEVEL]);
-    specs.extend([gather::BOTTOM, gather::LEVEL]);
+    for tiling in Tiling::ALL {
+        specs.extend([false, true].map(|pools| conv3x3::tiled_spec(tiling, pools)));
+        specs.extend([up_conv::tiled_spec(tiling), conv_logits::tiled_spec(tiling)]);
+    }
+    specs.extend([pyramid::LEVEL, gather::BOTTOM, gather::LEVEL]);
     specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
     specs.extend(simd::SimdKernel::Conv1x1.all_quads().map(conv1x1::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
@@ -79,7 +82,8 @@ fn image_specs() -> Vec<KernelSpec> {
             [activity::classify_spec, activity::settle_spec, activity::spread_spec]
                 .map(|s| s(color)),
         );
-        specs.extend([input_process::spec(images), input_conv::tiled_spec(images)]);
+        specs.push(input_process::spec(images));
+        specs.extend(Tiling::ALL.map(|tiling| input_conv::tiled_spec(tiling, images)));
         specs.extend(matrix_shapes().map(|shape| input_conv::matrix_spec(shape, images)));
         specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
         specs.extend([ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b)));

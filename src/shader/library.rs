@@ -55,6 +55,9 @@ const FEATURES: &[&str] = &[
     "stored_finest",
     // The convolution also computes the max-pool of its output.
     "pools",
+    // A workgroup of the tiled kernels computes 32×8 pixels instead of 16×16 and stages eight input
+    // channels at a time instead of four.
+    "wide",
     // The kernel is the one of this name, with bindings of its own.
     "gather",
     "input_conv",

@@ -76,6 +76,17 @@ fn the_same_input_makes_the_same_bits_every_time() {
 }
 
 #[test]
+fn the_shape_of_a_workgroups_tile_changes_no_bit() {
+    let images = images(70, 41);
+    let frame = frame(&images, Inputs::ALL);
+    let [square, wide] = [KernelSet::Tiled, KernelSet::Wide].map(|kernels| {
+        let options = Options::default().kernels(kernels);
+        denoiser_of(&tiny_kernels(), &options).denoise(&frame).expect("the frame is fine")
+    });
+    same_bits(&wide, &square).unwrap();
+}
+
+#[test]
 fn an_input_scale_replaces_the_measured_exposure() {
     let images = images(37, 22);
     let frame = frame(&images, Inputs::ALL).input_scale(0.05);

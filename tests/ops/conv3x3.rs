@@ -138,7 +138,8 @@ fn what_is_not_needed_is_left_as_it_was() {
 
 /// The kernel sets for GPUs.
 fn pooling_sets(precision: Precision) -> Vec<KernelSet> {
-    let pools = |set: &KernelSet| matches!(set, KernelSet::Tiled | KernelSet::Matrix(_));
+    let pools =
+        |set: &KernelSet| matches!(set, KernelSet::Tiled | KernelSet::Wide | KernelSet::Matrix(_));
     kernel_sets(precision).into_iter().filter(pools).collect()
 }
 

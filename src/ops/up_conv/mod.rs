@@ -14,7 +14,7 @@ use std::borrow::Cow;
 
 use self::fold::Folded;
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant};
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Tiling, Variant};
 use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
@@ -23,21 +23,16 @@ use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::Params;
-use crate::shader::ShaderRoot;
 
 /// The bindings of the generated variant.
 const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
 
 /// The variant for GPUs.
-pub const TILED: KernelSpec = KernelSpec {
-    name: Cow::Borrowed("up_conv_tiled"),
-    source: ShaderRoot::Module("up_conv_tiled"),
-    features: Cow::Borrowed(&["up_conv"]),
-    entry: "main",
-    bindings: Cow::Borrowed(&BINDINGS),
-    overrides: &["largest", "relu"],
-    workgroup: [8, 8, 1],
-};
+#[must_use]
+pub fn tiled_spec(tiling: Tiling) -> KernelSpec {
+    let (features, overrides) = (vec!["up_conv"], &["largest", "relu"]);
+    tiling.spec("up_conv", "up_conv_tiled", features, &BINDINGS[..], overrides)
+}
 
 const BINDINGS: [Binding; 7] = bindings(Binding::Buffer);
 
@@ -85,7 +80,7 @@ pub fn up_conv(
             let spec = matrix_spec(shape, matrix::channels_per_workgroup(outputs));
             matrix::variant(context, spec, shape, &[&skip, &low])
         }
-        _ => tiled(context, &skip, &low),
+        tiled_set => tiled(context, Tiling::of(tiled_set), &skip, &low),
     };
     let constants = [("largest", context.precision.largest()), ("relu", f64::from(u8::from(relu)))];
     let bias = bias_table(context, &folded.bias, outputs);
@@ -118,12 +113,12 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
 
 /// `[block][skip quad][9 taps][4 output quads]` matrices, followed by the low-resolution tensor's,
 /// with 16 taps.
-fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
+fn tiled(context: &Context, tiling: Tiling, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let blocks = skip.out_quads().div_ceil(TILED_QUADS);
     let data: Vec<f32> =
         [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
     let weights = PackedWeights::Buffer(storage_buffer(context, "weights", &data));
-    Variant::tiled(TILED, weights, blocks)
+    Variant::tiled(tiled_spec(tiling), tiling, weights, blocks)
 }
 
 /// The operator of a layer.
