@@ -10,10 +10,10 @@ pub(super) fn source(kernel: MatrixKernel, shape: MatrixShape, channels: u32) ->
     let MatrixShape { side, lanes, .. } = shape;
     let invocations = lanes * SUBGROUPS;
     let imports = imports(kernel);
-    let zeros = zeros(side, channels);
-    let products = products(side, channels);
+    let zeros = indented(4, &zeros(side, channels));
+    let products = indented(12, &products(side, channels));
     let low = if kernel == MatrixKernel::UpConv { low(side, channels) } else { String::new() };
-    let stores = stores(kernel, shape, channels);
+    let stores = indented(4, &stores(kernel, shape, channels));
     format!(
         "import package::common::matrix::{{
     CHANNELS, Factor, HEIGHT, QUADS, ROW, SIDE, SUMS, WIDTH,
@@ -70,13 +70,17 @@ fn imports(kernel: MatrixKernel) -> &'static str {
     }
 }
 
+fn indented(spaces: usize, text: &str) -> String {
+    text.lines().map(|line| format!("{:spaces$}{line}\n", "")).collect()
+}
+
 /// The pixels of a square: row, then column.
 const SQUARE: [(u32, u32); 4] = [(0, 0), (0, 1), (1, 0), (1, 1)];
 
 fn zeros(side: u32, channels: u32) -> String {
     let mut text = String::new();
     for (n, (row, column)) in (0..channels / side).flat_map(|n| SQUARE.map(|at| (n, at))) {
-        let _ = writeln!(text, "    var sum{row}{column}_{n} = Sums();");
+        let _ = writeln!(text, "var sum{row}{column}_{n} = Sums();");
     }
     text
 }
@@ -93,7 +97,7 @@ fn products(side: u32, channels: u32) -> String {
     for (y, (column, start)) in (0..4).flat_map(|y| [(y, (0, "even")), (y, (1, "odd"))]) {
         let pixels = format!("in{y}{column}");
         let load = format!("coopLoadT<Pixels>(&pixels[{start} + {y}u * ROW], SIDE)");
-        let _ = writeln!(text, "            let {pixels} = {load};");
+        let _ = writeln!(text, "let {pixels} = {load};");
         for (row, n) in (0..2).flat_map(|row| (0..tiles).map(move |n| (row, n))) {
             if (row..row + 3).contains(&y) {
                 let tap = format!("tap{}_{n}", y - row);
@@ -107,20 +111,25 @@ fn products(side: u32, channels: u32) -> String {
 /// The slices of the low-resolution tensor: each of the four pixels of a square sees 2×2 pixels of
 /// 3×3 around its own, by taps of its own.
 fn low(side: u32, channels: u32) -> String {
-    let mut text = String::from(
+    let products = indented(8, &low_products(side, channels));
+    format!(
         "    let lows = low_slices();
-    for (var slice = 0u; slice < lows; slice++) {
+    for (var slice = 0u; slice < lows; slice++) {{
         workgroupBarrier();
         stage_low(corner / 2, slice, index, INVOCATIONS);
         workgroupBarrier();
         let taps = low_weights() + (group.z * lows + slice) * 16u * CHANNELS * SIDE;
-        {
-",
-    );
+{products}    }}
+"
+    )
+}
+
+fn low_products(side: u32, channels: u32) -> String {
+    let mut text = String::new();
     for (y, x) in (0..3).flat_map(|y| (0..3).map(move |x| (y, x))) {
         let at = format!("(subgroup + {y}u) * LOW_ROW + {}u", x * side);
         let load = format!("coopLoadT<Pixels>(&pixels[{at}], SIDE)");
-        let _ = writeln!(text, "            let in{y}{x} = {load};");
+        let _ = writeln!(text, "let in{y}{x} = {load};");
     }
     let taps = SQUARE.into_iter().flat_map(|of| SQUARE.map(|tap| (of, tap)));
     for (i, ((row, column), (y, x))) in (0..).zip(taps) {
@@ -131,16 +140,16 @@ fn low(side: u32, channels: u32) -> String {
             multiply(&mut text, &pixels, &tap, &format!("sum{row}{column}_{n}"));
         }
     }
-    text + "        }\n    }\n"
+    text
 }
 
 fn load_taps(text: &mut String, name: &str, at: u32) {
     let load = format!("coopLoad<Taps>(&weights[taps + {at}u], SIDE)");
-    let _ = writeln!(text, "            let {name} = {load};");
+    let _ = writeln!(text, "let {name} = {load};");
 }
 
 fn multiply(text: &mut String, pixels: &str, tap: &str, sum: &str) {
-    let _ = writeln!(text, "            {sum} = coopMultiplyAdd({pixels}, {tap}, {sum});");
+    let _ = writeln!(text, "{sum} = coopMultiplyAdd({pixels}, {tap}, {sum});");
 }
 
 /// From the sums to the output, as many matrices at a time as fit into workgroup memory: one after
@@ -156,27 +165,27 @@ fn stores(kernel: MatrixKernel, shape: MatrixShape, channels: u32) -> String {
         for (row, column) in SQUARE {
             for n in 0..together {
                 let (sum, offset) = (format!("sum{row}{column}_{}", first + n), n * side * side);
-                let _ = writeln!(text, "    coopStore({sum}, &sums[place + {offset}u], SIDE);");
+                let _ = writeln!(text, "coopStore({sum}, &sums[place + {offset}u], SIDE);");
             }
-            text += "    workgroupBarrier();\n";
             let at = format!("at + vec2({column}, {row})");
-            if kernel == MatrixKernel::ConvLogits {
-                let _ = writeln!(text, "    put_logits({at}, place, lane, LANES);");
-            } else {
-                for k in 0..held {
-                    let put = format!("put({at}, {quad}, place, lane + {k}u * LANES)");
-                    let _ = writeln!(text, "    let value{first}_{row}{column}_{k} = {put};");
-                }
-            }
-            text += "    workgroupBarrier();\n";
+            let value = format!("value{first}_{row}{column}");
+            let puts = puts(kernel, &at, &quad, &value, held);
+            text = text + "workgroupBarrier();\n" + &puts + "workgroupBarrier();\n";
         }
-        if kernel == (MatrixKernel::Conv3x3 { pools: true }) {
-            for k in 0..held {
-                let [a, b, c, d] = SQUARE.map(|(y, x)| format!("value{first}_{y}{x}_{k}"));
-                let most = format!("max(max({a}, {b}), max({c}, {d}))");
-                let _ = writeln!(text, "    pool(at, {quad}, lane + {k}u * LANES, {most});");
-            }
+        for k in (0..held).filter(|_| kernel == MatrixKernel::Conv3x3 { pools: true }) {
+            let [a, b, c, d] = SQUARE.map(|(y, x)| format!("value{first}_{y}{x}_{k}"));
+            let most = format!("max(max({a}, {b}), max({c}, {d}))");
+            let _ = writeln!(text, "pool(at, {quad}, lane + {k}u * LANES, {most});");
         }
     }
     text
+}
+
+/// Stores the sums in flight, those of one pixel of each square.
+fn puts(kernel: MatrixKernel, at: &str, quad: &str, value: &str, held: u32) -> String {
+    if kernel == MatrixKernel::ConvLogits {
+        return format!("put_logits({at}, place, lane, LANES);\n");
+    }
+    let put = |k| format!("let {value}_{k} = put({at}, {quad}, place, lane + {k}u * LANES);\n");
+    (0..held).map(put).collect()
 }
