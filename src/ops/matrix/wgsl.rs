@@ -71,7 +71,8 @@ fn imports(kernel: MatrixKernel) -> &'static str {
 }
 
 fn indented(spaces: usize, text: &str) -> String {
-    text.lines().map(|line| format!("{:spaces$}{line}\n", "")).collect()
+    let margin = " ".repeat(spaces);
+    text.lines().flat_map(|line| [&margin, line, "\n"]).collect()
 }
 
 /// The pixels of a square: row, then column.
