@@ -48,8 +48,12 @@ run() {
     step test_ops.txt "$bin/ops"
     step test_network.txt "$bin/network"
     step bench.txt "$bin/frame" --operators --record "$out/bench.json" --runs 20
-    step bench_tiled.txt "$bin/frame" --kernels tiled --record "$out/bench_tiled.json" --runs 20
-    local tier
+    # Each set that a GPU may run, forced. Without matrix units, the last step fails.
+    local set tier
+    for set in tiled wide matrix; do
+        step "bench_$set.txt" "$bin/frame" --kernels "$set" --operators \
+            --record "$out/bench_$set.json" --runs 20
+    done
     for tier in fast balanced high; do
         step "profile_$tier.txt" "$bin/wgdenoise" profile --runs 20 --quality "$tier" \
             --width 3840 --height 2160

@@ -3,11 +3,10 @@
 
 import package::common::conv_tile::make_tile;
 
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    make_tile(group, local.xy, lane);
+    make_tile(group, lane);
 }

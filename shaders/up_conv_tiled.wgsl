@@ -3,21 +3,24 @@
 // taps by the parity of the output's row and column. The skip is the `input` of the 3×3
 // convolution.
 
-import package::common::conv_output::{bias, output};
+import package::common::conv_input::input_quads;
+import package::common::conv_output::output;
 import package::common::conv_sums::{
-    QUADS, INVOCATIONS, Sums, TILE, input_quads, pixels, stage_weights, taps
+    HEIGHT, INVOCATIONS, QUADS, Sums, WIDTH, pixels, square_of, stage_weights, taps
 };
 import package::common::conv_tile::make_tile;
 import package::common::tensor::TensorIn;
 
 @group(0) @binding(6) var low: TensorIn;
 
-const LOW = TILE / 2u + 2u;    // of the low-resolution tensor, with the border
+// Staged pixels of the low-resolution tensor, with the border.
+const LOW_WIDTH = WIDTH / 2u + 2u;
+const LOW = LOW_WIDTH * (HEIGHT / 2u + 2u);
 
 fn stage_low(corner: vec2<i32>, quad: u32, lane: u32) {
     let size = vec2<i32>(textureDimensions(low));
-    for (var i = lane; i < LOW * LOW; i += INVOCATIONS) {
-        let at = corner / 2 + vec2<i32>(vec2(i % LOW, i / LOW)) - 1;
+    for (var i = lane; i < LOW; i += INVOCATIONS) {
+        let at = corner / 2 + vec2<i32>(vec2(i % LOW_WIDTH, i / LOW_WIDTH)) - 1;
         let inside = all(at >= vec2(0)) && all(at < size);
         let texel = textureLoad(low, clamp(at, vec2(0), size - 1), quad);
         pixels[i] = select(vec4<f32>(), texel, inside);
@@ -26,7 +29,8 @@ fn stage_low(corner: vec2<i32>, quad: u32, lane: u32) {
 
 // The sums of the skip and of the low-resolution tensor, whose weights follow the skip's:
 // [block][low quad][parity of row, of column, tap row, tap column][output quad].
-fn convolve_low(skip: Sums, corner: vec2<i32>, local: vec2<u32>, block: u32, lane: u32) -> Sums {
+fn convolve_low(skip: Sums, corner: vec2<i32>, block: u32, lane: u32) -> Sums {
+    let square = square_of(lane);
     var s = skip;
     let low_quads = textureNumLayers(low);
     let blocks = (textureNumLayers(output) + QUADS - 1u) / QUADS;
@@ -39,11 +43,11 @@ fn convolve_low(skip: Sums, corner: vec2<i32>, local: vec2<u32>, block: u32, lan
         workgroupBarrier();
         for (var tap = 0u; tap < 4u; tap++) {
             // Odd columns and rows see one low-resolution pixel further right and down.
-            let base = (local.y + tap / 2u) * LOW + local.x + tap % 2u;
+            let base = (square.y + tap / 2u) * LOW_WIDTH + square.x + tap % 2u;
             let a = pixels[base];
             let b = pixels[base + 1u];
-            let c = pixels[base + LOW];
-            let d = pixels[base + LOW + 1u];
+            let c = pixels[base + LOW_WIDTH];
+            let d = pixels[base + LOW_WIDTH + 1u];
             let w = tap * QUADS;
             s.a0 += taps[w] * a; s.a1 += taps[w + 1u] * a;
             s.a2 += taps[w + 2u] * a; s.a3 += taps[w + 3u] * a;
@@ -58,18 +62,10 @@ fn convolve_low(skip: Sums, corner: vec2<i32>, local: vec2<u32>, block: u32, lan
     return s;
 }
 
-// Beyond the border there is no low-resolution tensor whose bias the convolution could see.
-fn bias_at(at: vec2<i32>, quad: u32) -> vec4<f32> {
-    let last = vec2<i32>(textureDimensions(output)) - 1;
-    let place = select(select(vec2(1), vec2(2), at == last), vec2(0), at == vec2(0));
-    return bias[u32(place.y * 3 + place.x) * textureNumLayers(output) + quad];
-}
-
-@compute @workgroup_size(8, 8)
+@compute @workgroup_size(64)
 fn main(
     @builtin(workgroup_id) group: vec3<u32>,
-    @builtin(local_invocation_id) local: vec3<u32>,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    make_tile(group, local.xy, lane);
+    make_tile(group, lane);
 }

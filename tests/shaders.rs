@@ -8,10 +8,12 @@ use wgdenoise::internals::gpu::kernel::{Binding, KernelSpec};
 use wgdenoise::internals::gpu::matrix_shape::SUBGROUPS;
 use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::autoexposure::Band;
+use wgdenoise::internals::ops::conv3x3;
+use wgdenoise::internals::ops::convolution::Tiling;
 use wgdenoise::internals::ops::matrix;
 use wgdenoise::internals::ops::need::NeedUniform;
 use wgdenoise::internals::ops::tile::Tile;
-use wgdenoise::internals::ops::{activity, all_specs, convolution};
+use wgdenoise::internals::ops::{activity, all_specs, conv_logits, convolution};
 use wgdenoise::internals::plan::halo;
 use wgdenoise::internals::reference;
 use wgdenoise::{Factor, Layout, MatrixShape, Precision, wgpu};
@@ -203,7 +205,7 @@ fn structs_have_the_offsets_of_the_host() {
     ];
     for shader in [
         "input_process",
-        "input_conv",
+        "input_conv_tiled",
         "output_process",
         "activity_classify",
         "head",
@@ -214,7 +216,8 @@ fn structs_have_the_offsets_of_the_host() {
     }
     assert_eq!(members("autoexposure_bins", "Band"), host(&band));
     assert_eq!(members("autoexposure_bins", "Layout"), host(&layout));
-    for shader in ["conv3x3_tiled", "conv3x3_simd4", "up_conv_tiled", "up_conv_simd4", "input_conv"]
+    for shader in
+        ["conv3x3_tiled", "conv3x3_simd4", "up_conv_tiled", "up_conv_simd4", "input_conv_tiled"]
     {
         assert_eq!(members(shader, "Need"), host(&need), "{shader}");
     }
@@ -224,7 +227,7 @@ fn structs_have_the_offsets_of_the_host() {
 fn constants_have_the_values_of_the_host() {
     let bounded = Encoding { unbounded: false, ..Encoding::default() };
     let most = Encoding { unbounded: true, ..bounded }.brightest();
-    let (block, tile) = (f64::from(activity::BLOCK), f64::from(convolution::TILE));
+    let block = f64::from(activity::BLOCK);
     let half = Precision::F16.largest();
     same("activity_spread", "BLOCK", block);
     same("activity_spread", "FAR", f64::from(activity::FAR));
@@ -242,11 +245,17 @@ fn constants_have_the_values_of_the_host() {
     same("output_process f32 rgba32float", "LARGEST_F32", Precision::F32.largest());
     assert_eq!(f64::from(bounded.brightest()), half);
     assert_eq!(reference::LARGEST, half);
-    for shader in ["conv3x3_tiled", "conv_logits_tiled", "input_conv", "up_conv_tiled"] {
-        same(shader, "TILE", tile);
-        same(shader, "QUADS", convolution::TILED_QUADS as f64);
-        same(shader, "INVOCATIONS", f64::from(spec(shader).workgroup.iter().product::<u32>()));
+    for operator in ["conv3x3", "conv_logits", "input_conv", "up_conv"] {
+        for (tiling, suffix) in [(Tiling::Square, "tiled"), (Tiling::Wide, "wide")] {
+            let shader = format!("{operator}_{suffix}");
+            let [width, height] = tiling.size().map(f64::from);
+            same(&shader, "WIDTH", width);
+            same(&shader, "HEIGHT", height);
+            same(&shader, "QUADS", convolution::TILED_QUADS as f64);
+            same(&shader, "INVOCATIONS", f64::from(spec(&shader).workgroup[0]));
+        }
     }
+    same("conv_logits_tiled", "HELD", (conv_logits::CHANNELS / 4) as f64);
     same("autoexposure_reduce", "LANES", f64::from(spec("autoexposure_reduce").workgroup[0]));
 }
 
@@ -255,14 +264,15 @@ fn matrices_have_the_sizes_of_the_host() {
     let shapes = [(8, Factor::F16), (8, Factor::F32), (16, Factor::F16)];
     for (shape, channels) in shapes.into_iter().flat_map(|s| [(s, 16), (s, 32)]) {
         let (side, factor) = shape;
-        let spec = matrix::spec(MatrixShape { side, factor, lanes: 32 }, channels);
+        let shape = MatrixShape { side, factor, lanes: 32 };
+        let spec = conv3x3::matrix_spec(shape, channels, false);
         let module = parse(&wgsl(&spec, Precision::F32)).expect("it is valid");
         let largest = if factor == Factor::F16 { Precision::F16 } else { Precision::F32 };
         for (name, expected) in [
             ("SIDE", f64::from(side)),
             ("CHANNELS", f64::from(channels)),
-            ("COLUMNS", f64::from(matrix::COLUMNS)),
-            ("ROWS", f64::from(matrix::ROWS)),
+            ("WIDTH", f64::from(2 * side)),
+            ("HEIGHT", f64::from(2 * SUBGROUPS)),
             ("SUBGROUPS", f64::from(SUBGROUPS)),
             ("SUMS", f64::from(matrix::SUMS)),
             ("LARGEST_FACTOR", largest.largest()),

@@ -29,7 +29,7 @@ fn main() -> Result<()> {
         for precision in [Precision::F32, Precision::F16] {
             let weights = Weights::builtin(quality)?;
             let matrix = MatrixShape::of(&gpu.adapter, precision);
-            let kernels = arguments.kernels();
+            let kernels = arguments.kernels(matrix)?;
             let options = Options::default().precision(precision).kernels(kernels).matrix(matrix);
             let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &options)?;
             let error = verify::error(&denoiser, &weights, precision)?;

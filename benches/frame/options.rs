@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use clap::Parser;
-use wgdenoise::KernelSet;
 use wgdenoise::wgpu::{AdapterInfo, DeviceType};
+use wgdenoise::{Error, KernelSet, MatrixShape, Result};
 
 /// Times the denoiser on the best adapter of this machine.
 #[derive(Debug, Parser)]
@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// Which variant of the convolutions runs
-    #[arg(long, default_value = "auto", value_parser = ["auto", "tiled"])]
+    #[arg(long, default_value = "auto", value_parser = ["auto", "tiled", "wide", "matrix"])]
     kernels: String,
     /// Runs per row; the median is reported
     #[arg(long, default_value_t = 5)]
@@ -37,9 +37,17 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// The kernels asked for.
-    pub(crate) fn kernels(&self) -> KernelSet {
-        if self.kernels == "tiled" { KernelSet::Tiled } else { KernelSet::Auto }
+    /// The kernels asked for, where `matrix` is the shape that the adapter reports.
+    pub(crate) fn kernels(&self, matrix: Option<MatrixShape>) -> Result<KernelSet> {
+        match (self.kernels.as_str(), matrix) {
+            ("tiled", _) => Ok(KernelSet::Tiled),
+            ("wide", _) => Ok(KernelSet::Wide),
+            ("matrix", Some(shape)) => Ok(KernelSet::Matrix(shape)),
+            ("matrix", None) => {
+                Err(Error::Unsupported("the adapter reports no matrices that fit".into()))
+            }
+            _ => Ok(KernelSet::Auto),
+        }
     }
 
     /// The sizes asked for. A CPU driver would take minutes over a 4K frame.
@@ -56,7 +64,7 @@ impl Arguments {
     }
 }
 
-fn size(text: &str) -> Result<[u32; 2], String> {
+fn size(text: &str) -> std::result::Result<[u32; 2], String> {
     let sides = text.split_once('x').and_then(|(w, h)| Some([w.parse().ok()?, h.parse().ok()?]));
     sides.ok_or_else(|| format!("`{text}` is no size; expected for example 1024x1024"))
 }

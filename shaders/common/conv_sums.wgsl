@@ -1,41 +1,37 @@
-// The sums of a 3×3 convolution for GPUs. A workgroup computes 16×16 pixels of 16 output channels:
-// for every four input channels it stages the pixels with their border and the weights in workgroup
-// memory, then every invocation computes 2×2 pixels.
+// The sums of a 3×3 convolution for GPUs. A workgroup computes 16 output channels of 16×16 or, in
+// the wide set, 32×8 pixels: for every four or eight input channels it stages the pixels with their
+// border and the weights in workgroup memory, then every invocation computes 2×2 pixels.
 
-@if(input_conv) import package::input_conv_tiled::{input_quads, input_size, load_input};
-@else import package::common::tensor::TensorIn;
+import package::common::conv_input::{input_quads, input_size, load_input};
 
 // [block of 4 output quads][input quad][tap][output quad]: column j of a matrix holds what input
 // channel j adds to four outputs.
 @if(input_conv) @group(0) @binding(6) var<storage, read> conv_weights: array<mat4x4<f32>>;
 @else @group(0) @binding(2) var<storage, read> conv_weights: array<mat4x4<f32>>;
 
-@if(!input_conv) @group(0) @binding(0) var input: TensorIn;
+// Output pixels of a workgroup, and input quads staged at a time.
+@if(wide) const WIDTH = 32u;
+@else const WIDTH = 16u;
+@if(wide) const HEIGHT = 8u;
+@else const HEIGHT = 16u;
+@if(wide) const CHUNK = 2u;
+@else const CHUNK = 1u;
 
-@if(!input_conv)
-fn input_size() -> vec2<i32> {
-    return vec2<i32>(textureDimensions(input));
-}
-
-@if(!input_conv)
-fn input_quads() -> u32 {
-    return textureNumLayers(input);
-}
-
-@if(!input_conv)
-fn load_input(at: vec2<i32>, quad: u32) -> vec4<f32> {
-    return textureLoad(input, at, quad);
-}
-
-const TILE = 16u;            // output pixels per side
-const STAGED = TILE + 2u;    // with the border
+const STAGED_WIDTH = WIDTH + 2u;
+const STAGED = STAGED_WIDTH * (HEIGHT + 2u);
 const QUADS = 4u;            // output quads per invocation
 const INVOCATIONS = 64u;
-@if(up_conv) const TAPS = 16u; // matrices staged at a time, per output quad
-@else const TAPS = 9u;
+// Matrices staged at a time: 9 taps, or the 16 of the low-resolution tensor of up_conv.
+@if(up_conv && !wide) const MATRICES = 16u * QUADS;
+@else const MATRICES = 9u * QUADS * CHUNK;
 
-var<workgroup> pixels: array<vec4<f32>, STAGED * STAGED>;
-var<workgroup> taps: array<mat4x4<f32>, TAPS * QUADS>;
+var<workgroup> pixels: array<vec4<f32>, STAGED * CHUNK>;
+var<workgroup> taps: array<mat4x4<f32>, MATRICES>;
+
+// The invocation's square of 2×2 pixels, counted in squares.
+fn square_of(lane: u32) -> vec2<u32> {
+    return vec2(lane % (WIDTH / 2u), lane / (WIDTH / 2u));
+}
 
 fn stage_weights(first: u32, count: u32, lane: u32) {
     for (var i = lane; i < count; i += INVOCATIONS) {
@@ -43,15 +39,14 @@ fn stage_weights(first: u32, count: u32, lane: u32) {
     }
 }
 
-fn stage(corner: vec2<i32>, quad: u32, block: u32, lane: u32) {
+fn stage_pixels(corner: vec2<i32>, quad: u32, place: u32, lane: u32) {
     let size = input_size();
-    for (var i = lane; i < STAGED * STAGED; i += INVOCATIONS) {
-        let at = corner + vec2<i32>(vec2(i % STAGED, i / STAGED)) - 1;
+    for (var i = lane; i < STAGED; i += INVOCATIONS) {
+        let at = corner + vec2<i32>(vec2(i % STAGED_WIDTH, i / STAGED_WIDTH)) - 1;
         let inside = all(at >= vec2(0)) && all(at < size);
         let texel = load_input(clamp(at, vec2(0), size - 1), quad);
-        pixels[i] = select(vec4<f32>(), texel, inside);
+        pixels[place + i] = select(vec4<f32>(), texel, inside);
     }
-    stage_weights((block * input_quads() + quad) * 9u * QUADS, 9u * QUADS, lane);
 }
 
 // Sums of an invocation's 2×2 pixels, a and b above c and d, by output quad. Separate variables,
@@ -63,29 +58,38 @@ struct Sums {
     d0: vec4<f32>, d1: vec4<f32>, d2: vec4<f32>, d3: vec4<f32>,
 }
 
-// The sums of a block of output quads, without bias, at the pixels starting at `first` in the tile
-// of pixels starting at `corner`. The whole workgroup must call it.
-fn convolve(corner: vec2<i32>, first: vec2<u32>, block: u32, lane: u32) -> Sums {
+// The sums of a block of output quads, without bias, at an invocation's pixels in the tile of
+// pixels starting at `corner`. The whole workgroup must call it.
+fn convolve(corner: vec2<i32>, block: u32, lane: u32) -> Sums {
+    let pixel = square_of(lane) * 2u;
     let in_quads = input_quads();
     var s = Sums();
-    for (var quad = 0u; quad < in_quads; quad++) {
+    for (var first = 0u; first < in_quads; first += CHUNK) {
+        let count = min(CHUNK, in_quads - first);
         workgroupBarrier();
-        stage(corner, quad, block, lane);
+        for (var i = 0u; i < count; i++) {
+            stage_pixels(corner, first + i, i * STAGED, lane);
+        }
+        stage_weights((block * in_quads + first) * 9u * QUADS, 9u * QUADS * count, lane);
         workgroupBarrier();
-        for (var tap = 0u; tap < 9u; tap++) {
-            let base = (first.y + tap / 3u) * STAGED + first.x + tap % 3u;
-            let a = pixels[base];
-            let b = pixels[base + 1u];
-            let c = pixels[base + STAGED];
-            let d = pixels[base + STAGED + 1u];
-            let w0 = taps[tap * QUADS];
-            s.a0 += w0 * a; s.b0 += w0 * b; s.c0 += w0 * c; s.d0 += w0 * d;
-            let w1 = taps[tap * QUADS + 1u];
-            s.a1 += w1 * a; s.b1 += w1 * b; s.c1 += w1 * c; s.d1 += w1 * d;
-            let w2 = taps[tap * QUADS + 2u];
-            s.a2 += w2 * a; s.b2 += w2 * b; s.c2 += w2 * c; s.d2 += w2 * d;
-            let w3 = taps[tap * QUADS + 3u];
-            s.a3 += w3 * a; s.b3 += w3 * b; s.c3 += w3 * c; s.d3 += w3 * d;
+        for (var i = 0u; i < count; i++) {
+            let corner_of_taps = i * STAGED + pixel.y * STAGED_WIDTH + pixel.x;
+            for (var tap = 0u; tap < 9u; tap++) {
+                let base = corner_of_taps + tap / 3u * STAGED_WIDTH + tap % 3u;
+                let a = pixels[base];
+                let b = pixels[base + 1u];
+                let c = pixels[base + STAGED_WIDTH];
+                let d = pixels[base + STAGED_WIDTH + 1u];
+                let w = (i * 9u + tap) * QUADS;
+                let w0 = taps[w];
+                s.a0 += w0 * a; s.b0 += w0 * b; s.c0 += w0 * c; s.d0 += w0 * d;
+                let w1 = taps[w + 1u];
+                s.a1 += w1 * a; s.b1 += w1 * b; s.c1 += w1 * c; s.d1 += w1 * d;
+                let w2 = taps[w + 2u];
+                s.a2 += w2 * a; s.b2 += w2 * b; s.c2 += w2 * c; s.d2 += w2 * d;
+                let w3 = taps[w + 3u];
+                s.a3 += w3 * a; s.b3 += w3 * b; s.c3 += w3 * c; s.d3 += w3 * d;
+            }
         }
     }
     return s;

@@ -2,19 +2,14 @@
 // stores the maximum of an invocation's 2×2 pixels as one pixel of the smaller tensor. If it begins
 // a decoder level, it adds the sums of the upsampled tensor.
 
+import package::common::conv_bias::bias_at;
 import package::common::conv_output::{activated, output};
-import package::common::conv_sums::{QUADS, TILE, convolve};
+import package::common::conv_sums::{HEIGHT, QUADS, WIDTH, convolve, square_of};
 import package::common::need::is_needed;
 @if(pools) import package::common::tensor::TensorOut;
-@if(up_conv) import package::up_conv_tiled::{bias_at, convolve_low};
-@else import package::common::conv_output::bias;
+@if(up_conv) import package::up_conv_tiled::convolve_low;
 
 @if(pools) @group(0) @binding(6) var pooled: TensorOut;
-
-@if(!up_conv)
-fn bias_at(at: vec2<i32>, quad: u32) -> vec4<f32> {
-    return bias[quad];
-}
 
 fn store_pixel(sum: vec4<f32>, at: vec2<i32>, quad: u32) {
     // Stores outside the tensor do nothing.
@@ -27,21 +22,20 @@ fn store(a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, at: vec2<i32>, 
     store_pixel(c, at + vec2(0, 1), quad);
     store_pixel(d, at + vec2(1, 1), quad);
     @if(pools)
-    textureStore(pooled, at / 2, quad, activated(max(max(a, b), max(c, d)) + bias[quad]));
+    textureStore(pooled, at / 2, quad, activated(max(max(a, b), max(c, d)) + bias_at(at, quad)));
 }
 
-fn make_tile(group: vec3<u32>, local: vec2<u32>, lane: u32) {
-    let corner = vec2<i32>(group.xy * TILE);
-    let first = local * 2u;
+fn make_tile(group: vec3<u32>, lane: u32) {
+    let corner = vec2<i32>(group.xy * vec2(WIDTH, HEIGHT));
     // Uniform across the workgroup.
     if !is_needed(corner) {
         return;
     }
     @if(up_conv)
-    let sums = convolve_low(convolve(corner, first, group.z, lane), corner, local, group.z, lane);
+    let sums = convolve_low(convolve(corner, group.z, lane), corner, group.z, lane);
     @else
-    let sums = convolve(corner, first, group.z, lane);
-    let at = corner + vec2<i32>(first);
+    let sums = convolve(corner, group.z, lane);
+    let at = corner + vec2<i32>(square_of(lane) * 2u);
     let quad = group.z * QUADS;
     store(sums.a0, sums.b0, sums.c0, sums.d0, at, quad);
     store(sums.a1, sums.b1, sums.c1, sums.d1, at, quad + 1u);

@@ -10,14 +10,15 @@ const SIGNED = 3u;           // for values from −1 to 1
 override brightest: f32;     // brighter light counts as this; PU and LOG map 65504 to 1
 
 // Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
-// quality metrics to full luminance range images", scaled so that 65504 becomes 1.
-const A = 1.41283765e3;
-const B = 1.64593172;
-const C = 0.431384981;
-const D = -2.94139609e-3;
-const E = 0.192653254;
-const F = 6.26026094e-3;
-const G = 0.998620152;
+// quality metrics to full luminance range images", scaled so that 65504 becomes 1. The names A, B and C
+// alone are taken: WGSL's matrices have roles of these names.
+const PU_A = 1.41283765e3;
+const PU_B = 1.64593172;
+const PU_C = 0.431384981;
+const PU_D = -2.94139609e-3;
+const PU_E = 0.192653254;
+const PU_F = 6.26026094e-3;
+const PU_G = 0.998620152;
 const Y0 = 1.57945760e-6;
 const Y1 = 3.22087631e-2;
 const X0 = 2.23151711e-3;
@@ -26,16 +27,16 @@ const PU_SCALE = 1.0 / 3.13511904;
 const LOG_SCALE = 1.0 / 11.0898818;
 
 fn pu(y: vec3<f32>) -> vec3<f32> {
-    let middle = B * pow(y, vec3(C)) + D;
-    let bright = E * log(y + F) + G;
-    return PU_SCALE * select(select(bright, middle, y <= vec3(Y1)), A * y, y <= vec3(Y0));
+    let middle = PU_B * pow(y, vec3(PU_C)) + PU_D;
+    let bright = PU_E * log(y + PU_F) + PU_G;
+    return PU_SCALE * select(select(bright, middle, y <= vec3(Y1)), PU_A * y, y <= vec3(Y0));
 }
 
 fn inverse_pu(encoded: vec3<f32>) -> vec3<f32> {
     let x = encoded / PU_SCALE;
-    let middle = pow(max((x - D) / B, vec3(0.0)), vec3(1.0 / C));
-    let bright = exp((x - G) / E) - F;
-    return max(select(select(bright, middle, x <= vec3(X1)), x / A, x <= vec3(X0)), vec3(0.0));
+    let middle = pow(max((x - PU_D) / PU_B, vec3(0.0)), vec3(1.0 / PU_C));
+    let bright = exp((x - PU_G) / PU_E) - PU_F;
+    return max(select(select(bright, middle, x <= vec3(X1)), x / PU_A, x <= vec3(X0)), vec3(0.0));
 }
 
 fn srgb(y: vec3<f32>) -> vec3<f32> {

@@ -22,7 +22,6 @@ use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::precision::Precision;
 use crate::model::{Inputs, Weights};
 use crate::network::compile::CompiledNetwork;
-use crate::ops::conv3x3::conv3x3;
 use options::Options;
 use self_test::self_test;
 
@@ -50,8 +49,8 @@ impl Denoiser {
     ///
     /// The fastest kernels need a device with [`required_features`](crate::required_features), and
     /// large tiles one with [`required_limits`](crate::required_limits). Matrix kernels need
-    /// [`matrix_features`](crate::matrix_features) and [`Options::matrix`]; a small convolution,
-    /// submitted and waited for, tests them first.
+    /// [`matrix_features`](crate::matrix_features) and [`Options::matrix`]; a small convolution of
+    /// each kind, submitted and waited for, tests them first.
     ///
     /// # Errors
     /// Fails if the chosen kernels do not run on the device, or if it cannot hold the weights or
@@ -66,8 +65,9 @@ impl Denoiser {
             .with_pipeline_cache(options.pipeline_cache.clone())
             .with_timeout(options.timeout);
         let test = |shape| {
-            self_test(&context, |params, map| {
-                conv3x3(&context, KernelSet::Matrix(shape), params, map, true, false)
+            let kernels = KernelSet::Matrix(shape);
+            self_test(&context, |tested, params, maps| {
+                tested.build(&context, kernels, params, maps)
             })
         };
         let name = device.adapter_info().name;

@@ -16,11 +16,14 @@ pub enum KernelSet {
     Auto,
     /// The readable definition: one pixel and four output channels per invocation.
     Plain,
-    /// For GPUs: stages input and weights in workgroup memory.
+    /// For GPUs: stages input and weights in workgroup memory, for 16×16 pixels at a time.
     Tiled,
+    /// Like `Tiled`, bit for bit, but for 32×8 pixels and with half as many barriers. `Auto` does
+    /// not choose it: no GPU has compared them yet.
+    Wide,
     /// For CPU drivers (lavapipe): straight-line code, with weights broadcast across the subgroup.
     Simd,
-    /// For GPUs with matrix units: computes 3×3 convolutions as matrix products of this shape.
+    /// For GPUs with matrix units: computes convolutions as matrix products of this shape.
     Matrix(MatrixShape),
 }
 
@@ -43,7 +46,7 @@ impl KernelSet {
     pub fn runs_on(self, device: &wgpu::Device) -> bool {
         let info = device.adapter_info();
         match self {
-            Self::Auto | Self::Plain | Self::Tiled => true,
+            Self::Auto | Self::Plain | Self::Tiled | Self::Wide => true,
             Self::Simd => {
                 info.device_type == wgpu::DeviceType::Cpu
                     && info.subgroup_min_size >= SIMD_LANES
@@ -71,7 +74,7 @@ impl KernelSet {
     /// The variant's requirements, for the error that they are not met.
     pub(crate) fn needs(self) -> &'static str {
         match self {
-            Self::Auto | Self::Plain | Self::Tiled => "nothing",
+            Self::Auto | Self::Plain | Self::Tiled | Self::Wide => "nothing",
             Self::Simd => "a CPU driver with subgroups of at least 8 and the feature SUBGROUP",
             Self::Matrix(_) => "the features of the shape and subgroups of its one size",
         }

@@ -19,7 +19,7 @@ pub struct CallProfile {
     pub name: String,
     /// Multiply-accumulates of the layer, tile overlap included, whether skipped or not.
     pub macs: f64,
-    /// Bytes of tensors read and written, each counted once.
+    /// Bytes of tensors and images read and written, each counted once.
     pub bytes: f64,
     /// Seconds of each run, shortest first.
     pub seconds: Vec<f64>,

@@ -125,14 +125,16 @@ fn first_call(
     tensor: &GpuTensor,
     activity: &Activity,
 ) -> Call {
+    let Bound { tile, sources, .. } = bound;
     let Some(Stem { name, operator }) = &network.stem else {
-        let call = input_process(context, &bound.sources, tensor);
-        return Call::per_tile("input_process", call).moving(context, &[tensor], &[]);
+        let call = Call::per_tile("input_process", input_process(context, sources, tensor));
+        return call.moving(context, &[tensor], &[]).touching(*tile, &sources.present());
     };
     let need = Need { map: &activity.map, level: 0, reach: network.reach[INPUT] };
-    let call = operator.dispatch(context, &bound.sources, tensor, &need);
-    let macs = operator.macs_per_pixel() * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
-    Call::per_tile(&format!("input+{name}"), call).computing(macs).moving(context, &[tensor], &[])
+    let call = operator.dispatch(context, sources, tensor, &need);
+    let macs = operator.macs_per_pixel() * f64::from(tile[0]) * f64::from(tile[1]);
+    let call = Call::per_tile(&format!("input+{name}"), call).computing(macs);
+    call.moving(context, &[tensor], &[]).touching(*tile, &sources.present())
 }
 
 /// The calls from the last tensors to the image, and to each further layer.
@@ -163,7 +165,7 @@ fn last_calls(
     };
     let macs = macs * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
     let call = Call::per_tile(name, dispatch).computing(macs).moving(context, &outputs, &[]);
-    (vec![call], Vec::new())
+    (vec![call.touching(bound.tile, &[images.output])], Vec::new())
 }
 
 /// Views of new textures, by tensor.

@@ -3,6 +3,7 @@
 use crate::gpu::kernel::{Context, Dispatch};
 use crate::gpu::precision::Precision;
 use crate::gpu::tensor::GpuTensor;
+use crate::ops::image::ImageBinding;
 
 /// One kernel call of a tile.
 #[derive(Debug)]
@@ -11,7 +12,7 @@ pub(crate) struct Call {
     pub(crate) name: String,
     /// Multiply-accumulates.
     pub(crate) macs: f64,
-    /// Bytes of the tensors it reads and writes.
+    /// Bytes of the tensors and images it reads and writes, each counted once.
     pub(crate) bytes: f64,
     dispatch: Dispatch,
     /// Whether it reads the tile's uniform.
@@ -44,6 +45,13 @@ impl Call {
             tensors.iter().map(|tensor| tensor.bytes(precision)).sum()
         };
         Self { bytes: of(tensors, context.precision) + of(light, Precision::F32), ..self }
+    }
+
+    /// Adds the bytes of images, `size` pixels of each, to those of tensors.
+    pub(super) fn touching(self, size: [u32; 2], images: &[ImageBinding<'_>]) -> Self {
+        let bytes: u32 = images.iter().map(|image| image.format().pixel_bytes()).sum();
+        let pixels = f64::from(size[0]) * f64::from(size[1]);
+        Self { bytes: self.bytes + pixels * f64::from(bytes), ..self }
     }
 
     /// Records the call for the tile at byte `offset` of the uniform buffer.

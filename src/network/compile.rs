@@ -68,9 +68,14 @@ pub(crate) struct Stem {
 
 impl Stem {
     /// The stem for the first layer of a network.
-    fn new(context: &Context, network: &Network, params: impl Fn(&str) -> Params) -> Self {
+    fn new(
+        context: &Context,
+        kernels: KernelSet,
+        network: &Network,
+        params: impl Fn(&str) -> Params,
+    ) -> Self {
         let name = network.layers[0].name.clone();
-        let operator = InputConv::new(context, &params(&name));
+        let operator = InputConv::new(context, kernels, &params(&name));
         Self { name, operator }
     }
 }
@@ -86,8 +91,7 @@ impl CompiledNetwork {
                 if network.has_pyramid() { pyramid } else { Ending::Color }
             });
         }
-        let Fused { network, params, head } =
-            Fused::new(weights, conv_logits::most_channels(kernels));
+        let Fused { network, params, head } = Fused::new(weights, conv_logits::CHANNELS);
         let params = |layer: &str| params.get(layer).cloned().unwrap_or_default();
         Self::build(context, kernels, weights, &network, params, |map| {
             let Some(HeadParams { conv, sigmoid }) = &head else {
@@ -111,7 +115,7 @@ impl CompiledNetwork {
     ) -> Result<Self> {
         let encoding = weights.metadata().encoding();
         let stem = input_conv::begins(network, encoding, kernels)
-            .then(|| Stem::new(context, network, &params));
+            .then(|| Stem::new(context, kernels, network, &params));
         let body = if stem.is_some() { network.behind_first() } else { network.clone() };
         let maps = channel_maps(&body, stem.is_some());
         let storage = Storage::plan(&body, maps[INPUT].len() as u32 / 4);

@@ -4,3 +4,5 @@ pub(crate) mod bind;
 pub(crate) mod call;
 pub(crate) mod compile;
 mod pyramid;
+#[cfg(test)]
+mod traffic_test;

@@ -57,7 +57,7 @@ impl<'a> Pyramid<'a> {
         };
         calls.extend(self.levels_and_results());
         let last = gather_finest(self.context, self.last_inputs(), level0, self.activity, images);
-        calls.push(self.last("gather0", last, level0));
+        calls.push(self.last(last, level0, images));
         calls
     }
 
@@ -71,7 +71,7 @@ impl<'a> Pyramid<'a> {
         let mut calls = self.layer_beginning(images, beauty, level0);
         calls.extend(self.levels_and_results());
         let last = gather_layer(self.context, self.last_inputs(), level0, self.activity, images);
-        calls.push(self.last("gather0", last, Some(level0)));
+        calls.push(self.last(last, Some(level0), images));
         calls
     }
 
@@ -79,9 +79,24 @@ impl<'a> Pyramid<'a> {
         [self.logits[0], &self.results[0]]
     }
 
-    fn last(&self, name: &str, dispatch: Dispatch, level0: Option<&GpuTensor>) -> Call {
+    /// It reads the noisy color where level 0 is not stored.
+    fn last(
+        &self,
+        dispatch: Dispatch,
+        level0: Option<&GpuTensor>,
+        images: &ResultImages<'_>,
+    ) -> Call {
         let light: Vec<_> = [&self.results[0]].into_iter().chain(level0).collect();
-        Call::per_tile(name, dispatch).moving(self.context, &self.logits[..1], &light)
+        let call = Call::per_tile("gather0", dispatch);
+        let call = call.moving(self.context, &self.logits[..1], &light);
+        let color = level0.is_none().then_some(images.color);
+        let touched: Vec<_> = [images.output].into_iter().chain(color).collect();
+        call.touching(self.size(), &touched)
+    }
+
+    /// Of full resolution.
+    fn size(&self) -> [u32; 2] {
+        [self.logits[0].width, self.logits[0].height]
     }
 
     /// From the noisy color to level 1 without storing level 0.
@@ -89,13 +104,15 @@ impl<'a> Pyramid<'a> {
         let (logits, level1) = ([self.logits[0], self.logits[1]], &self.levels[0]);
         let call = pyramid_finest(self.context, &noisy(images), logits, level1);
         let read = logits.map(confidences);
-        Call::per_tile("pyramid1", call).moving(self.context, &[&read[0], &read[1]], &[level1])
+        let call = Call::per_tile("pyramid1", call);
+        let call = call.moving(self.context, &[&read[0], &read[1]], &[level1]);
+        call.touching(self.size(), &[images.color])
     }
 
     /// From the noisy color to level 1.
     fn stored_beginning(&self, images: &ResultImages<'_>, level0: &GpuTensor) -> Vec<Call> {
         let call = pyramid_level0(self.context, &noisy(images), self.logits[0], level0);
-        vec![self.first(call, level0), self.level(1, level0)]
+        vec![self.first(call, level0, &[images.color]), self.level(1, level0)]
     }
 
     /// From the layer that is the color of `images` to level 1.
@@ -107,12 +124,13 @@ impl<'a> Pyramid<'a> {
     ) -> Vec<Call> {
         let logits = self.logits[0];
         let call = pyramid_layer0(self.context, &noisy(images), beauty, logits, level0);
-        vec![self.first(call, level0), self.level(1, level0)]
+        vec![self.first(call, level0, &[images.color, beauty]), self.level(1, level0)]
     }
 
-    fn first(&self, dispatch: Dispatch, level0: &GpuTensor) -> Call {
-        let read = confidences(self.logits[0]);
-        Call::per_tile("pyramid0", dispatch).moving(self.context, &[&read], &[level0])
+    fn first(&self, dispatch: Dispatch, level0: &GpuTensor, read: &[ImageBinding<'_>]) -> Call {
+        let confidences = confidences(self.logits[0]);
+        let call = Call::per_tile("pyramid0", dispatch);
+        call.moving(self.context, &[&confidences], &[level0]).touching(self.size(), read)
     }
 
     /// From level 1 to the coarsest, and back to the result of level 1.

@@ -1,14 +1,15 @@
 //! 3×3 convolution with zero padding of 1, bias (with batch norm folded in) and ReLU.
 
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant, plain_spec};
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Tiling, Variant, plain_spec};
+use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
-use super::{matrix, need, simd};
+use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::{Op, Params};
-use crate::shader::ShaderRoot;
 use std::borrow::Cow;
 
 /// The readable definition.
@@ -16,16 +17,11 @@ pub const PLAIN: KernelSpec = plain_spec("conv3x3", &["largest", "relu"]);
 
 /// The variant for GPUs. `pools` adds the max-pool that follows.
 #[must_use]
-pub fn tiled_spec(pools: bool) -> KernelSpec {
-    KernelSpec {
-        name: if pools { "conv3x3_tiled_pool" } else { "conv3x3_tiled" }.into(),
-        source: ShaderRoot::Module("conv3x3_tiled"),
-        features: Cow::Borrowed(if pools { &["pools"] } else { &[] }),
-        entry: "main",
-        bindings: if pools { TILED_POOL[..].into() } else { TILED[..].into() },
-        overrides: &["largest", "relu"],
-        workgroup: [8, 8, 1],
-    }
+pub fn tiled_spec(tiling: Tiling, pools: bool) -> KernelSpec {
+    let name = if pools { "conv3x3_pool" } else { "conv3x3" };
+    let features = if pools { vec!["pools"] } else { vec![] };
+    let bindings = if pools { &TILED_POOL[..] } else { &TILED };
+    tiling.spec(name, "conv3x3_tiled", features, bindings, &["largest", "relu"])
 }
 
 /// The bindings of the generated variant.
@@ -49,6 +45,13 @@ pub fn simd_spec(out_quads: usize) -> KernelSpec {
     simd::spec(simd::SimdKernel::Conv3x3, out_quads, bindings, &["largest", "relu"])
 }
 
+/// The variant for GPUs with matrix units, with this many output channels per workgroup.
+#[must_use]
+pub fn matrix_spec(shape: MatrixShape, channels: u32, pools: bool) -> KernelSpec {
+    let bindings = if pools { &TILED_POOL[..] } else { &TILED };
+    matrix::spec(MatrixKernel::Conv3x3 { pools }, shape, channels, bindings)
+}
+
 /// The operator. Weights are `[output][input][ky][kx]`. With `pools`, it also computes the max-pool
 /// of its output if the variant can; [`Operator::pools`](super::operator::Operator::pools) tells.
 #[must_use]
@@ -66,9 +69,9 @@ pub fn conv3x3(
     let taps = Taps { outputs, taps: 9, map, weight: &weight };
     let variant = match kernels.resolve(&context.device) {
         KernelSet::Simd => generated(context, &taps),
-        KernelSet::Matrix(shape) => matrix::variant(context, shape, &taps),
+        KernelSet::Matrix(shape) => multiplied(context, shape, &taps, pools),
         KernelSet::Plain => Variant::plain(context, PLAIN, &taps),
-        KernelSet::Tiled | KernelSet::Auto => tiled(context, &taps, pools),
+        tiled_set => tiled(context, Tiling::of(tiled_set), &taps, pools),
     };
     let relu = f64::from(u8::from(relu));
     let constants = [("largest", context.precision.largest()), ("relu", relu)];
@@ -95,18 +98,21 @@ pub(super) fn generated_weights(
     PackedWeights::Texture(simd::pack(context, shape, taps.outputs, 3 * in_quads, weight))
 }
 
-fn tiled(context: &Context, taps: &Taps<'_>, pools: bool) -> Variant {
+fn tiled(context: &Context, tiling: Tiling, taps: &Taps<'_>, pools: bool) -> Variant {
     let blocks = taps.out_quads().div_ceil(TILED_QUADS);
-    Variant { pools, ..Variant::tiled(tiled_spec(pools), tiled_weights(context, taps), blocks) }
+    let (spec, weights) = (tiled_spec(tiling, pools), tiled_weights(context, taps));
+    Variant { pools, ..Variant::tiled(spec, tiling, weights, blocks) }
 }
 
-pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {
-    PackedWeights::Buffer(storage_buffer(context, "weights", &tiled_matrices(taps)))
+fn multiplied(context: &Context, shape: MatrixShape, taps: &Taps<'_>, pools: bool) -> Variant {
+    let spec = matrix_spec(shape, matrix::channels_per_workgroup(taps.outputs), pools);
+    Variant { pools, ..matrix::variant(context, spec, shape, &[taps]) }
 }
 
 /// `[block of output quads][in_quad][tap][out_quad]` matrices.
-pub(super) fn tiled_matrices(taps: &Taps<'_>) -> Vec<f32> {
-    taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS)
+pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {
+    let matrices = taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS);
+    PackedWeights::Buffer(storage_buffer(context, "weights", &matrices))
 }
 
 /// The operator of a layer, including the max-pool that follows if the variant can.

@@ -6,14 +6,15 @@
 use std::borrow::Cow;
 
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, PackedWeights, Variant};
+use super::convolution::{Convolution, PackedWeights, Tiling, Variant};
+use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer, weight_texture};
 use super::{conv3x3, need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::Params;
-use crate::shader::ShaderRoot;
 
 /// The most channels of the 3×3 convolution that an invocation holds.
 pub const CHANNELS: usize = 16;
@@ -25,16 +26,13 @@ const fn bindings(weights: Binding) -> [Binding; 8] {
 }
 
 /// The variant for GPUs.
-pub const TILED: KernelSpec = KernelSpec {
-    name: Cow::Borrowed("conv_logits_tiled"),
-    source: ShaderRoot::Module("conv_logits_tiled"),
-    features: Cow::Borrowed(&[]),
-    entry: "main",
-    bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
-    overrides: &["largest", "relu"],
-    workgroup: [8, 8, 1],
-};
+#[must_use]
+pub fn tiled_spec(tiling: Tiling) -> KernelSpec {
+    let overrides = &["largest", "relu"];
+    tiling.spec("conv_logits", "conv_logits_tiled", vec![], &BINDINGS[..], overrides)
+}
 
+const BINDINGS: [Binding; 8] = bindings(Binding::Buffer);
 const SIMD_BINDINGS: [Binding; 8] = bindings(Binding::WeightTexture);
 
 /// The generated variant for CPU drivers, for this many quads of the 3×3 convolution.
@@ -44,16 +42,11 @@ pub fn simd_spec(quads: usize) -> KernelSpec {
     simd::spec(simd::SimdKernel::ConvLogits, quads, bindings, &["largest", "relu"])
 }
 
-/// The most channels that `kernels` can hold; without any, the two convolutions stay apart.
-///
-/// Matrix kernels compute the 3×3 convolution in a fraction of the tiled kernel's time, and the
-/// tensor in between costs less than the difference.
+/// The variant for GPUs with matrix units. Its 1×1 convolution, a twelfth of the products, runs
+/// without them, in 32-bit floats.
 #[must_use]
-pub fn most_channels(kernels: KernelSet) -> usize {
-    match kernels {
-        KernelSet::Plain | KernelSet::Matrix(_) => 0,
-        _ => CHANNELS,
-    }
+pub fn matrix_spec(shape: MatrixShape) -> KernelSpec {
+    matrix::spec(MatrixKernel::ConvLogits, shape, CHANNELS as u32, &BINDINGS[..])
 }
 
 /// The operator. `params` hold the 3×3 convolution's weights, `[channel][channel][3][3]`, followed
@@ -76,7 +69,11 @@ pub fn conv_logits(
     let taps = Taps { outputs: channels, taps: 9, map, weight: &weight };
     let (variant, logits) = match kernels.resolve(&context.device) {
         KernelSet::Simd => generated(context, &taps, logits),
-        _ => tiled(context, &taps, logits),
+        KernelSet::Matrix(shape) => {
+            let variant = matrix::variant(context, matrix_spec(shape), shape, &[&taps]);
+            (variant, logits_buffer(context, logits, channels))
+        }
+        tiled_set => tiled(context, Tiling::of(tiled_set), &taps, logits),
     };
     // Without the inner ReLU: this one is the logits'.
     let constants = [("largest", context.precision.largest()), ("relu", 0.0)];
@@ -87,10 +84,19 @@ pub fn conv_logits(
         .followed_by(logits, bias_table(context, logits_bias, outputs))
 }
 
-fn tiled(context: &Context, taps: &Taps<'_>, logits: &[f32]) -> (Variant, PackedWeights) {
+fn tiled(
+    context: &Context,
+    tiling: Tiling,
+    taps: &Taps<'_>,
+    logits: &[f32],
+) -> (Variant, PackedWeights) {
     let weights = conv3x3::tiled_weights(context, taps);
-    let buffer = storage_buffer(context, "logits", &matrices(logits, taps.outputs));
-    (Variant::tiled(TILED, weights, 1), PackedWeights::Buffer(buffer))
+    let variant = Variant::tiled(tiled_spec(tiling), tiling, weights, 1);
+    (variant, logits_buffer(context, logits, taps.outputs))
+}
+
+fn logits_buffer(context: &Context, logits: &[f32], channels: usize) -> PackedWeights {
+    PackedWeights::Buffer(storage_buffer(context, "logits", &matrices(logits, channels)))
 }
 
 fn generated(context: &Context, taps: &Taps<'_>, logits: &[f32]) -> (Variant, PackedWeights) {

@@ -7,9 +7,60 @@ use super::operator::{Io, Operator};
 use super::packing::{Taps, plain_buffer};
 use super::simd;
 use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
+use crate::gpu::kernel_set::KernelSet;
 use crate::shader::ShaderRoot;
-/// Side in pixels of a workgroup of the tiled kernels.
-pub const TILE: u32 = 16;
+
+/// The pixels of a workgroup of the tiled kernels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Tiling {
+    /// 16×16 pixels; four input channels are staged at a time.
+    Square,
+    /// 32×8 pixels; eight input channels are staged at a time.
+    Wide,
+}
+
+impl Tiling {
+    /// Both.
+    pub const ALL: [Self; 2] = [Self::Square, Self::Wide];
+
+    /// That of a kernel set. Sets without tiled kernels of their own run the square ones.
+    #[must_use]
+    pub fn of(kernels: KernelSet) -> Self {
+        if kernels == KernelSet::Wide { Self::Wide } else { Self::Square }
+    }
+
+    /// Width and height.
+    #[must_use]
+    pub fn size(self) -> [u32; 2] {
+        match self {
+            Self::Square => [16, 16],
+            Self::Wide => [32, 8],
+        }
+    }
+
+    /// The kernel of `module`, whose name and whose features begin with these.
+    pub(super) fn spec(
+        self,
+        name: &str,
+        module: &'static str,
+        mut features: Vec<&'static str>,
+        bindings: impl Into<Cow<'static, [Binding]>>,
+        overrides: &'static [&'static str],
+    ) -> KernelSpec {
+        features.extend((self == Self::Wide).then_some("wide"));
+        let tiling = if self == Self::Wide { "wide" } else { "tiled" };
+        KernelSpec {
+            name: format!("{name}_{tiling}").into(),
+            source: ShaderRoot::Module(module),
+            features: features.into(),
+            entry: "main",
+            bindings: bindings.into(),
+            overrides,
+            workgroup: [64, 1, 1],
+        }
+    }
+}
+
 /// Output quads per invocation of the tiled kernels.
 pub const TILED_QUADS: usize = 4;
 
@@ -74,12 +125,12 @@ impl Variant {
         Self { spec, weights, tile: [8, 8], blocks, footprint: None, pools: false }
     }
 
-    /// For GPUs: a workgroup computes 16×16 pixels, 2×2 per invocation, of one of `blocks` blocks
-    /// of output quads.
+    /// For GPUs: a workgroup computes a tile of pixels, 2×2 per invocation, of one of `blocks`
+    /// blocks of output quads.
     #[must_use]
-    pub fn tiled(spec: KernelSpec, weights: PackedWeights, blocks: usize) -> Self {
-        let blocks = blocks as u32;
-        Self { spec, weights, tile: [TILE; 2], blocks, footprint: Some(TILE), pools: false }
+    pub fn tiled(spec: KernelSpec, tiling: Tiling, weights: PackedWeights, blocks: usize) -> Self {
+        let (tile, blocks) = (tiling.size(), blocks as u32);
+        Self { spec, weights, tile, blocks, footprint: Some(tile[0]), pools: false }
     }
 
     /// Generated code for CPU drivers: `spec` for `outputs` channels, with weights from

@@ -88,6 +88,15 @@ impl ImageFormat {
     /// 32-bit floats in a buffer, the format of the blocking call.
     pub const F32: Self = Self::Buffer(Element::F32);
 
+    /// Bytes of a pixel: three elements in a buffer, four in a texture.
+    #[must_use]
+    pub(crate) fn pixel_bytes(self) -> u32 {
+        match self {
+            Self::Buffer(element) => 3 * element.bytes(),
+            Self::Texture(format) => format.block_copy_size(None).unwrap_or(0),
+        }
+    }
+
     /// The binding of an image to read.
     #[must_use]
     pub(crate) fn source_binding(self) -> Binding {

@@ -81,6 +81,12 @@ impl<'a> Sources<'a> {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
+    /// The images to read.
+    #[must_use]
+    pub fn present(&self) -> Vec<ImageBinding<'a>> {
+        [Some(self.color), self.albedo, self.normal].into_iter().flatten().collect()
+    }
+
     /// What to bind for color, albedo and normal. An absent image is never read, but its binding
     /// cannot stay empty.
     #[must_use]

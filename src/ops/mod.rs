@@ -30,6 +30,7 @@ pub mod tile;
 pub mod up_conv;
 pub mod upsample;
 
+use self::convolution::Tiling;
 use self::gather::Level0;
 use self::image::{Element, ImageFormat};
 use crate::gpu::kernel::KernelSpec;
@@ -41,19 +42,30 @@ use crate::gpu::matrix_shape::MatrixShape;
 pub fn all_specs() -> Vec<KernelSpec> {
     let mut specs = vec![max_pool::SPEC, sigmoid::SPEC, upsample::SPEC];
     specs.extend([conv3x3::PLAIN, conv_transpose::PLAIN, conv1x1::PLAIN]);
-    specs.extend([false, true].map(conv3x3::tiled_spec));
-    specs.extend([up_conv::TILED, conv_logits::TILED, pyramid::LEVEL]);
-    specs.extend([gather::BOTTOM, gather::LEVEL]);
+    for tiling in Tiling::ALL {
+        specs.extend([false, true].map(|pools| conv3x3::tiled_spec(tiling, pools)));
+        specs.extend([up_conv::tiled_spec(tiling), conv_logits::tiled_spec(tiling)]);
+    }
+    specs.extend([pyramid::LEVEL, gather::BOTTOM, gather::LEVEL]);
     specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
     specs.extend(simd::SimdKernel::Conv1x1.all_quads().map(conv1x1::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
     specs.extend(simd::SimdKernel::ConvLogits.all_quads().map(conv_logits::simd_spec));
-    for (side, factor) in [(8, F16), (8, F32), (16, F16)] {
-        let shape = MatrixShape { side, factor, lanes: 32 };
-        specs.extend([16, 32].map(|channels| matrix::spec(shape, channels)));
+    for shape in matrix_shapes() {
+        for (channels, pools) in [(16, false), (16, true), (32, false), (32, true)] {
+            specs.push(conv3x3::matrix_spec(shape, channels, pools));
+        }
+        specs.extend([16, 32].map(|channels| up_conv::matrix_spec(shape, channels)));
+        specs.push(conv_logits::matrix_spec(shape));
     }
     specs.extend(image_specs());
     specs
+}
+
+/// The shapes that adapters may report.
+fn matrix_shapes() -> impl Iterator<Item = MatrixShape> {
+    let shapes = [(8, F16), (8, F32), (16, F16)].into_iter();
+    shapes.map(|(side, factor)| MatrixShape { side, factor, lanes: 32 })
 }
 
 /// The variants for every image format.
@@ -70,7 +82,9 @@ fn image_specs() -> Vec<KernelSpec> {
             [activity::classify_spec, activity::settle_spec, activity::spread_spec]
                 .map(|s| s(color)),
         );
-        specs.extend([input_process::spec(images), input_conv::spec(images)]);
+        specs.push(input_process::spec(images));
+        specs.extend(Tiling::ALL.map(|tiling| input_conv::tiled_spec(tiling, images)));
+        specs.extend(matrix_shapes().map(|shape| input_conv::matrix_spec(shape, images)));
         specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
         specs.extend([ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b)));
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {

@@ -14,15 +14,18 @@ pub const LIBRARY: Library<'static> = Library { modules: MODULES, features: FEAT
 #[rustfmt::skip]
 const MODULES: &[(&str, &str)] = modules![
     "activity", "autoexposure", "common/albedo", "common/beauty", "common/block", "common/clean", "common/color",
-    "common/conv_logits", "common/conv_output", "common/conv_sums", "common/conv_tile",
+    "common/conv_bias", "common/conv_input", "common/conv_logits", "common/conv_output",
+    "common/conv_sums", "common/conv_tile",
     "common/encoded", "common/encoding", "common/fill", "common/finest", "common/gathered",
     "common/half", "common/head", "common/images", "common/inputs", "common/layer", "common/layout",
-    "common/light", "common/limits", "common/need", "common/normal",
+    "common/light", "common/limits", "common/logits", "common/matrix", "common/need", "common/normal",
     "common/output", "common/place", "common/repair", "common/result", "common/scale",
     "common/simd", "common/simd_input", "common/tensor", "common/tile", "common/weighted",
-    "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_simd", "conv_logits_tiled",
+    "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
+    "conv_logits_simd", "conv_logits_tiled",
     "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",
-    "output_process", "pyramid", "sigmoid", "up_conv_simd", "up_conv_tiled", "upsample",
+    "output_process", "pyramid", "sigmoid", "up_conv_matrix", "up_conv_simd",
+    "up_conv_tiled", "upsample",
 ];
 
 const FEATURES: &[&str] = &[
@@ -52,6 +55,9 @@ const FEATURES: &[&str] = &[
     "stored_finest",
     // The convolution also computes the max-pool of its output.
     "pools",
+    // A workgroup of the tiled kernels computes 32×8 pixels instead of 16×16 and stages eight input
+    // channels at a time instead of four.
+    "wide",
     // The kernel is the one of this name, with bindings of its own.
     "gather",
     "input_conv",

@@ -9,8 +9,7 @@ use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
 use wgdenoise_testing::gpu::{
-    PRECISIONS, context, factors, fused_sets, kernel_sets, stored, sum_tolerance, variants,
-    variants_of,
+    context, factors, fused_sets, kernel_sets, stored, sum_tolerance, variants, variants_of,
 };
 use wgdenoise_testing::run::{activity_map, run, run_pooling, run_where};
 use wgdenoise_testing::{Random, compare, run_cases};
@@ -129,7 +128,7 @@ fn what_is_not_needed_is_left_as_it_was() {
         let activity = activity_map(context, [4, 2], &near_and_far);
         let need = Need { map: &activity, level: 0, reach: 1 };
         let found = run_where(context, &operator, &[(&input, &map)], [20, 32, 64], need);
-        let mut expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
+        let mut expected = multiplied(kernels, &input, &params, true);
         for row in expected.data.chunks_exact_mut(64) {
             row[32..].fill(-77.0);
         }
@@ -137,20 +136,28 @@ fn what_is_not_needed_is_left_as_it_was() {
     });
 }
 
+/// The kernel sets for GPUs.
+fn pooling_sets(precision: Precision) -> Vec<KernelSet> {
+    let pools =
+        |set: &KernelSet| matches!(set, KernelSet::Tiled | KernelSet::Wide | KernelSet::Matrix(_));
+    kernel_sets(precision).into_iter().filter(pools).collect()
+}
+
 #[test]
 fn with_a_max_pool_both_outputs_equal_the_references() {
     let cases = [(3, 5, 2, 2), (16, 16, 32, 48), (8, 20, 18, 34), (5, 33, 6, 20)];
-    let precisions = cases.into_iter().flat_map(|case| PRECISIONS.map(|p| (case, p)));
-    run_cases(precisions, |&((inputs, outputs, height, width), precision)| {
+    let variants = variants_of(pooling_sets);
+    let cases = cases.into_iter().flat_map(|case| variants.iter().map(move |v| (case, *v)));
+    run_cases(cases, |&((inputs, outputs, height, width), (kernels, precision))| {
         let mut random = Random::new(inputs as u64);
         let params =
             Params { weight: random.values(outputs * inputs * 9), bias: random.values(outputs) };
         let input = stored(&random.tensor(inputs, height, width), precision);
         let (context, map) = (context(precision), channel_map(inputs));
-        let operator = conv3x3(context, KernelSet::Tiled, &params, &map, true, true);
-        assert!(operator.pools(), "the tiled variant should pool");
+        let operator = conv3x3(context, kernels, &params, &map, true, true);
+        assert!(operator.pools(), "the {kernels} variant should pool");
         let found = run_pooling(context, &operator, &input, [outputs, height, width]);
-        let expected = reference::conv3x3(&input, &params.weight, &params.bias, true);
+        let expected = multiplied(kernels, &input, &params, true);
         compare(&found[0], &expected, sum_tolerance(inputs * 9, precision))?;
         compare(&found[1], &reference::max_pool(&expected), sum_tolerance(inputs * 9, precision))
     });

@@ -9,7 +9,7 @@ use wgdenoise::internals::plan::halo;
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
-use wgdenoise_testing::gpu::{context, kernel_sets, stored, sum_tolerance, variants_of};
+use wgdenoise_testing::gpu::{context, factors, fused_sets, stored, sum_tolerance, variants_of};
 use wgdenoise_testing::run::{activity_map, run, run_where};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
@@ -27,15 +27,9 @@ const CASES: [Case; 6] = [
     (6, 12, 40, 17),
 ];
 
-/// The kernel sets that have this operator.
-fn sets(precision: Precision) -> Vec<KernelSet> {
-    let has = |set: &KernelSet| matches!(set, KernelSet::Simd | KernelSet::Tiled);
-    kernel_sets(precision).into_iter().filter(has).collect()
-}
-
 #[test]
 fn conv_logits_equals_the_two_plain_operators_in_every_variant() {
-    let variants = variants_of(sets);
+    let variants = variants_of(fused_sets);
     let cases = CASES.iter().flat_map(|case| variants.iter().map(|variant| (*case, *variant)));
     run_cases(cases, |&(case, variant)| Problem::new(case, variant.1).check(variant));
 }
@@ -46,7 +40,7 @@ proptest! {
     fn conv_logits_equals_the_two_plain_operators_at_any_shape(
         (channels, logits) in (1_usize..=16, 1_usize..20),
         (height, width) in (1_usize..40, 1_usize..70),
-        variant in sample::select(variants_of(sets)),
+        variant in sample::select(variants_of(fused_sets)),
     ) {
         let problem = Problem::new((channels, logits, height, width), variant.1);
         problem.check(variant).map_err(TestCaseError::fail)?;
@@ -55,7 +49,7 @@ proptest! {
 
 #[test]
 fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
-    for variant in variants_of(sets) {
+    for variant in variants_of(fused_sets) {
         let wrong: [fn(&mut Params) -> &mut f32; 4] = [
             |params| &mut params.weight[100],
             |params| &mut params.weight[9 * 64 + 87],
@@ -64,7 +58,7 @@ fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
         ];
         for of in wrong {
             let mut problem = Problem::new(CASES[1], variant.1);
-            let expected = problem.expected();
+            let expected = problem.expected(variant.0);
             *of(&mut problem.params) += 0.5;
             compare(&problem.run(variant), &expected, problem.tolerance(variant.1)).unwrap_err();
         }
@@ -75,13 +69,13 @@ fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
 /// and times 0 must still be 0.
 #[test]
 fn what_stays_in_registers_has_the_range_of_32_bits() {
-    for variant in variants_of(sets) {
+    for variant in variants_of(fused_sets) {
         let mut problem = Problem::new((2, 1, 3, 3), variant.1);
         problem.input.data.fill(1e4);
         let taps = |own: f32, other: f32| [[own; 9], [other; 9]].concat();
         problem.params.weight = [taps(5.0, 5.0), taps(0.0, 0.0), vec![1e-5, 0.0]].concat();
         problem.params.bias = vec![0.0; 3];
-        let expected = problem.expected();
+        let expected = problem.expected(variant.0);
         problem.params.weight[18..36].fill(3e38);
         compare(&problem.run(variant), &expected, problem.tolerance(variant.1)).unwrap();
     }
@@ -93,16 +87,23 @@ fn what_stays_in_registers_has_the_range_of_32_bits() {
 fn the_tensor_that_it_reads_is_needed_as_far_as_the_plan_says() {
     let network = Network::unet(3, &[4]);
     let reach = halo::reach(&network)[1];
-    for kernels in sets(Precision::F32) {
+    for kernels in fused_sets(Precision::F32) {
         let mut problem = Problem::new((4, 3, 16, 80), Precision::F32);
+        // Multiples of ¼ and ⅛, so that 16-bit factors hold the tensor in between exactly: 36
+        // products and a bias make multiples of 1/32 below 64.
+        let in_steps = |values: &[f32], step: f32| -> Vec<f32> {
+            values.iter().map(|v| (v / step).round() * step).collect()
+        };
         let mut random = Random::new(9);
-        let first = Params { weight: random.values(4 * 4 * 9), bias: random.values(4) };
+        let [weight, bias] = [4 * 4 * 9, 4].map(|n| in_steps(&random.values(n), 0.25));
+        let first = Params { weight, bias };
+        problem.input.data = in_steps(&problem.input.data, 0.125);
         let (context, map) = (context(Precision::F32), channel_map(4));
         let activity = activity_map(context, [5, 1], &[2, 1, 0, 1, 2]);
         let operator = conv3x3(context, kernels, &first, &map, true, false);
         let image = problem.input.clone();
         problem.input = reference::conv3x3(&image, &first.weight, &first.bias, true);
-        let expected = middle(&problem.expected());
+        let expected = middle(&problem.expected(kernels));
         let check = |reach| {
             let need = |reach| Need { map: &activity, level: 0, reach };
             let input = run_where(context, &operator, &[(&image, &map)], [4, 16, 80], need(reach));
@@ -138,8 +139,13 @@ impl Problem {
         Self { input, params, logits }
     }
 
-    fn expected(&self) -> Tensor {
-        reference::conv_logits(&self.input, &self.params)
+    /// The reference on the values that the kernels multiply. The 1×1 convolution has none rounded.
+    fn expected(&self, kernels: KernelSet) -> Tensor {
+        let channels = self.input.channels;
+        let (conv, logits) = self.params.weight.split_at(9 * channels * channels);
+        let weight = [factors(kernels, conv), logits.to_vec()].concat();
+        let input = Tensor { data: factors(kernels, &self.input.data), ..self.input };
+        reference::conv_logits(&input, &Params { weight, bias: self.params.bias.clone() })
     }
 
     fn run(&self, (kernels, precision): (KernelSet, Precision)) -> Tensor {
@@ -161,6 +167,6 @@ impl Problem {
     }
 
     fn check(&self, variant: (KernelSet, Precision)) -> Result<(), String> {
-        compare(&self.run(variant), &self.expected(), self.tolerance(variant.1))
+        compare(&self.run(variant), &self.expected(variant.0), self.tolerance(variant.1))
     }
 }

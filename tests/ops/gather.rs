@@ -40,7 +40,8 @@ proptest! {
 
     #[test]
     fn equal_colors_stay_that_color_bit_for_bit(color in [any::<f32>(); 3], seed in any::<u64>()) {
-        prop_assume!(color.iter().all(|v| v.abs() <= 1e30));
+        // Shaders may turn subnormal products into 0.
+        prop_assume!(color.iter().all(|&v| v == 0.0 || (1e-30..1e30).contains(&v.abs())));
         let mut random = Random::new(seed);
         let mut level = Level::logits(&mut random, 11, [14, 18], Precision::F16);
         level.light = constant(&mut random, [14, 18], color).light;

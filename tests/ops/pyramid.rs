@@ -30,7 +30,8 @@ proptest! {
 
     #[test]
     fn equal_colors_stay_that_color_bit_for_bit(color in [any::<f32>(); 3], seed in any::<u64>()) {
-        prop_assume!(color.iter().all(|v| v.abs() <= 1e30));
+        // Shaders may turn subnormal products into 0.
+        prop_assume!(color.iter().all(|&v| v == 0.0 || (1e-30..1e30).contains(&v.abs())));
         let mut random = Random::new(seed);
         let finer = constant(&mut random, [14, 18], color);
         let found = run(&finer, &Level::logits(&mut random, 11, [7, 9], Precision::F16));

@@ -51,6 +51,8 @@ pub(crate) enum KernelsArg {
     Plain,
     /// For GPUs
     Tiled,
+    /// For GPUs, with other tiles
+    Wide,
     /// For CPU drivers
     Simd,
     /// For GPUs with matrix units
@@ -92,6 +94,7 @@ impl From<KernelsArg> for Kernels {
             KernelsArg::Auto => Self::Set(KernelSet::Auto),
             KernelsArg::Plain => Self::Set(KernelSet::Plain),
             KernelsArg::Tiled => Self::Set(KernelSet::Tiled),
+            KernelsArg::Wide => Self::Set(KernelSet::Wide),
             KernelsArg::Simd => Self::Set(KernelSet::Simd),
             KernelsArg::Matrix => Self::Matrix,
         }

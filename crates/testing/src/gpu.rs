@@ -16,7 +16,7 @@ use super::Tolerance;
 /// reports no matrices, as before Mesa 25.
 pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let gpu = gpu();
-    let mut all = vec![KernelSet::Plain, KernelSet::Tiled, KernelSet::Simd];
+    let mut all = vec![KernelSet::Plain, KernelSet::Tiled, KernelSet::Wide, KernelSet::Simd];
     all.extend(MatrixShape::of(&gpu.adapter, precision).map(KernelSet::Matrix));
     let found: Vec<_> = all.into_iter().filter(|set| set.runs_on(&gpu.device)).collect();
     let lavapipe = gpu.info.name.contains("256 bits");
@@ -24,7 +24,7 @@ pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let matrices = matrices.iter().any(|p| p.cr_type == wgpu::CooperativeScalarType::F32);
     // The matrix kernels need subgroups of a single size.
     let usable = matrices && gpu.info.subgroup_min_size == gpu.info.subgroup_max_size;
-    let expected = 2 + usize::from(lavapipe) + usize::from(usable);
+    let expected = 3 + usize::from(lavapipe) + usize::from(usable);
     assert_eq!(found.len(), expected, "{found:?} on {}", gpu.info.name);
     found
 }

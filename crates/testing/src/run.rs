@@ -23,12 +23,21 @@ pub fn run(
     run_where(context, operator, &[(input, map)], shape, everything)
 }
 
-/// An activity map whose layers all hold the same values.
+/// The activity map of blocks with these distances. As in `activity.wgsl`, texel `(x, y)` of layer
+/// `m` is the minimum over the `2^m × 2^m` blocks from `(x, y) · 2^m`.
 pub fn activity_map(
     context: &Context,
     [width, height]: [u32; 2],
     distances: &[u32],
 ) -> wgpu::TextureView {
+    let least = |m: u32, x: u32, y: u32| {
+        let covered = |first: u32, end: u32| (first << m)..((first + 1) << m).min(end);
+        let blocks = covered(y, height).flat_map(|y| covered(x, width).map(move |x| (x, y)));
+        blocks.map(|(x, y)| distances[(y * width + x) as usize]).min().unwrap_or(0)
+    };
+    let texels = (0..LAYERS).flat_map(|m| (0..height).map(move |y| (m, y)));
+    let layers: Vec<u32> =
+        texels.flat_map(|(m, y)| (0..width).map(move |x| least(m, x, y))).collect();
     let size = wgpu::Extent3d { width, height, depth_or_array_layers: LAYERS };
     let texture = context.device.create_texture_with_data(
         &context.queue,
@@ -43,7 +52,7 @@ pub fn activity_map(
             view_formats: &[],
         },
         wgpu::util::TextureDataOrder::LayerMajor,
-        bytemuck::cast_slice(&distances.repeat(LAYERS as usize)),
+        bytemuck::cast_slice(&layers),
     );
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(wgpu::TextureViewDimension::D2Array),

@@ -1,4 +1,6 @@
-//! 3×3 convolution on matrix units (wgpu's cooperative matrices), as generated code.
+//! Convolutions on matrix units (wgpu's cooperative matrices), as generated code: 3×3, with or
+//! without the max-pool that follows, the start of a decoder level, and the last one with its
+//! logits.
 //!
 //! A convolution is a sum, over taps and input channels, of matrix products: pixels × input
 //! channels by input channels × output channels. A subgroup multiplies square tiles of these with
@@ -8,15 +10,22 @@
 //!
 //! A workgroup of four subgroups computes eight rows of pixels, two tiles wide, with 16 or 32
 //! output channels; the sums of more would not fit in registers. For each slice of as many input
-//! channels as a tile is wide, it stages the pixels and their border in workgroup memory; the tiles
-//! of pixels are rows of it, shifted by the tap. Weights come straight from their buffer. Sums are
-//! 32-bit floats. A tile's elements have no addresses, so sums pass through workgroup memory too,
-//! for bias, clamp and store. Workgroup memory: at most 14976 bytes of the 16384 that every device
-//! has.
+//! channels as a tile is wide, it stages the pixels and their border in workgroup memory, between
+//! two barriers; the tiles of pixels are rows of it, shifted by the tap. Weights come straight from
+//! their buffer. Sums are 32-bit floats.
+//!
+//! A tile holds pixels of even columns or of odd ones, and a subgroup computes two rows, so it has
+//! four sums for each square of 2×2 pixels. A max-pool is their maximum, and each of them is the
+//! parity for which an upsampled tensor has taps of its own.
+//!
+//! A tile's elements have no addresses, so sums pass through workgroup memory too, for bias, clamp
+//! and store. Workgroup memory: at most 14976 bytes of the 16384 that every device has.
 //!
 //! No GPU has timed these kernels yet: tile and workgroup sizes are reasoned, not measured.
 
 mod wgsl;
+
+use std::borrow::Cow;
 
 use super::convolution::{PackedWeights, Variant};
 use super::packing::{Taps, storage_buffer};
@@ -24,12 +33,36 @@ use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::matrix_shape::{Factor, MatrixShape, SUBGROUPS};
 use crate::shader::ShaderRoot;
 
-/// Tiles side by side in a row of pixels, per workgroup.
-pub const COLUMNS: u32 = 2;
-/// Rows of pixels per subgroup.
-pub const ROWS: u32 = 2;
 /// Sums of a subgroup in flight to the output at a time.
 pub const SUMS: u32 = 256;
+
+/// What a kernel computes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum MatrixKernel {
+    /// The 3×3 convolution.
+    Conv3x3 {
+        /// Whether it also stores the max-pool of its output.
+        pools: bool,
+    },
+    /// The first 3×3 convolution, which encodes the images itself.
+    InputConv,
+    /// The start of a decoder level.
+    UpConv,
+    /// The last 3×3 convolution of a kernel pyramid and the 1×1 convolution to its logits.
+    ConvLogits,
+}
+
+impl MatrixKernel {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Conv3x3 { pools: false } => "conv3x3_matrix",
+            Self::Conv3x3 { pools: true } => "conv3x3_matrix_pool",
+            Self::InputConv => "input_conv_matrix",
+            Self::UpConv => "up_conv_matrix",
+            Self::ConvLogits => "conv_logits_matrix",
+        }
+    }
+}
 
 /// Output channels per workgroup: 32 reuse pixels best, fewer waste none.
 #[must_use]
@@ -39,59 +72,83 @@ pub fn channels_per_workgroup(outputs: usize) -> u32 {
 
 /// The generated kernel.
 #[must_use]
-pub fn spec(shape: MatrixShape, channels: u32) -> KernelSpec {
+pub fn spec(
+    kernel: MatrixKernel,
+    shape: MatrixShape,
+    channels: u32,
+    bindings: impl Into<Cow<'static, [Binding]>>,
+) -> KernelSpec {
     let MatrixShape { side, lanes, .. } = shape;
+    let (name, factor) = (kernel.name(), shape.wgsl_type());
     KernelSpec {
-        name: format!("conv3x3_matrix{side}_{}_{lanes}_{channels}", shape.wgsl_type()).into(),
-        source: ShaderRoot::Generated(wgsl::source(shape, channels)),
-        features: features(shape, channels).into(),
+        name: format!("{name}{side}_{factor}_{lanes}_{channels}").into(),
+        source: ShaderRoot::Generated(wgsl::source(kernel, shape, channels)),
+        features: features(kernel, shape, channels).into(),
         entry: "main",
-        bindings: vec![Binding::TensorIn, Binding::TensorOut, Binding::Buffer, Binding::Buffer]
-            .into(),
+        bindings: bindings.into(),
         overrides: &["largest", "relu"],
         workgroup: [lanes * SUBGROUPS, 1, 1],
     }
 }
 
-fn features(shape: MatrixShape, channels: u32) -> Vec<&'static str> {
+fn features(kernel: MatrixKernel, shape: MatrixShape, channels: u32) -> Vec<&'static str> {
     let factor = (shape.factor == Factor::F16).then_some("factor_f16");
     let side = (shape.side == 16).then_some("side_16");
     let channels = (channels == 32).then_some("channels_32");
-    [factor, side, channels].into_iter().flatten().collect()
+    let kernel = match kernel {
+        MatrixKernel::InputConv => Some("input_conv"),
+        MatrixKernel::UpConv => Some("up_conv"),
+        MatrixKernel::Conv3x3 { .. } | MatrixKernel::ConvLogits => None,
+    };
+    [factor, side, channels, kernel].into_iter().flatten().collect()
 }
 
-/// The kernel with its weights.
+/// Pixels per workgroup along x and y.
+pub(super) fn tile(shape: MatrixShape) -> [u32; 2] {
+    [2 * shape.side, 2 * SUBGROUPS]
+}
+
+/// The kernel, which must be of this shape, with the weights of each tensor that it reads.
 #[must_use]
-pub fn variant(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> Variant {
-    let channels = channels_per_workgroup(taps.outputs);
+pub fn variant(
+    context: &Context,
+    spec: KernelSpec,
+    shape: MatrixShape,
+    taps: &[&Taps<'_>],
+) -> Variant {
+    let outputs = taps[0].outputs;
     Variant {
-        spec: spec(shape, channels),
-        weights: PackedWeights::Buffer(pack(context, shape, taps)),
-        tile: [COLUMNS * shape.side, SUBGROUPS * ROWS],
-        blocks: (taps.outputs as u32).div_ceil(channels),
-        footprint: None,
+        spec,
+        weights: pack(context, shape, taps),
+        tile: tile(shape),
+        blocks: (outputs as u32).div_ceil(channels_per_workgroup(outputs)),
+        footprint: Some(tile(shape)[0]),
         pools: false,
     }
 }
 
-/// Weights as `[block][slice of input channels][tap][output channel][input channel]`, so that the
-/// tile of some output channels is a column-major matrix.
-fn pack(context: &Context, shape: MatrixShape, taps: &Taps<'_>) -> wgpu::Buffer {
-    let side = shape.side as usize;
+/// Weights of one tensor after another, each as `[block][slice of input channels][tap][output
+/// channel][input channel]`, so that the tile of some output channels is a column-major matrix.
+pub(super) fn pack(context: &Context, shape: MatrixShape, taps: &[&Taps<'_>]) -> PackedWeights {
+    let data: Vec<f32> = taps.iter().flat_map(|taps| tiles(shape.side as usize, taps)).collect();
+    PackedWeights::Buffer(match shape.factor {
+        Factor::F32 => storage_buffer(context, "weights", &data),
+        Factor::F16 => storage_buffer(context, "weights", &halves(&data)),
+    })
+}
+
+fn tiles(side: usize, taps: &Taps<'_>) -> Vec<f32> {
     let channels = channels_per_workgroup(taps.outputs) as usize;
     let mut data = Vec::new();
     for block in 0..taps.outputs.div_ceil(channels) {
         for slice in 0..taps.map.len().div_ceil(side) {
-            for (tap, o) in (0..9).flat_map(|tap| (0..channels).map(move |o| (tap, o))) {
+            for (tap, o) in (0..taps.taps).flat_map(|tap| (0..channels).map(move |o| (tap, o))) {
                 let output = block * channels + o;
                 data.extend((0..side).map(|i| taps.at(output, slice * side + i, tap)));
             }
         }
     }
-    match shape.factor {
-        Factor::F32 => storage_buffer(context, "weights", &data),
-        Factor::F16 => storage_buffer(context, "weights", &halves(&data)),
-    }
+    data
 }
 
 fn halves(values: &[f32]) -> Vec<half::f16> {

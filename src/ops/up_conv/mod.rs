@@ -14,28 +14,27 @@ use std::borrow::Cow;
 
 use self::fold::Folded;
 use super::channel_map::ChannelMap;
-use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Variant};
+use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Tiling, Variant};
+use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer};
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
+use crate::gpu::matrix_shape::MatrixShape;
 use crate::model::Params;
-use crate::shader::ShaderRoot;
 
 /// The bindings of the generated variant.
 const SIMD_BINDINGS: [Binding; 7] = bindings(Binding::WeightTexture);
 
 /// The variant for GPUs.
-pub const TILED: KernelSpec = KernelSpec {
-    name: Cow::Borrowed("up_conv_tiled"),
-    source: ShaderRoot::Module("up_conv_tiled"),
-    features: Cow::Borrowed(&["up_conv"]),
-    entry: "main",
-    bindings: Cow::Borrowed(&bindings(Binding::Buffer)),
-    overrides: &["largest", "relu"],
-    workgroup: [8, 8, 1],
-};
+#[must_use]
+pub fn tiled_spec(tiling: Tiling) -> KernelSpec {
+    let (features, overrides) = (vec!["up_conv"], &["largest", "relu"]);
+    tiling.spec("up_conv", "up_conv_tiled", features, &BINDINGS[..], overrides)
+}
+
+const BINDINGS: [Binding; 7] = bindings(Binding::Buffer);
 
 const fn bindings(weights: Binding) -> [Binding; 7] {
     let [skip, low, output] = [Binding::TensorIn, Binding::TensorIn, Binding::TensorOut];
@@ -48,6 +47,12 @@ pub fn simd_spec(out_quads: usize) -> KernelSpec {
     let bindings = Cow::Borrowed(&SIMD_BINDINGS[..]);
     let spec = simd::spec(simd::SimdKernel::UpConv, out_quads, bindings, &["largest", "relu"]);
     KernelSpec { features: Cow::Borrowed(&["up_conv"]), ..spec }
+}
+
+/// The variant for GPUs with matrix units, with this many output channels per workgroup.
+#[must_use]
+pub fn matrix_spec(shape: MatrixShape, channels: u32) -> KernelSpec {
+    matrix::spec(MatrixKernel::UpConv, shape, channels, &BINDINGS[..])
 }
 
 /// The operator for the skip and the low-resolution tensor, stored as in `maps`. `params` hold the
@@ -71,7 +76,11 @@ pub fn up_conv(
     let low = Taps { outputs, taps: 16, map: maps[1], weight: &low };
     let variant = match kernels.resolve(&context.device) {
         KernelSet::Simd => generated(context, &skip, &low),
-        _ => tiled(context, &skip, &low),
+        KernelSet::Matrix(shape) => {
+            let spec = matrix_spec(shape, matrix::channels_per_workgroup(outputs));
+            matrix::variant(context, spec, shape, &[&skip, &low])
+        }
+        tiled_set => tiled(context, Tiling::of(tiled_set), &skip, &low),
     };
     let constants = [("largest", context.precision.largest()), ("relu", f64::from(u8::from(relu)))];
     let bias = bias_table(context, &folded.bias, outputs);
@@ -104,12 +113,12 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
 
 /// `[block][skip quad][9 taps][4 output quads]` matrices, followed by the low-resolution tensor's,
 /// with 16 taps.
-fn tiled(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
+fn tiled(context: &Context, tiling: Tiling, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let blocks = skip.out_quads().div_ceil(TILED_QUADS);
     let data: Vec<f32> =
         [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
     let weights = PackedWeights::Buffer(storage_buffer(context, "weights", &data));
-    Variant::tiled(TILED, weights, blocks)
+    Variant::tiled(tiled_spec(tiling), tiling, weights, blocks)
 }
 
 /// The operator of a layer.
