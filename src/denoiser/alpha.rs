@@ -13,15 +13,24 @@ pub(super) fn with_alpha(
     alpha: &[f32],
     denoise: impl FnOnce(&Frame<'_>) -> Result<Denoised>,
 ) -> Result<Denoised> {
-    let (width, height) = frame.color.size();
-    let gray = Image::new(width, height, alpha.iter().map(|&a| [a; 3]).collect())?;
+    let gray = gray(alpha, frame.color.size())?;
     let layers: Vec<_> = frame.layers.iter().copied().chain([&gray]).collect();
     let mut found = denoise(&frame.layers(&layers))?;
     let found_alpha = found.layers.pop().expect("the alpha is a layer");
-    found.alpha = Some(found_alpha.pixels().iter().map(|pixel| pixel[0]).collect());
+    found.alpha = Some(values(&found_alpha));
     let noisy: Vec<_> = [frame.color].into_iter().chain(frame.layers.iter().copied()).collect();
     settle(&mut found, &noisy, alpha);
     Ok(found)
+}
+
+/// The alpha as an image of this size.
+pub(super) fn gray(alpha: &[f32], (width, height): (u32, u32)) -> Result<Image> {
+    Image::new(width, height, alpha.iter().map(|&a| [a; 3]).collect())
+}
+
+/// The alpha of a gray image.
+pub(super) fn values(gray: &Image) -> Vec<f32> {
+    gray.pixels().iter().map(|pixel| pixel[0]).collect()
 }
 
 /// Restores what is settled in the noisy images, the color and the layers: alpha, with the light that

@@ -4,7 +4,8 @@ use std::num::NonZero;
 use std::thread;
 
 use crate::denoiser::Denoiser;
-use crate::denoiser::frame::Frame;
+use crate::denoiser::alpha::{gray, values, with_alpha};
+use crate::denoiser::frame::{Denoised, Frame};
 use crate::denoiser::panorama::Wrapped;
 use crate::error::{Error, Result};
 use crate::gpu::kernel_set::KernelSet;
@@ -54,7 +55,7 @@ const MOST_BLOCKS: usize = 4096;
 
 impl Denoiser {
     /// Compares a result of [`denoise`](Self::denoise) with the naive CPU functions, which compute
-    /// in 64 bits. Checks the noisiest 16×16 block, out of up to 4096 spread over the frame, and
+    /// in 64 bits; or the color of [`denoise_layers`](Self::denoise_layers) if the frame has alpha. Checks the noisiest 16×16 block, out of up to 4096 spread over the frame, and
     /// computes it along with the surroundings it depends on. Returns `None` if the frame has no
     /// noise.
     ///
@@ -72,7 +73,11 @@ impl Denoiser {
         if frame.panorama {
             let wrapped = Wrapped::new(self, &frame)?;
             let (result, columns) = (wrapped.wrap(result)?, wrapped.columns);
-            let flat = wrapped.frame().input_scale(self.scale_of(&frame));
+            let wrap =
+                |alpha: &[f32]| Ok(values(&wrapped.wrap(&gray(alpha, frame.color.size())?)?));
+            let alpha = frame.alpha.map(wrap).transpose()?;
+            let scale = self.scale_of(&frame);
+            let flat = wrapped.frame().input_scale(scale).alpha(alpha.as_deref());
             let verified = self.verify_between(&flat, &result, columns)?;
             return Ok(verified.map(|verified| verified.moved_left(columns)));
         }
@@ -110,7 +115,18 @@ impl Denoiser {
             .map(|image| image.map(|image| cut(image, &crop)));
         let color = &color.expect("a frame has a color");
         let images = Images { color, albedo: albedo.as_ref(), normal: normal.as_ref() };
-        Ok((reference::denoise_by(&weights, images, scale, on_all_cores), crop))
+        let expected = reference::denoise_by(&weights, images, scale, on_all_cores);
+        let Some(alpha) = frame.alpha else { return Ok((expected, crop)) };
+        let alpha = values(&cut(&gray(alpha, frame.color.size())?, &crop));
+        let settled = with_alpha(&Frame::new(color), &alpha, |frame| {
+            let layer = |layer: &&Image| reference::denoise_layer(&weights, images, layer, scale);
+            Ok(Denoised {
+                color: expected,
+                layers: frame.layers.iter().map(layer).collect(),
+                alpha: None,
+            })
+        });
+        Ok((settled?.color, crop))
     }
 
     fn tolerance(&self) -> Tolerance {

@@ -25,6 +25,17 @@ fn off(path: &std::path::Path) -> f32 {
     off.fold(0.0, f32::max)
 }
 
+/// Settled alpha scales the color, which the reference must do too.
+#[test]
+fn color_that_was_denoised_with_its_alpha_is_verified() {
+    let folder = Folder::new();
+    folder.copy("light_groups.exr");
+    let args = ["light_groups.exr", "out.exr", "--verify", "--precision", "f32"];
+    let run = folder.run(&[&args[..], &["--quality", "fast", "--alpha", "denoise"]].concat());
+    run.assert_done();
+    assert!(run.stderr.contains("verified 16×16 pixels"), "{run:?}");
+}
+
 /// A render by Cycles, as it wrote it.
 #[test]
 fn denoised_light_groups_add_up_to_the_denoised_picture() {
