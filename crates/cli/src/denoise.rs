@@ -133,7 +133,7 @@ impl Batch<'_> {
                 let outcome = image.and_then(|image| self.denoise(job, image));
                 self.settle(writing.take())?;
                 let finished = match outcome {
-                    Ok(image) => self.averaged(&mut animation, job, image)?,
+                    Ok(image) => self.averaged(&mut animation, job, image),
                     Err(failure) => {
                         self.fail(job, failure)?;
                         Vec::new()
@@ -149,7 +149,7 @@ impl Batch<'_> {
                 }
             }
             self.settle(writing.take())?;
-            for frame in animation.finish(self.console)? {
+            for frame in animation.finish(self.console) {
                 let Some((job, image)) = ready(frame) else { continue };
                 let writing = scope.spawn(move || write(job, image, exposure));
                 self.console.hold();
@@ -166,13 +166,13 @@ impl Batch<'_> {
         animation: &mut Animation<(&'j Job, Laps)>,
         job: &'j Job,
         image: Ready,
-    ) -> Result<Vec<(&'j Job, Ready)>, Failure> {
+    ) -> Vec<(&'j Job, Ready)> {
         let Some(number) = job.number.filter(|_| self.request.temporal > 0) else {
-            return Ok(vec![(job, image)]);
+            return vec![(job, image)];
         };
         let Ready { picture, results, laps } = image;
         let frame = Held { number, picture, results, tag: Some((job, laps)) };
-        Ok(animation.push(frame, self.console)?.into_iter().filter_map(ready).collect())
+        animation.push(frame, self.console).into_iter().filter_map(ready).collect()
     }
 
     /// Denoises an image that has been read.

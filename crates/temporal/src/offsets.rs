@@ -43,6 +43,22 @@ impl Offsets {
         &self.pixels
     }
 
+    /// Only those of at most `most` pixels; the surface of the others is not seen.
+    #[must_use]
+    pub fn up_to(mut self, most: f32) -> Self {
+        for offset in &mut self.pixels {
+            if !(offset[0].hypot(offset[1]) <= most) {
+                *offset = [f32::NAN; 2];
+            }
+        }
+        self
+    }
+
+    /// How many pixels' surfaces are not seen.
+    pub(crate) fn unseen(&self) -> usize {
+        self.pixels.iter().filter(|offset| offset[0].is_nan()).count()
+    }
+
     /// On to a third frame: `next` leads there from the frame that these offsets lead to.
     ///
     /// # Panics
@@ -61,10 +77,14 @@ impl Offsets {
     /// The pixels of the other frame around the surface of a pixel; `None` if it is not in the
     /// picture.
     pub(crate) fn four(&self, i: usize) -> Option<Four> {
-        let (width, [right, down]) = (self.width as usize, self.pixels[i]);
-        let place = [(i % width) as f32 + right, (i / width) as f32 + down];
-        Four::around(place, self.size())
+        end(i, self.pixels[i], self.size())
     }
+}
+
+/// The pixels around the end of an offset from a pixel; `None` if it is not in the picture.
+pub(crate) fn end(i: usize, [right, down]: [f32; 2], size: (u32, u32)) -> Option<Four> {
+    let width = size.0 as usize;
+    Four::around([(i % width) as f32 + right, (i / width) as f32 + down], size)
 }
 
 #[cfg(test)]
@@ -85,6 +105,16 @@ mod tests {
                 assert!(offset[0].is_nan(), "{i}: {offset:?}");
             }
         }
+    }
+
+    #[test]
+    fn longer_offsets_than_wanted_lead_nowhere() {
+        let offsets = [[0.6, 0.8], [0.8, 0.8], [f32::INFINITY, 0.0], [0.0, -0.5]];
+        let found = Offsets::new(4, 1, offsets.into()).expect("it fits").up_to(1.0);
+        assert_eq!(
+            found.pixels().iter().map(|o| o[0].is_nan()).collect::<Vec<_>>(),
+            [false, true, true, false]
+        );
     }
 
     #[test]

@@ -1,5 +1,6 @@
 //! Images between their pixels.
 
+use rayon::prelude::*;
 use wgdenoise::Image;
 
 /// The four pixels around a point, their edge repeated, and the share of each.
@@ -62,7 +63,7 @@ pub(crate) fn smoothed(image: &Image) -> Vec<[f32; 3]> {
         let sum = nine.fold([0.0; 3], |sum, v| [sum[0] + v[0], sum[1] + v[1], sum[2] + v[2]]);
         sum.map(|v| v / 9.0)
     };
-    (0..pixels.len()).map(pixel).collect()
+    (0..pixels.len()).into_par_iter().map(pixel).collect()
 }
 
 #[cfg(test)]
