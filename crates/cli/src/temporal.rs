@@ -229,7 +229,9 @@ impl<T> Animation<T> {
 fn shows_the_same<T>(frames: [&Held<T>; 2], view: usize) -> bool {
     let shown = frames.map(|frame| {
         let (seen, result) = (frame.picture.views().get(view)?, frame.results.get(view)?);
-        Some((seen.name(), result.color.size(), result.layers.len(), result.alpha.is_some()))
+        let layers: Vec<_> = seen.layers().iter().map(|layer| &layer.name).collect();
+        let place = (result.color.size(), seen.corner());
+        Some((seen.name(), place, layers, result.layers.len(), result.alpha.is_some()))
     });
     shown[0].is_some() && shown[0] == shown[1]
 }

@@ -306,6 +306,18 @@ fn slow_motion_is_averaged() {
 }
 
 #[test]
+fn frames_with_other_layers_places_or_vectors_are_not_mixed() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    Wall { group: "rim", ..Wall::at(2) }.write(&folder.path(&noisy(2)), Some(blender(STEP)));
+    Wall { left: 5, ..Wall::at(4) }.write(&folder.path(&noisy(4)), Some(blender(STEP)));
+    let layers = ["--layers", "auto"];
+    folder.run(&[&RUN[..], &layers].concat()).assert_done();
+    let alone: Vec<_> = (1..=5).map(|n| folder.result(n)).collect();
+    folder.run(&[&TEMPORAL[..], &layers].concat()).assert_done();
+    assert!((1..=5).all(|n| folder.result(n) == alone[n - 1]));
+}
+
+#[test]
 fn a_frame_with_fewer_vectors_is_read_by_itself() {
     // The second vector is the one that leads on.
     let folder = animation(STEP, Some(blender_between([9.0, 9.0], STEP)));
