@@ -2,13 +2,16 @@
 //!
 //! Frames wait here until those after them are denoised too.
 
+use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::console::Console;
 use wgdenoise::Image;
 use wgdenoise_files::{Denoised, Picture, View, escaped};
-use wgdenoise_temporal::{Convention, Evidence, Motion, Offsets, Shot, agreement, mean};
+use wgdenoise_temporal::{
+    Convention, Evidence, Motion, Offsets, Part, Shot, agreement, mean, sharpness,
+};
 
 /// Where a frame is in its animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -132,28 +135,19 @@ impl<T> Animation<T> {
         let mut others = self.chain(at, view, Towards::Previous);
         others.extend(self.chain(at, view, Towards::Next));
         let own = &self.held[at].results[view];
-        let of = |image: &dyn Fn(&Denoised) -> Image| {
-            let images: Vec<_> =
-                others.iter().map(|o| image(&self.held[o.index].results[view])).collect();
-            let parts = images.iter().zip(&others);
-            let parts: Vec<_> =
-                parts.map(|(i, o)| (i, &o.offsets, o.agreement.as_slice())).collect();
-            mean(&image(own), &parts)
-        };
-        let layers = 0..own.layers.len();
+        let mut averaged = images(own).into_iter().enumerate().map(|(index, image)| {
+            mean(&image, &others.iter().map(|other| other.part(index)).collect::<Vec<_>>())
+        });
         Denoised {
-            color: of(&|result| result.color.clone()),
-            layers: layers.map(|i| of(&|result| result.layers[i].clone())).collect(),
-            alpha: own
-                .alpha
-                .as_ref()
-                .map(|_| of(&alpha_image).pixels().iter().map(|p| p[0]).collect()),
+            color: averaged.next().expect("the color is the first image"),
+            layers: averaged.by_ref().take(own.layers.len()).collect(),
+            alpha: averaged.next().map(|alpha| alpha.pixels().iter().map(|p| p[0]).collect()),
         }
     }
 
     /// The frames to one side that follow each other without a gap, and the ways there.
-    fn chain(&self, at: usize, view: usize, towards: Towards) -> Vec<Other> {
-        let mut found: Vec<Other> = Vec::new();
+    fn chain(&self, at: usize, view: usize, towards: Towards) -> Vec<Other<'_>> {
+        let mut found: Vec<Other<'_>> = Vec::new();
         for _ in 0..self.reach {
             let from = found.last().map_or(at, |other| other.index);
             let Some((index, [to, back])) = self.neighbor(from, view, towards) else { break };
@@ -163,7 +157,10 @@ impl<T> Animation<T> {
             };
             let [own, other] = [at, index].map(|i| shot(&self.held[i], view));
             let agreement = agreement(&own, &other, &to, Some(&back));
-            found.push(Other { index, offsets: to, back, agreement });
+            let images = images(&self.held[index].results[view]);
+            let light: Vec<_> = images.iter().map(AsRef::as_ref).collect();
+            let sharpness = sharpness(&light, &to);
+            found.push(Other { index, images, offsets: to, back, agreement, sharpness });
         }
         found
     }
@@ -237,11 +234,21 @@ fn shows_the_same<T>(frames: [&Held<T>; 2], view: usize) -> bool {
 }
 
 /// A frame that is averaged with another, and the ways there and back.
-struct Other {
+struct Other<'a> {
     index: usize,
+    images: Vec<Cow<'a, Image>>,
     offsets: Offsets,
     back: Offsets,
     agreement: Vec<f32>,
+    sharpness: Vec<f32>,
+}
+
+impl Other<'_> {
+    /// One of the images.
+    fn part(&self, index: usize) -> Part<'_> {
+        let (image, offsets) = (&self.images[index], &self.offsets);
+        Part { image, offsets, agreement: &self.agreement, sharpness: &self.sharpness }
+    }
 }
 
 const WITHOUT_MOTION: &str =
@@ -274,9 +281,13 @@ fn shot<T>(frame: &Held<T>, view: usize) -> Shot<'_> {
     Shot { color: &frame.results[view].color, albedo: seen.albedo(), normal: seen.normal() }
 }
 
-/// The alpha as a gray image.
-fn alpha_image(result: &Denoised) -> Image {
+/// What is averaged of a result: the color, the layers, and the alpha as a gray image.
+fn images(result: &Denoised) -> Vec<Cow<'_, Image>> {
     let (width, height) = result.color.size();
-    let alpha = result.alpha.iter().flatten().map(|a| [*a; 3]).collect();
-    Image::new(width, height, alpha).expect("the alpha has the color's size")
+    let gray = |alpha: &Vec<f32>| {
+        let pixels = alpha.iter().map(|a| [*a; 3]).collect();
+        Image::new(width, height, pixels).expect("the alpha has the color's size")
+    };
+    let light = [&result.color].into_iter().chain(&result.layers).map(Cow::Borrowed);
+    light.chain(result.alpha.iter().map(gray).map(Cow::Owned)).collect()
 }

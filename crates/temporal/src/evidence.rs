@@ -101,7 +101,8 @@ struct Place {
 impl Place {
     /// The difference at the end of the offset; where that is out of the picture, as in place.
     fn end(&self, convention: Convention, motion: &Motion, seen: &Seen) -> f32 {
-        let four = end(self.i, convention.offset(motion, self.i), motion.size());
+        let size = motion.size();
+        let four = Four::around(end(self.i, convention.offset(motion, self.i), size.0), size);
         let difference = four.map(|four| seen.difference(self.i, &four));
         difference.filter(|difference| difference.is_finite()).unwrap_or(self.staying)
     }
@@ -116,7 +117,7 @@ fn places(motion: &Motion, seen: &Seen) -> Vec<Place> {
     let all: Vec<_> = (0..motion.planes[0].len()).filter(|&i| moves(i)).collect();
     let step = all.len().div_ceil(SAMPLES).max(1);
     let place = |i: usize| {
-        let staying = seen.difference(i, &end(i, [0.0; 2], motion.size())?);
+        let staying = seen.difference(i, &Four::around(end(i, [0.0; 2], width), (width, height))?);
         staying.is_finite().then_some(Place { i, staying })
     };
     all.into_iter().step_by(step).filter_map(place).collect()

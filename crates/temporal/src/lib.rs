@@ -11,12 +11,14 @@ mod evidence;
 mod mean;
 mod offsets;
 mod sample;
+mod sharp;
 
 pub use agreement::agreement;
 pub use convention::{Convention, Motion};
 pub use evidence::Evidence;
-pub use mean::mean;
+pub use mean::{Part, mean};
 pub use offsets::Offsets;
+pub use sharp::sharpness;
 
 use wgdenoise::Image;
 

@@ -77,14 +77,19 @@ impl Offsets {
     /// The pixels of the other frame around the surface of a pixel; `None` if it is not in the
     /// picture.
     pub(crate) fn four(&self, i: usize) -> Option<Four> {
-        end(i, self.pixels[i], self.size())
+        Four::around(self.end(i), self.size())
+    }
+
+    /// The place of a pixel's surface in the other frame, from its first pixel's center.
+    pub(crate) fn end(&self, i: usize) -> [f32; 2] {
+        end(i, self.pixels[i], self.width)
     }
 }
 
-/// The pixels around the end of an offset from a pixel; `None` if it is not in the picture.
-pub(crate) fn end(i: usize, [right, down]: [f32; 2], size: (u32, u32)) -> Option<Four> {
-    let width = size.0 as usize;
-    Four::around([(i % width) as f32 + right, (i / width) as f32 + down], size)
+/// Where an offset from a pixel leads, from the center of the first pixel.
+pub(crate) fn end(i: usize, [right, down]: [f32; 2], width: u32) -> [f32; 2] {
+    let width = width as usize;
+    [(i % width) as f32 + right, (i / width) as f32 + down]
 }
 
 #[cfg(test)]

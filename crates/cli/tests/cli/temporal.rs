@@ -10,6 +10,8 @@ use crate::support::{Folder, read_exr, take};
 const SIZE: [usize; 2] = [96, 64];
 /// Pixels right and down from frame to frame.
 const STEP: [f32; 2] = [3.0, -2.0];
+/// A step that ends between pixels.
+const BETWEEN: [f32; 2] = [2.4, -1.3];
 
 /// A patterned wall that slides by, under noise.
 #[derive(Clone, Copy)]
@@ -59,7 +61,7 @@ impl Wall {
         AnyChannel::new(name, FlatSamples::F32(values))
     }
 
-    /// As Blender writes it, with a light group of half the light.
+    /// As Blender writes it, with two groups of light.
     fn write(&self, path: &Path, motion: Option<[f32; 4]>) {
         self.write_with(path, motion.as_ref().map_or(&[], |motion| &motion[..]));
     }
@@ -67,12 +69,14 @@ impl Wall {
     /// With so many components of motion vectors.
     fn write_with(&self, path: &Path, motion: &[f32]) {
         let light = |p, c| self.albedo(p, c) * self.noise(p, c);
+        // In bars, so that a group has edges where the sum has none.
+        let key = |(x, _): (usize, usize)| if x / 7 % 2 == 0 { 0.9 } else { 0.1 };
         let mut channels = Vec::new();
         for (c, (rgb, xyz)) in ["R", "G", "B"].into_iter().zip(["X", "Y", "Z"]).enumerate() {
             let group = format!("V.Combined_{}.{rgb}", self.group);
             channels.push(self.plane(&format!("V.Combined.{rgb}"), |p| light(p, c)));
-            channels.push(self.plane(&format!("V.Combined_key.{rgb}"), |p| 0.25 * light(p, c)));
-            channels.push(self.plane(&group, |p| 0.75 * light(p, c)));
+            channels.push(self.plane(&format!("V.Combined_key.{rgb}"), |p| key(p) * light(p, c)));
+            channels.push(self.plane(&group, |p| (1.0 - key(p)) * light(p, c)));
             channels.push(self.plane(&format!("V.Denoising Albedo.{rgb}"), |p| self.albedo(p, c)));
             let normal = if c == 2 { 1.0 } else { 0.0 };
             channels.push(self.plane(&format!("V.Denoising Normal.{xyz}"), |_| normal));
@@ -215,7 +219,7 @@ fn a_cut_leaves_no_ghost() {
 
 #[test]
 fn groups_of_light_and_their_sum_are_averaged_alike() {
-    let folder = animation(STEP, Some(blender(STEP)));
+    let folder = animation(BETWEEN, Some(blender(BETWEEN)));
     folder.run(&[&TEMPORAL[..], &["--frames", "3", "--layers", "auto"]].concat()).assert_done();
     let mut file = read_exr(&folder.clean(3));
     let [sum, key, fill] = ["Combined", "Combined_key", "Combined_fill"].map(|layer| {
