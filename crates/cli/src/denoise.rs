@@ -77,7 +77,7 @@ fn read(job: &Job) -> Result<Read, Failure> {
 }
 
 /// A finished frame of an animation, unless it is not to be written.
-fn ready<'j>(frame: Held<(&'j Job, Laps)>) -> Option<(&'j Job, Ready)> {
+fn ready(frame: Held<(&Job, Laps)>) -> Option<(&Job, Ready)> {
     let Held { picture, results, tag, .. } = frame;
     let (job, laps) = tag?;
     job.writes.then_some((job, Ready { picture, results, laps }))

@@ -47,7 +47,8 @@ impl Offsets {
     #[must_use]
     pub fn up_to(mut self, most: f32) -> Self {
         for offset in &mut self.pixels {
-            if !(offset[0].hypot(offset[1]) <= most) {
+            let length = offset[0].hypot(offset[1]);
+            if length.is_nan() || length > most {
                 *offset = [f32::NAN; 2];
             }
         }
