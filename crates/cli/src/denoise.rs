@@ -1,7 +1,8 @@
 //! `wgdenoise IN... OUT`: reads, denoises and writes, image by image.
 //!
 //! While an image is denoised, the next one is read and the last one is written, each on a thread
-//! of its own. At most three images are in memory, and messages keep the order of the images.
+//! of its own. At most three images are in memory, with `--temporal` also those that others still need;
+//! messages keep the order of the images.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;

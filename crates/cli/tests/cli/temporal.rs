@@ -285,6 +285,21 @@ fn a_tilt_after_a_pan_is_followed() {
 }
 
 #[test]
+fn each_sequence_has_its_own_convention() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    for n in 1..=3 {
+        let opposite = blender(STEP).map(|v| -v);
+        Wall::at(n).write(&folder.path(&format!("o.{n:04}.exr")), Some(opposite));
+    }
+    let error = || Wall::at(2).error(&folder.path("clean/o.0002.exr"));
+    let both = ["n.####.exr", "o.####.exr", "clean", "--force", "--quality", "fast"];
+    folder.run(&both).assert_done();
+    let alone = error();
+    folder.run(&[&both[..], &["--temporal"]].concat()).assert_done();
+    assert!(error() < 0.85 * alone, "{}, alone {alone}", error());
+}
+
+#[test]
 fn frames_after_a_cut_at_the_start_are_averaged() {
     let folder = animation(STEP, Some(blender(STEP)));
     Wall { scene: 1.9, ..Wall::at(1) }.write(&folder.path(&noisy(1)), Some(blender(STEP)));
