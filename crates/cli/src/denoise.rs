@@ -1,7 +1,8 @@
 //! `wgdenoise IN... OUT`: reads, denoises and writes, image by image.
 //!
 //! While an image is denoised, the next one is read and the last one is written, each on a thread
-//! of its own. At most three images are in memory, and messages keep the order of the images.
+//! of its own. At most three images are in memory, with `--temporal` also those that others still need;
+//! messages keep the order of the images.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -139,7 +140,7 @@ impl Batch<'_> {
                 }
             }
             self.settle(writing)?;
-            let rest = animation.finish(self.console)?.into_iter().filter_map(ready).collect();
+            let rest = animation.finish(self.console).into_iter().filter_map(ready).collect();
             let writing = self.write_all(scope, rest)?;
             self.settle(writing)
         })
@@ -187,7 +188,7 @@ impl Batch<'_> {
         };
         let Ready { picture, results, laps } = image;
         let frame = Held { number, picture, results, tag: Some((job, laps)) };
-        Ok(animation.push(frame, self.console)?.into_iter().filter_map(ready).collect())
+        Ok(animation.push(frame, self.console).into_iter().filter_map(ready).collect())
     }
 
     /// Denoises an image that has been read.

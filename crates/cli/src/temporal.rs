@@ -2,14 +2,16 @@
 //!
 //! Frames wait here until those after them are denoised too.
 
-use std::collections::VecDeque;
+use std::borrow::Cow;
+use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::console::Console;
-use crate::failure::Failure;
 use wgdenoise::Image;
 use wgdenoise_files::{Denoised, Picture, View, escaped};
-use wgdenoise_temporal::{Convention, Found, Motion, Offsets, Shot, agreement, mean};
+use wgdenoise_temporal::{
+    Convention, Evidence, Motion, Offsets, Part, Shot, agreement, mean, sharpness,
+};
 
 /// Where a frame is in its animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -35,27 +37,38 @@ pub(crate) struct Animation<T> {
     /// How many frames to each side count.
     reach: usize,
     held: VecDeque<Held<T>>,
-    /// How many of them are finished.
+    /// Between each held frame and the one after it in `held`, by view.
+    ways: VecDeque<Vec<Option<Ways>>>,
+    /// How many of the held frames are finished.
     finished: usize,
-    /// To the previous and to the next frame, once they are known.
-    conventions: [Option<Convention>; 2],
+    /// What the frames of this sequence tell about their motion vectors.
+    evidence: BTreeMap<Vectors, Evidence>,
+}
+
+/// From a frame to the next one, and back.
+#[derive(Debug)]
+struct Ways {
+    next: Offsets,
+    previous: Offsets,
+}
+
+/// Motion vectors of one kind.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Vectors {
+    towards: Towards,
+    layer: String,
+    /// How many a pixel has.
+    count: usize,
 }
 
 /// Towards which frame.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Towards {
     Previous,
     Next,
 }
 
 impl Towards {
-    fn opposite(self) -> Self {
-        match self {
-            Self::Previous => Self::Next,
-            Self::Next => Self::Previous,
-        }
-    }
-
     fn name(self) -> &'static str {
         match self {
             Self::Previous => "previous",
@@ -66,183 +79,194 @@ impl Towards {
 
 impl<T> Animation<T> {
     pub(crate) fn new(reach: usize) -> Self {
-        Self { reach, held: VecDeque::new(), finished: 0, conventions: [None; 2] }
+        let (held, ways) = (VecDeque::new(), VecDeque::new());
+        Self { reach, held, ways, finished: 0, evidence: BTreeMap::new() }
     }
 
     /// Takes the next frame; returns the frames that are finished with it, in their order.
-    pub(crate) fn push(
-        &mut self,
-        frame: Held<T>,
-        console: &Console,
-    ) -> Result<Vec<Held<T>>, Failure> {
-        let is_next = |last: &Held<T>| last.number.sequence == frame.number.sequence;
-        let mut done = match self.held.back() {
-            Some(last) if !is_next(last) => self.finish(console)?,
-            _ => Vec::new(),
-        };
-        let newest = frame.number.frame;
-        self.held.push_back(frame);
-        let complete = newest - self.reach as i64;
-        while self.held[self.finished].number.frame <= complete {
-            done.push(self.finish_one(console)?);
+    pub(crate) fn push(&mut self, frame: Held<T>, console: &Console) -> Vec<Held<T>> {
+        let is_other = |last: &Held<T>| last.number.sequence != frame.number.sequence;
+        let ends = self.held.back().is_some_and(is_other);
+        let mut done = if ends { self.finish(console) } else { Vec::new() };
+        let complete = frame.number.frame - self.reach as i64;
+        if let Some(last) = self.held.pop_back() {
+            let views = 0..last.results.len();
+            let ways = views.map(|view| self.ways([&last, &frame], view, console)).collect();
+            self.ways.push_back(ways);
+            self.held.push_back(last);
         }
-        Ok(done)
+        self.held.push_back(frame);
+        while self.held[self.finished].number.frame <= complete {
+            done.push(self.finish_one());
+        }
+        done
     }
 
-    /// The rest of the frames; no more come.
-    pub(crate) fn finish(&mut self, console: &Console) -> Result<Vec<Held<T>>, Failure> {
-        let mut done = Vec::new();
-        while self.finished < self.held.len() {
-            done.push(self.finish_one(console)?);
+    /// The rest of the frames of a sequence.
+    pub(crate) fn finish(&mut self, console: &Console) -> Vec<Held<T>> {
+        let rest = self.finished..self.held.len();
+        let done = rest.map(|_| self.finish_one()).collect();
+        for (vectors, _) in self.evidence.iter().filter(|(_, evidence)| evidence.is_lacking()) {
+            console.notice_once("", &vectors.unreadable());
         }
-        self.held.clear();
-        self.finished = 0;
-        Ok(done)
+        *self = Self::new(self.reach);
+        done
     }
 
     /// The first frame that is not finished, averaged; drops those that no other needs.
-    fn finish_one(&mut self, console: &Console) -> Result<Held<T>, Failure> {
+    fn finish_one(&mut self) -> Held<T> {
         let at = self.finished;
         let views = 0..self.held[at].results.len();
-        let results =
-            views.map(|view| self.averaged(at, view, console)).collect::<Result<_, _>>()?;
+        let results = views.map(|view| self.averaged(at, view)).collect();
         let frame = &mut self.held[at];
         let (number, picture, tag) = (frame.number, Arc::clone(&frame.picture), frame.tag.take());
         self.finished += 1;
         let oldest = number.frame + 1 - self.reach as i64;
         while self.finished > 0 && self.held[0].number.frame < oldest {
             self.held.pop_front();
+            self.ways.pop_front();
             self.finished -= 1;
         }
-        Ok(Held { number, picture, results, tag })
+        Held { number, picture, results, tag }
     }
 
     /// A view of the frame at an index, averaged with the frames around it.
-    fn averaged(&mut self, at: usize, view: usize, console: &Console) -> Result<Denoised, Failure> {
-        let mut others = self.chain(at, view, Towards::Previous, console)?;
-        others.extend(self.chain(at, view, Towards::Next, console)?);
+    fn averaged(&self, at: usize, view: usize) -> Denoised {
+        let mut others = self.chain(at, view, Towards::Previous);
+        others.extend(self.chain(at, view, Towards::Next));
         let own = &self.held[at].results[view];
-        let of = |image: &dyn Fn(&Denoised) -> Image| {
-            let images: Vec<_> =
-                others.iter().map(|o| image(&self.held[o.index].results[view])).collect();
-            let parts = images.iter().zip(&others);
-            let parts: Vec<_> =
-                parts.map(|(i, o)| (i, &o.offsets, o.agreement.as_slice())).collect();
-            mean(&image(own), &parts)
-        };
-        let layers = 0..own.layers.len();
-        Ok(Denoised {
-            color: of(&|result| result.color.clone()),
-            layers: layers.map(|i| of(&|result| result.layers[i].clone())).collect(),
-            alpha: own
-                .alpha
-                .as_ref()
-                .map(|_| of(&alpha_image).pixels().iter().map(|p| p[0]).collect()),
-        })
+        let mut averaged = images(own).into_iter().enumerate().map(|(index, image)| {
+            mean(&image, &others.iter().map(|other| other.part(index)).collect::<Vec<_>>())
+        });
+        Denoised {
+            color: averaged.next().expect("the color is the first image"),
+            layers: averaged.by_ref().take(own.layers.len()).collect(),
+            alpha: averaged.next().map(|alpha| alpha.pixels().iter().map(|p| p[0]).collect()),
+        }
     }
 
     /// The frames to one side that follow each other without a gap, and the ways there.
-    fn chain(
-        &mut self,
-        at: usize,
-        view: usize,
-        towards: Towards,
-        console: &Console,
-    ) -> Result<Vec<Other>, Failure> {
-        let mut found: Vec<Other> = Vec::new();
+    fn chain(&self, at: usize, view: usize, towards: Towards) -> Vec<Other<'_>> {
+        let mut found: Vec<Other<'_>> = Vec::new();
         for _ in 0..self.reach {
             let from = found.last().map_or(at, |other| other.index);
-            let Some(index) = self.neighbor(from, view, towards) else { break };
-            let [to, back] = self.ways([from, index], view, towards, console)?;
+            let Some((index, [to, back])) = self.neighbor(from, view, towards) else { break };
             let (to, back) = match found.last() {
-                Some(before) => (before.offsets.then(&to), back.then(&before.back)),
-                None => (to, back),
+                Some(before) => (before.offsets.then(to), back.then(&before.back)),
+                None => (to.clone(), back.clone()),
             };
             let [own, other] = [at, index].map(|i| shot(&self.held[i], view));
             let agreement = agreement(&own, &other, &to, Some(&back));
-            found.push(Other { index, offsets: to, back, agreement });
+            let images = images(&self.held[index].results[view]);
+            let light: Vec<_> = images.iter().map(AsRef::as_ref).collect();
+            let sharpness = sharpness(&light, &to);
+            found.push(Other { index, images, offsets: to, back, agreement, sharpness });
         }
-        Ok(found)
+        found
     }
 
-    /// The index of the frame before or after, if it is there and has the same images.
-    fn neighbor(&self, from: usize, view: usize, towards: Towards) -> Option<usize> {
-        let (index, step) = match towards {
-            Towards::Previous => (from.checked_sub(1)?, -1),
-            Towards::Next => (from + 1, 1),
-        };
-        let (own, other) = (&self.held[from], self.held.get(index)?);
-        let result = |frame: &Held<T>| {
-            let result = frame.results.get(view)?;
-            Some((result.color.size(), result.layers.len(), result.alpha.is_some()))
-        };
-        let follows = other.number.frame == own.number.frame + step;
-        (follows && result(own) == result(other)).then_some(index)
-    }
-
-    /// The way from one frame to the one beside it, and back.
-    fn ways(
-        &mut self,
-        [from, to]: [usize; 2],
+    /// The index of the frame before or after, the way there, and the way back.
+    fn neighbor(
+        &self,
+        from: usize,
         view: usize,
         towards: Towards,
+    ) -> Option<(usize, [&Offsets; 2])> {
+        let between = |first: usize| self.ways.get(first)?.get(view)?.as_ref();
+        match towards {
+            Towards::Previous => {
+                let index = from.checked_sub(1)?;
+                between(index).map(|ways| (index, [&ways.previous, &ways.next]))
+            }
+            Towards::Next => between(from).map(|ways| (from + 1, [&ways.next, &ways.previous])),
+        }
+    }
+
+    /// The ways between two frames, if one follows the other and both show the same images.
+    fn ways(
+        &mut self,
+        [first, second]: [&Held<T>; 2],
+        view: usize,
         console: &Console,
-    ) -> Result<[Offsets; 2], Failure> {
-        let there = self.way([from, to], view, towards, console)?;
-        Ok([there, self.way([to, from], view, towards.opposite(), console)?])
+    ) -> Option<Ways> {
+        let follows = second.number.frame == first.number.frame + 1;
+        if !follows || !shows_the_same([first, second], view) {
+            return None;
+        }
+        Some(Ways {
+            next: self.way([first, second], view, Towards::Next, console),
+            previous: self.way([second, first], view, Towards::Previous, console),
+        })
     }
 
     fn way(
         &mut self,
-        [from, to]: [usize; 2],
+        [own, other]: [&Held<T>; 2],
         view: usize,
         towards: Towards,
         console: &Console,
-    ) -> Result<Offsets, Failure> {
-        let own = &self.held[from].picture.views()[view];
-        let still = Offsets::still(own.color().width(), own.color().height());
-        let Some((name, motion)) = motion(own) else {
+    ) -> Offsets {
+        let seen = &own.picture.views()[view];
+        let Some((layer, motion)) = motion(seen) else {
             console.notice_once("", WITHOUT_MOTION);
-            return Ok(still);
+            return Offsets::still(seen.color().width(), seen.color().height());
         };
-        if let Some(known) = self.conventions[towards as usize] {
-            return Ok(known.offsets(&motion));
+        let vectors = Vectors { towards, layer: layer.into(), count: motion.vectors() };
+        let new = || Evidence::new(motion.vectors());
+        let evidence = self.evidence.entry(vectors.clone()).or_insert_with(new);
+        evidence.add(&motion, &shot(own, view), &shot(other, view));
+        if let Some(convention) = evidence.convention() {
+            console.notice_once("", &vectors.read_as(convention));
         }
-        let [own, other] = [from, to].map(|i| shot(&self.held[i], view));
-        match Convention::find(&motion, &own, &other) {
-            Found::Still => Ok(still),
-            Found::Nothing => Err(unreadable(name, towards)),
-            Found::Reads(convention) => {
-                console.notice_once("", &read_as(name, towards, convention));
-                self.conventions[towards as usize] = Some(convention);
-                Ok(convention.offsets(&motion))
-            }
-        }
+        evidence.offsets(&motion)
     }
 }
 
+/// Whether a view of two frames has the same place in the picture, layers and alpha.
+fn shows_the_same<T>(frames: [&Held<T>; 2], view: usize) -> bool {
+    let shown = frames.map(|frame| {
+        let (seen, result) = (frame.picture.views().get(view)?, frame.results.get(view)?);
+        let layers: Vec<_> = seen.layers().iter().map(|layer| &layer.name).collect();
+        let place = (result.color.size(), seen.corner());
+        Some((seen.name(), place, layers, result.layers.len(), result.alpha.is_some()))
+    });
+    shown[0].is_some() && shown[0] == shown[1]
+}
+
 /// A frame that is averaged with another, and the ways there and back.
-struct Other {
+struct Other<'a> {
     index: usize,
+    images: Vec<Cow<'a, Image>>,
     offsets: Offsets,
     back: Offsets,
     agreement: Vec<f32>,
+    sharpness: Vec<f32>,
+}
+
+impl Other<'_> {
+    /// One of the images.
+    fn part(&self, index: usize) -> Part<'_> {
+        let (image, offsets) = (&self.images[index], &self.offsets);
+        Part { image, offsets, agreement: &self.agreement, sharpness: &self.sharpness }
+    }
 }
 
 const WITHOUT_MOTION: &str =
     "no motion vectors: only what stays in place is averaged with the frames around it";
 
-fn read_as(name: &str, towards: Towards, convention: Convention) -> String {
-    format!("motion to the {} frame from `{}`: {convention}", towards.name(), escaped(name))
-}
+impl Vectors {
+    fn read_as(&self, convention: Convention) -> String {
+        let (towards, layer) = (self.towards.name(), escaped(&self.layer));
+        format!("motion to the {towards} frame from `{layer}`: {convention}")
+    }
 
-fn unreadable(name: &str, towards: Towards) -> Failure {
-    Failure::Work(format!(
-        "the motion vectors `{}` do not lead to the same surfaces in the {} frame, however they are \
-         read; name others with --motion, or leave out --temporal",
-        escaped(name),
-        towards.name()
-    ))
+    fn unreadable(&self) -> String {
+        let (towards, layer) = (self.towards.name(), escaped(&self.layer));
+        format!(
+            "no reading of the motion vectors `{layer}` clearly leads to the same surfaces in the \
+             {towards} frame: only what moves less than a pixel is averaged"
+        )
+    }
 }
 
 /// The motion vectors of a view and their layer's name.
@@ -257,9 +281,13 @@ fn shot<T>(frame: &Held<T>, view: usize) -> Shot<'_> {
     Shot { color: &frame.results[view].color, albedo: seen.albedo(), normal: seen.normal() }
 }
 
-/// The alpha as a gray image.
-fn alpha_image(result: &Denoised) -> Image {
+/// What is averaged of a result: the color, the layers, and the alpha as a gray image.
+fn images(result: &Denoised) -> Vec<Cow<'_, Image>> {
     let (width, height) = result.color.size();
-    let alpha = result.alpha.iter().flatten().map(|a| [*a; 3]).collect();
-    Image::new(width, height, alpha).expect("the alpha has the color's size")
+    let gray = |alpha: &Vec<f32>| {
+        let pixels = alpha.iter().map(|a| [*a; 3]).collect();
+        Image::new(width, height, pixels).expect("the alpha has the color's size")
+    };
+    let light = [&result.color].into_iter().chain(&result.layers).map(Cow::Borrowed);
+    light.chain(result.alpha.iter().map(gray).map(Cow::Owned)).collect()
 }

@@ -284,6 +284,7 @@ fn read_view(
         alpha: planes.pop(),
         motion: motion.map(|pick| MotionLayer { name: pick.layer.clone(), planes: vectors }),
         selection: Some(selection),
+        corner: [to.position.x(), to.position.y()],
         is_panorama: file.is_panorama(choice.color.part()),
     })
 }

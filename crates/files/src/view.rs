@@ -19,6 +19,7 @@ pub struct View {
     pub(super) layers: Vec<NoisyLayer>,
     pub(super) motion: Option<MotionLayer>,
     pub(super) selection: Option<Selection>,
+    pub(super) corner: [i32; 2],
     pub(super) is_panorama: bool,
 }
 
@@ -61,6 +62,7 @@ impl View {
             layers: Vec::new(),
             motion: None,
             selection: None,
+            corner: [0; 2],
             is_panorama: false,
         }
     }
@@ -113,6 +115,13 @@ impl View {
     #[must_use]
     pub fn motion(&self) -> Option<&MotionLayer> {
         self.motion.as_ref()
+    }
+
+    /// Where the color's first pixel is in the picture, in pixels right and down; EXR files may hold a
+    /// part of the picture.
+    #[must_use]
+    pub fn corner(&self) -> [i32; 2] {
+        self.corner
     }
 
     /// The layers that were read; `None` for PNG and JPEG, which have none.

@@ -2,17 +2,14 @@
 
 use std::fmt;
 
-use wgdenoise::Image;
-
-use crate::sample::{Four, smoothed};
-use crate::{Offsets, Shot};
+use crate::Offsets;
 
 /// Motion vectors of a frame as its file has them: one or two vectors a pixel.
 #[derive(Clone, Debug)]
 pub struct Motion {
     width: u32,
     height: u32,
-    planes: Vec<Vec<f32>>,
+    pub(crate) planes: Vec<Vec<f32>>,
 }
 
 impl Motion {
@@ -30,13 +27,19 @@ impl Motion {
     pub fn size(&self) -> (u32, u32) {
         (self.width, self.height)
     }
+
+    /// How many vectors a pixel has: one or two.
+    #[must_use]
+    pub fn vectors(&self) -> usize {
+        self.planes.len() / 2
+    }
 }
 
 /// How to read motion vectors as offsets to a frame.
 ///
-/// Renderers differ in all of it: Blender's `Vector` holds the way from the previous frame's place to
-/// this one's with y up, and the way to the next frame's place; others store pixels with y down, or
-/// shares of the picture's sides.
+/// Renderers differ in all of it: Blender's `Vector` leads to the previous frame's place, and then from
+/// the next frame's place back to this one's, both in pixels with y up; others store pixels with y down,
+/// or shares of the picture's sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Convention {
     /// The first of the two planes.
@@ -56,51 +59,12 @@ enum Unit {
     HalfSide,
 }
 
-/// What [`Convention::find`] finds.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Found {
-    /// Nothing moves, so every convention fits.
-    Still,
-    /// This one leads to the same surfaces.
-    Reads(Convention),
-    /// None leads closer to the same surfaces than staying in place does.
-    Nothing,
-}
-
-/// Most pixels to compare.
-const SAMPLES: usize = 20_000;
-/// A convention must leave at most this share of the difference that staying in place leaves.
-const CLEAR: f64 = 0.75;
-/// Smaller motion, in pixels, tells nothing.
-const LEAST: f32 = 0.25;
-
 impl Convention {
-    /// The convention by which the motion of `own` leads to the same surfaces in `other`: the one that
-    /// leaves the least difference of albedo and normals, or of light if a frame lacks them.
-    ///
-    /// # Panics
-    /// If the sizes differ.
-    #[must_use]
-    pub fn find(motion: &Motion, own: &Shot<'_>, other: &Shot<'_>) -> Found {
-        let size = motion.size();
-        assert!([own.color.size(), other.color.size()] == [size; 2], "sizes");
-        let places = moving(motion);
-        if places.is_empty() {
-            return Found::Still;
-        }
-        let seen = Seen::of(own, other);
-        let score =
-            |convention: Self| (seen.difference(&places, &convention.offsets(motion)), convention);
-        let scores = Self::all(motion.planes.len()).map(score);
-        let best = scores.min_by(|a, b| a.0.total_cmp(&b.0)).expect("there are some");
-        let staying = seen.difference(&places, &Offsets::still(size.0, size.1));
-        if best.0 <= CLEAR * staying { Found::Reads(best.1) } else { Found::Nothing }
-    }
-
-    fn all(planes: usize) -> impl Iterator<Item = Self> {
+    /// All there are for a number of vectors per pixel.
+    pub(crate) fn all(vectors: usize) -> impl Iterator<Item = Self> {
         let flags = [(false, false), (false, true), (true, false), (true, true)];
         let units = [Unit::Pixel, Unit::Side, Unit::HalfSide];
-        (0..planes).step_by(2).flat_map(move |plane| {
+        (0..vectors).map(|vector| 2 * vector).flat_map(move |plane| {
             units.into_iter().flat_map(move |unit| {
                 flags.map(|(is_left, is_up)| Self { plane, unit, is_left, is_up })
             })
@@ -108,13 +72,20 @@ impl Convention {
     }
 
     /// The offsets that the vectors stand for.
+    ///
+    /// # Panics
+    /// If it is that of a second vector, and there is only one.
     #[must_use]
     pub fn offsets(&self, motion: &Motion) -> Offsets {
         let (width, height) = motion.size();
-        let [right, down] = self.factors((width, height));
-        let [x, y] = [&motion.planes[self.plane], &motion.planes[self.plane + 1]];
-        let pixels = x.iter().zip(y).map(|(x, y)| [x * right, y * down]).collect();
+        let pixels = (0..motion.planes[0].len()).map(|i| self.offset(motion, i)).collect();
         Offsets { width, height, pixels }
+    }
+
+    /// The offset of a pixel.
+    pub(crate) fn offset(&self, motion: &Motion, i: usize) -> [f32; 2] {
+        let [right, down] = self.factors(motion.size());
+        [motion.planes[self.plane][i] * right, motion.planes[self.plane + 1][i] * down]
     }
 
     /// From a vector to pixels right and down.
@@ -144,119 +115,20 @@ impl fmt::Display for Convention {
     }
 }
 
-/// Pixels spread over the picture that move in any vector.
-fn moving(motion: &Motion) -> Vec<usize> {
-    // In the largest unit, so that none is taken for still.
-    let moves = |i: usize| {
-        motion.planes.iter().any(|plane| plane[i].is_finite() && plane[i] != 0.0)
-            && motion
-                .planes
-                .iter()
-                .any(|plane| plane[i].abs() * motion.width.max(motion.height) as f32 >= LEAST)
-    };
-    let all: Vec<_> = (0..motion.planes[0].len()).filter(|&i| moves(i)).collect();
-    let step = all.len().div_ceil(SAMPLES).max(1);
-    all.into_iter().step_by(step).collect()
-}
-
-/// What two frames show, image by image.
-struct Seen(Vec<[Vec<[f32; 3]>; 2]>);
-
-impl Seen {
-    fn of(own: &Shot<'_>, other: &Shot<'_>) -> Self {
-        let pair = |a: Option<&Image>, b: Option<&Image>| Some([smoothed(a?), smoothed(b?)]);
-        let features = [pair(own.albedo, other.albedo), pair(own.normal, other.normal)];
-        let features: Vec<_> = features.into_iter().flatten().collect();
-        if features.is_empty() {
-            return Self(vec![[smoothed(own.color), smoothed(other.color)]]);
-        }
-        Self(features)
-    }
-
-    /// The mean difference at the ends of the offsets; infinite if most lead out of the picture.
-    fn difference(&self, places: &[usize], offsets: &Offsets) -> f64 {
-        let inside = places.iter().filter_map(|&i| Some((i, offsets.four(i)?)));
-        let found: Vec<_> =
-            inside.map(|(i, four)| self.at(i, &four)).filter(|d| d.is_finite()).collect();
-        if found.len() * 2 < places.len() {
-            return f64::INFINITY;
-        }
-        found.iter().map(|d| f64::from(*d)).sum::<f64>() / found.len() as f64
-    }
-
-    fn at(&self, i: usize, four: &Four) -> f32 {
-        let difference = |[own, other]: &[Vec<[f32; 3]>; 2]| {
-            let other = four.mean(other);
-            own[i].iter().zip(other).map(|(a, b)| (a - b).abs()).sum::<f32>()
-        };
-        self.0.iter().map(difference).sum()
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    const SIZE: (u32, u32) = (48, 32);
-
-    /// A picture without repetition, moved right and down by whole pixels.
-    fn scene([right, down]: [i32; 2]) -> Image {
-        let value = |x: i32, y: i32| {
-            let (x, y) = ((x - right) as f32, (y - down) as f32);
-            [(x * 0.31).sin(), (y * 0.37 + x * 0.05).cos(), (x * 0.11 - y * 0.23).sin()]
+    #[test]
+    fn vectors_are_scaled_and_turned_into_offsets() {
+        let planes = [0.5, -0.25, 2.0, 3.0].map(|v| vec![v; 6]).into();
+        let motion = Motion::new(3, 2, planes).expect("it fits");
+        let read = |plane, unit, is_left, is_up| {
+            Convention { plane, unit, is_left, is_up }.offsets(&motion).pixels()[5]
         };
-        let pixels = (0..SIZE.1 as i32).flat_map(|y| (0..SIZE.0 as i32).map(move |x| value(x, y)));
-        Image::new(SIZE.0, SIZE.1, pixels.collect()).expect("a valid image")
-    }
-
-    fn find(planes: &[f32], to: [i32; 2]) -> (Motion, Found) {
-        let planes = planes.iter().map(|v| vec![*v; (SIZE.0 * SIZE.1) as usize]).collect();
-        let motion = Motion::new(SIZE.0, SIZE.1, planes).expect("it fits");
-        let (own, other) = (scene([0, 0]), scene(to));
-        let shot = |albedo| Shot { color: albedo, albedo: Some(albedo), normal: None };
-        let found = Convention::find(&motion, &shot(&own), &shot(&other));
-        (motion, found)
-    }
-
-    #[test]
-    fn the_reading_that_leads_to_the_same_surface_is_found() {
-        let sides = [5.0 / 48.0, 3.0 / 32.0];
-        for (planes, to) in [
-            (&[5.0, 3.0][..], [5, 3]),
-            (&[-5.0, 3.0], [5, 3]),
-            (&[5.0, -3.0, 1.0, 1.0], [5, 3]),
-            (&[1.0, 1.0, -5.0, 3.0], [5, 3]),
-            (&sides, [5, 3]),
-            (&[-2.0 * sides[0], 2.0 * sides[1]], [5, 3]),
-        ] {
-            let (motion, found) = find(planes, to);
-            let Found::Reads(convention) = found else { panic!("{planes:?}: {found:?}") };
-            for offset in convention.offsets(&motion).pixels() {
-                assert!(
-                    (offset[0] - 5.0).abs() < 1e-4 && (offset[1] - 3.0).abs() < 1e-4,
-                    "{planes:?}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn vectors_that_lead_nowhere_are_not_read() {
-        assert_eq!(find(&[3.0, 4.0], [-5, 1]).1, Found::Nothing);
-        assert_eq!(find(&[0.0, 0.0], [0, 0]).1, Found::Still);
-    }
-
-    #[test]
-    fn without_features_the_light_decides() {
-        let motion =
-            Motion::new(48, 32, vec![vec![4.0; 48 * 32], vec![0.0; 48 * 32]]).expect("it fits");
-        let (own, other) = (scene([0, 0]), scene([-4, 0]));
-        let bare = |color| Shot { color, albedo: None, normal: None };
-        let Found::Reads(convention) = Convention::find(&motion, &bare(&own), &bare(&other)) else {
-            panic!("nothing was found")
-        };
-        assert_eq!(convention.offsets(&motion).pixels()[0][0], -4.0);
-        assert!(convention.to_string().starts_with("the first vector, x left and y "));
+        assert_eq!(read(0, Unit::Side, false, false), [1.5, -0.5]);
+        assert_eq!(read(0, Unit::HalfSide, true, false), [-0.75, -0.25]);
+        assert_eq!(read(2, Unit::Pixel, false, true), [2.0, -3.0]);
     }
 
     #[test]

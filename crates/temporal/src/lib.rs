@@ -3,18 +3,22 @@
 //!
 //! Each pixel of a frame is averaged with what the frames around it show of the same surface. Motion
 //! vectors lead there ([`Offsets`]); they count as far as both frames agree on what they see
-//! ([`agreement`]). [`Convention`] finds out how a renderer means its motion vectors.
+//! ([`agreement`]). [`Evidence`] finds out how a renderer means its motion vectors.
 
 mod agreement;
 mod convention;
+mod evidence;
 mod mean;
 mod offsets;
 mod sample;
+mod sharp;
 
 pub use agreement::agreement;
-pub use convention::{Convention, Found, Motion};
-pub use mean::mean;
+pub use convention::{Convention, Motion};
+pub use evidence::Evidence;
+pub use mean::{Part, mean};
 pub use offsets::Offsets;
+pub use sharp::sharpness;
 
 use wgdenoise::Image;
 

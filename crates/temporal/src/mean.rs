@@ -4,6 +4,20 @@ use rayon::prelude::*;
 use wgdenoise::Image;
 
 use crate::Offsets;
+use crate::sharp::Patch;
+
+/// An image of another frame, and how it counts for each pixel of the own one.
+#[derive(Clone, Copy, Debug)]
+pub struct Part<'a> {
+    /// Of the own image's size.
+    pub image: &'a Image,
+    /// To the other frame.
+    pub offsets: &'a Offsets,
+    /// From 0 to 1, as [`agreement`](crate::agreement()) finds it.
+    pub agreement: &'a [f32],
+    /// From 0 to 1, as [`sharpness`](crate::sharpness()) finds it.
+    pub sharpness: &'a [f32],
+}
 
 /// Each pixel of `own` averaged with those that the offsets lead to in the others; `own` counts 1,
 /// the others as far as they agree.
@@ -11,19 +25,19 @@ use crate::Offsets;
 /// # Panics
 /// If the sizes differ.
 #[must_use]
-pub fn mean(own: &Image, others: &[(&Image, &Offsets, &[f32])]) -> Image {
-    for (image, offsets, agreement) in others {
-        assert!([image.size(), offsets.size()] == [own.size(); 2], "sizes");
-        assert_eq!(agreement.len(), own.pixels().len(), "sizes");
+pub fn mean(own: &Image, others: &[Part<'_>]) -> Image {
+    let pixels = own.pixels().len();
+    for other in others {
+        assert!([other.image.size(), other.offsets.size()] == [own.size(); 2], "sizes");
+        assert!([other.agreement.len(), other.sharpness.len()] == [pixels; 2], "sizes");
     }
     let at = |(i, pixel): (usize, &[f32; 3])| {
         let (mut sum, mut weight) = (*pixel, 1.0);
-        for (image, offsets, agreement) in others {
-            let Some(four) = offsets.four(i).filter(|_| agreement[i] > 0.0) else { continue };
-            weight += agreement[i];
-            for (sum, value) in sum.iter_mut().zip(four.mean(image.pixels())) {
-                *sum += value * agreement[i];
-            }
+        for other in others.iter().filter(|other| other.agreement[i] > 0.0) {
+            let Some(patch) = Patch::around(other.offsets.end(i), own.size()) else { continue };
+            let found = patch.mean(other.image.pixels(), other.sharpness[i]);
+            weight += other.agreement[i];
+            sum = std::array::from_fn(|c| sum[c] + other.agreement[i] * found[c]);
         }
         sum.map(|v| v / weight)
     };
@@ -36,13 +50,20 @@ pub fn mean(own: &Image, others: &[(&Image, &Offsets, &[f32])]) -> Image {
 mod tests {
     use super::*;
 
+    fn part<'a>(image: &'a Image, offsets: &'a Offsets, agreement: &'a [f32]) -> Part<'a> {
+        Part { image, offsets, agreement, sharpness: &[0.0; 6][..agreement.len()] }
+    }
+
     #[test]
     fn others_count_as_far_as_they_agree() {
         let gray = |value| Image::filled(3, 1, [value; 3]).expect("a valid image");
         let still = Offsets::still(3, 1);
         let found = mean(
             &gray(1.0),
-            &[(&gray(4.0), &still, &[1.0, 0.5, 0.0]), (&gray(7.0), &still, &[1.0, 0.0, 0.0])],
+            &[
+                part(&gray(4.0), &still, &[1.0, 0.5, 0.0]),
+                part(&gray(7.0), &still, &[1.0, 0.0, 0.0]),
+            ],
         );
         assert_eq!(found.pixels(), [[4.0; 3], [2.0; 3], [1.0; 3]]);
     }
@@ -55,7 +76,7 @@ mod tests {
         };
         let offsets = Offsets::new(6, 1, vec![[2.0, 0.0]; 6]).expect("it fits");
         // What is at x here was at x + 2 there.
-        let found = mean(&ramp(0.0), &[(&ramp(-2.0), &offsets, &[1.0; 6])]);
+        let found = mean(&ramp(0.0), &[part(&ramp(-2.0), &offsets, &[1.0; 6])]);
         assert_eq!(found, ramp(0.0));
     }
 
@@ -64,7 +85,7 @@ mod tests {
         let mut other = Image::filled(3, 1, [1.0; 3]).expect("a valid image");
         other.pixels_mut()[1] = [f32::NAN; 3];
         let own = Image::filled(3, 1, [1.0; 3]).expect("a valid image");
-        let found = mean(&own, &[(&other, &Offsets::still(3, 1), &[1.0, 0.0, 1.0])]);
+        let found = mean(&own, &[part(&other, &Offsets::still(3, 1), &[1.0, 0.0, 1.0])]);
         assert_eq!(found, own);
     }
 }

@@ -43,6 +43,23 @@ impl Offsets {
         &self.pixels
     }
 
+    /// Only those of at most `most` pixels; the surface of the others is not seen.
+    #[must_use]
+    pub fn up_to(mut self, most: f32) -> Self {
+        for offset in &mut self.pixels {
+            let length = offset[0].hypot(offset[1]);
+            if length.is_nan() || length > most {
+                *offset = [f32::NAN; 2];
+            }
+        }
+        self
+    }
+
+    /// How many pixels' surfaces are not seen.
+    pub(crate) fn unseen(&self) -> usize {
+        self.pixels.iter().filter(|offset| offset[0].is_nan()).count()
+    }
+
     /// On to a third frame: `next` leads there from the frame that these offsets lead to.
     ///
     /// # Panics
@@ -61,10 +78,19 @@ impl Offsets {
     /// The pixels of the other frame around the surface of a pixel; `None` if it is not in the
     /// picture.
     pub(crate) fn four(&self, i: usize) -> Option<Four> {
-        let (width, [right, down]) = (self.width as usize, self.pixels[i]);
-        let place = [(i % width) as f32 + right, (i / width) as f32 + down];
-        Four::around(place, self.size())
+        Four::around(self.end(i), self.size())
     }
+
+    /// The place of a pixel's surface in the other frame, from its first pixel's center.
+    pub(crate) fn end(&self, i: usize) -> [f32; 2] {
+        end(i, self.pixels[i], self.width)
+    }
+}
+
+/// Where an offset from a pixel leads, from the center of the first pixel.
+pub(crate) fn end(i: usize, [right, down]: [f32; 2], width: u32) -> [f32; 2] {
+    let width = width as usize;
+    [(i % width) as f32 + right, (i / width) as f32 + down]
 }
 
 #[cfg(test)]
@@ -85,6 +111,16 @@ mod tests {
                 assert!(offset[0].is_nan(), "{i}: {offset:?}");
             }
         }
+    }
+
+    #[test]
+    fn longer_offsets_than_wanted_lead_nowhere() {
+        let offsets = [[0.6, 0.8], [0.8, 0.8], [f32::INFINITY, 0.0], [0.0, -0.5]];
+        let found = Offsets::new(4, 1, offsets.into()).expect("it fits").up_to(1.0);
+        assert_eq!(
+            found.pixels().iter().map(|o| o[0].is_nan()).collect::<Vec<_>>(),
+            [false, true, true, false]
+        );
     }
 
     #[test]

@@ -43,6 +43,15 @@ impl Four {
         }
         sum
     }
+
+    /// The least and the most of the four, channel by channel.
+    pub(crate) fn range<const N: usize>(&self, pixels: &[[f32; N]]) -> [[f32; N]; 2] {
+        let of = |pick: fn(f32, f32) -> f32| {
+            let channel = |c: usize| self.at.map(|at| pixels[at][c]).into_iter().reduce(pick);
+            std::array::from_fn(|c| channel(c).expect("there are four"))
+        };
+        [of(f32::min), of(f32::max)]
+    }
 }
 
 /// The two nearest centers along an axis, and the share of the second.

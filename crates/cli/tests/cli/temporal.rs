@@ -10,6 +10,8 @@ use crate::support::{Folder, read_exr, take};
 const SIZE: [usize; 2] = [96, 64];
 /// Pixels right and down from frame to frame.
 const STEP: [f32; 2] = [3.0, -2.0];
+/// A step that ends between pixels.
+const BETWEEN: [f32; 2] = [2.4, -1.3];
 
 /// A patterned wall that slides by, under noise.
 #[derive(Clone, Copy)]
@@ -19,11 +21,20 @@ struct Wall {
     /// Which pattern.
     scene: f32,
     size: [usize; 2],
+    /// The columns left of the file's first one.
+    left: i32,
+    /// The name of the second group of light.
+    group: &'static str,
 }
 
 impl Wall {
     fn at(frame: usize) -> Self {
-        Self { frame, step: STEP, scene: 1.0, size: SIZE }
+        Self { frame, step: STEP, scene: 1.0, size: SIZE, left: 0, group: "fill" }
+    }
+
+    /// Moved right and down by so many pixels.
+    fn moved(frame: usize, pixels: [f32; 2]) -> Self {
+        Self { step: pixels.map(|pixels| pixels / frame as f32), ..Self::at(frame) }
     }
 
     fn pixels(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
@@ -45,57 +56,40 @@ impl Wall {
         (mixed ^ (mixed >> 15)) as f32 / u32::MAX as f32 * 2.0
     }
 
-    fn plane(
-        &self,
-        name: &'static str,
-        value: impl Fn((usize, usize)) -> f32,
-    ) -> AnyChannel<FlatSamples> {
+    fn plane(&self, name: &str, value: impl Fn((usize, usize)) -> f32) -> AnyChannel<FlatSamples> {
         let values = self.pixels().map(value).collect();
         AnyChannel::new(name, FlatSamples::F32(values))
     }
 
-    /// As Blender writes it, with a light group of half the light.
+    /// As Blender writes it, with two groups of light.
     fn write(&self, path: &Path, motion: Option<[f32; 4]>) {
+        self.write_with(path, motion.as_ref().map_or(&[], |motion| &motion[..]));
+    }
+
+    /// With so many components of motion vectors.
+    fn write_with(&self, path: &Path, motion: &[f32]) {
         let light = |p, c| self.albedo(p, c) * self.noise(p, c);
+        // In bars, so that a group has edges where the sum has none.
+        let key = |(x, _): (usize, usize)| if x / 7 % 2 == 0 { 0.9 } else { 0.1 };
         let mut channels = Vec::new();
-        for (c, names) in [
-            [
-                "V.Combined.R",
-                "V.Combined_key.R",
-                "V.Combined_fill.R",
-                "V.Denoising Albedo.R",
-                "V.Denoising Normal.X",
-            ],
-            [
-                "V.Combined.G",
-                "V.Combined_key.G",
-                "V.Combined_fill.G",
-                "V.Denoising Albedo.G",
-                "V.Denoising Normal.Y",
-            ],
-            [
-                "V.Combined.B",
-                "V.Combined_key.B",
-                "V.Combined_fill.B",
-                "V.Denoising Albedo.B",
-                "V.Denoising Normal.Z",
-            ],
-        ]
-        .into_iter()
-        .enumerate()
-        {
-            channels.push(self.plane(names[0], |p| light(p, c)));
-            channels.push(self.plane(names[1], |p| 0.25 * light(p, c)));
-            channels.push(self.plane(names[2], |p| 0.75 * light(p, c)));
-            channels.push(self.plane(names[3], |p| self.albedo(p, c)));
-            channels.push(self.plane(names[4], |_| if c == 2 { 1.0 } else { 0.0 }));
+        for (c, (rgb, xyz)) in ["R", "G", "B"].into_iter().zip(["X", "Y", "Z"]).enumerate() {
+            let group = format!("V.Combined_{}.{rgb}", self.group);
+            channels.push(self.plane(&format!("V.Combined.{rgb}"), |p| light(p, c)));
+            channels.push(self.plane(&format!("V.Combined_key.{rgb}"), |p| key(p) * light(p, c)));
+            channels.push(self.plane(&group, |p| (1.0 - key(p)) * light(p, c)));
+            channels.push(self.plane(&format!("V.Denoising Albedo.{rgb}"), |p| self.albedo(p, c)));
+            let normal = if c == 2 { 1.0 } else { 0.0 };
+            channels.push(self.plane(&format!("V.Denoising Normal.{xyz}"), |_| normal));
         }
         let names = ["V.Vector.X", "V.Vector.Y", "V.Vector.Z", "V.Vector.W"];
-        for (name, value) in names.into_iter().zip(motion.into_iter().flatten()) {
-            channels.push(self.plane(name, |_| value));
+        for (name, value) in names.into_iter().zip(motion) {
+            channels.push(self.plane(name, |_| *value));
         }
         let channels = AnyChannels::sort(channels.into());
-        Image::from_channels((self.size[0], self.size[1]), channels).write().to_file(path).unwrap();
+        let mut image = Image::from_channels((self.size[0], self.size[1]), channels);
+        image.layer_data.attributes.layer_position = Vec2(self.left, 0);
+        image.attributes.display_window = IntegerBounds::from_dimensions((256, 64));
+        image.write().to_file(path).unwrap();
     }
 
     /// Mean difference of the denoised color from the wall without noise.
@@ -110,9 +104,14 @@ impl Wall {
     }
 }
 
-/// Blender's vectors: from the previous frame's place with y up, and back from the next one's.
-fn blender([right, down]: [f32; 2]) -> [f32; 4] {
-    [-right, down, -right, down]
+/// Blender's vectors: to the previous frame's place with y up, and back from the next one's.
+fn blender(step: [f32; 2]) -> [f32; 4] {
+    blender_between(step, step)
+}
+
+/// With other steps from the previous frame than to the next one.
+fn blender_between(before: [f32; 2], after: [f32; 2]) -> [f32; 4] {
+    [-before[0], before[1], -after[0], after[1]]
 }
 
 /// Five frames, the step between them, and a folder `clean`.
@@ -220,7 +219,7 @@ fn a_cut_leaves_no_ghost() {
 
 #[test]
 fn groups_of_light_and_their_sum_are_averaged_alike() {
-    let folder = animation(STEP, Some(blender(STEP)));
+    let folder = animation(BETWEEN, Some(blender(BETWEEN)));
     folder.run(&[&TEMPORAL[..], &["--frames", "3", "--layers", "auto"]].concat()).assert_done();
     let mut file = read_exr(&folder.clean(3));
     let [sum, key, fill] = ["Combined", "Combined_key", "Combined_fill"].map(|layer| {
@@ -250,11 +249,101 @@ fn without_motion_vectors_what_stands_still_is_averaged() {
 }
 
 #[test]
-fn vectors_that_lead_elsewhere_are_refused() {
+fn vectors_that_lead_elsewhere_are_not_followed() {
     let folder = animation([17.0, 9.0], Some([4.0, -1.0, 2.0, 3.0]));
-    let run = folder.run(&[&TEMPORAL[..], &["-q"]].concat());
-    run.assert_failed(1, &["`V.Vector`", "however they are read", "--motion"]);
-    assert!(!folder.clean(1).exists());
+    folder.run(&RUN).assert_done();
+    let alone: Vec<_> = (1..=5).map(|n| folder.result(n)).collect();
+    let run = folder.run(&TEMPORAL);
+    run.assert_done();
+    let text =
+        "no reading of the motion vectors `V.Vector` clearly leads to the same surfaces in the ";
+    assert_eq!(run.stderr.matches(text).count(), 2, "{run:?}");
+    assert!((1..=5).all(|n| folder.result(n) == alone[n - 1]));
+}
+
+#[test]
+fn a_tilt_after_a_pan_is_followed() {
+    let (right, down) = ([3.0, 0.0], [0.0, 3.0]);
+    let walls = [
+        (Wall::moved(1, [3.0, 0.0]), right, right),
+        (Wall::moved(2, [6.0, 0.0]), right, right),
+        (Wall::moved(3, [9.0, 0.0]), right, down),
+        (Wall::moved(4, [9.0, 3.0]), down, down),
+        (Wall::moved(5, [9.0, 6.0]), down, down),
+    ];
+    let folder = animation(STEP, None);
+    for (wall, before, after) in walls {
+        wall.write(&folder.path(&noisy(wall.frame)), Some(blender_between(before, after)));
+    }
+    folder.run(&RUN).assert_done();
+    let errors = || walls.map(|(wall, ..)| wall.error(&folder.clean(wall.frame)));
+    let alone = errors();
+    folder.run(&TEMPORAL).assert_done();
+    for (found, alone) in errors().into_iter().zip(alone) {
+        assert!(found < 0.95 * alone, "{found}, alone {alone}");
+    }
+}
+
+#[test]
+fn each_sequence_has_its_own_convention() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    for n in 1..=3 {
+        let opposite = blender(STEP).map(|v| -v);
+        Wall::at(n).write(&folder.path(&format!("o.{n:04}.exr")), Some(opposite));
+    }
+    let error = || Wall::at(2).error(&folder.path("clean/o.0002.exr"));
+    let both = ["n.####.exr", "o.####.exr", "clean", "--force", "--quality", "fast"];
+    folder.run(&both).assert_done();
+    let alone = error();
+    folder.run(&[&both[..], &["--temporal"]].concat()).assert_done();
+    assert!(error() < 0.85 * alone, "{}, alone {alone}", error());
+}
+
+#[test]
+fn frames_after_a_cut_at_the_start_are_averaged() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    Wall { scene: 1.9, ..Wall::at(1) }.write(&folder.path(&noisy(1)), Some(blender(STEP)));
+    folder.run(&RUN).assert_done();
+    let alone = Wall::at(4).error(&folder.clean(4));
+    let run = folder.run(&TEMPORAL);
+    run.assert_done();
+    assert!(!run.stderr.contains("no reading of"), "{run:?}");
+    let found = Wall::at(4).error(&folder.clean(4));
+    assert!(found < 0.85 * alone, "{found}, alone {alone}");
+}
+
+#[test]
+fn slow_motion_is_averaged() {
+    let step = [0.05, 0.03];
+    let folder = animation(step, Some(blender(step)));
+    folder.run(&RUN).assert_done();
+    let wall = Wall { step, ..Wall::at(3) };
+    let alone = wall.error(&folder.clean(3));
+    folder.run(&TEMPORAL).assert_done();
+    let found = wall.error(&folder.clean(3));
+    assert!(found < 0.85 * alone, "{found}, alone {alone}");
+}
+
+#[test]
+fn frames_with_other_layers_places_or_vectors_are_not_mixed() {
+    let folder = animation(STEP, Some(blender(STEP)));
+    Wall { group: "rim", ..Wall::at(2) }.write(&folder.path(&noisy(2)), Some(blender(STEP)));
+    Wall { left: 5, ..Wall::at(4) }.write(&folder.path(&noisy(4)), Some(blender(STEP)));
+    let layers = ["--layers", "auto"];
+    folder.run(&[&RUN[..], &layers].concat()).assert_done();
+    let alone: Vec<_> = (1..=5).map(|n| folder.result(n)).collect();
+    folder.run(&[&TEMPORAL[..], &layers].concat()).assert_done();
+    assert!((1..=5).all(|n| folder.result(n) == alone[n - 1]));
+}
+
+#[test]
+fn a_frame_with_fewer_vectors_is_read_by_itself() {
+    // The second vector is the one that leads on.
+    let folder = animation(STEP, Some(blender_between([9.0, 9.0], STEP)));
+    Wall::at(4).write_with(&folder.path(&noisy(4)), &blender(STEP)[..2]);
+    let run = folder.run(&TEMPORAL);
+    run.assert_done();
+    assert!(run.stderr.contains("`V.Vector`: the second vector, x left"), "{run:?}");
 }
 
 #[test]

@@ -1,0 +1,250 @@
+//! Which convention motion vectors follow, by the frames that they lead to.
+
+use wgdenoise::Image;
+
+use crate::convention::{Convention, Motion};
+use crate::offsets::end;
+use crate::sample::{Four, smoothed};
+use crate::{Offsets, Shot};
+
+/// What pairs of frames tell about the convention of motion vectors.
+///
+/// One pair may leave it open: a pan does not tell up from down, a slow start or a cut tells nothing.
+/// So all pairs count, and the convention that leads to the most similar surfaces is followed.
+#[derive(Clone, Debug)]
+pub struct Evidence {
+    /// The sum of the pairs' mean differences at the ends of the offsets.
+    differences: Vec<(Convention, f64)>,
+    /// Whether a pair was clear.
+    is_clear: bool,
+    /// Whether a pair moves so far that its convention matters.
+    matters: bool,
+}
+
+/// Most pixels to compare.
+const SAMPLES: usize = 20_000;
+/// A pair is clear if what the offsets leave of the difference is at most this share of what staying in
+/// place leaves.
+const CLEAR: f64 = 0.75;
+/// So many of the compared pixels have to move.
+const FEWEST: usize = 50;
+/// Smaller motion, in pixels, tells nothing.
+const LEAST: f32 = 0.25;
+/// Offsets of at most so many pixels are followed while the convention is open.
+const HARMLESS: f32 = 1.0;
+
+impl Evidence {
+    /// None yet, on one or two vectors a pixel.
+    #[must_use]
+    pub fn new(vectors: usize) -> Self {
+        let differences = Convention::all(vectors).map(|convention| (convention, 0.0)).collect();
+        Self { differences, is_clear: false, matters: false }
+    }
+
+    /// Adds what a pair of frames shows: whether the motion of `own` leads to the same surfaces in
+    /// `other`, by albedo and normals, or by light if a frame lacks them.
+    ///
+    /// # Panics
+    /// If the sizes or the numbers of vectors differ.
+    pub fn add(&mut self, motion: &Motion, own: &Shot<'_>, other: &Shot<'_>) {
+        let size = motion.size();
+        assert!([own.color.size(), other.color.size()] == [size; 2], "sizes");
+        self.matters |= self.best().offsets(motion).up_to(HARMLESS).unseen() >= FEWEST;
+        let seen = Seen::of(own, other);
+        let places = places(motion, &seen);
+        if places.is_empty() {
+            return;
+        }
+        for (convention, sum) in &mut self.differences {
+            let ends = places.iter().map(|place| f64::from(place.end(*convention, motion, &seen)));
+            *sum += ends.sum::<f64>() / places.len() as f64;
+        }
+        self.is_clear |= is_clear(self.best(), &places, motion, &seen);
+    }
+
+    /// The convention; `None` while it is open.
+    #[must_use]
+    pub fn convention(&self) -> Option<Convention> {
+        self.is_clear.then(|| self.best())
+    }
+
+    /// Whether the convention is open and that leaves out pixels of the frames so far.
+    #[must_use]
+    pub fn is_lacking(&self) -> bool {
+        !self.is_clear && self.matters
+    }
+
+    /// The offsets that the vectors stand for. While the convention is open, only short ones, for which
+    /// it matters little.
+    ///
+    /// # Panics
+    /// If the numbers of vectors differ.
+    #[must_use]
+    pub fn offsets(&self, motion: &Motion) -> Offsets {
+        let offsets = self.best().offsets(motion);
+        if self.is_clear { offsets } else { offsets.up_to(HARMLESS) }
+    }
+
+    fn best(&self) -> Convention {
+        let best = self.differences.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        best.expect("there are conventions").0
+    }
+}
+
+/// A pixel that is compared.
+struct Place {
+    i: usize,
+    /// The difference from the same place in the other frame.
+    staying: f32,
+}
+
+impl Place {
+    /// The difference at the end of the offset; where that is out of the picture, as in place.
+    fn end(&self, convention: Convention, motion: &Motion, seen: &Seen) -> f32 {
+        let size = motion.size();
+        let four = Four::around(end(self.i, convention.offset(motion, self.i), size.0), size);
+        let difference = four.map(|four| seen.difference(self.i, &four));
+        difference.filter(|difference| difference.is_finite()).unwrap_or(self.staying)
+    }
+}
+
+/// Pixels spread over the picture that move in any vector.
+fn places(motion: &Motion, seen: &Seen) -> Vec<Place> {
+    let (width, height) = motion.size();
+    // In the largest unit, so that none is taken for still.
+    let least = LEAST / width.max(height) as f32;
+    let moves = |i: usize| motion.planes.iter().any(|p| p[i].is_finite() && p[i].abs() >= least);
+    let all: Vec<_> = (0..motion.planes[0].len()).filter(|&i| moves(i)).collect();
+    let step = all.len().div_ceil(SAMPLES).max(1);
+    let place = |i: usize| {
+        let staying = seen.difference(i, &Four::around(end(i, [0.0; 2], width), (width, height))?);
+        staying.is_finite().then_some(Place { i, staying })
+    };
+    all.into_iter().step_by(step).filter_map(place).collect()
+}
+
+/// Whether what moves by a convention moves to the same surfaces.
+fn is_clear(convention: Convention, places: &[Place], motion: &Motion, seen: &Seen) -> bool {
+    let moves = |place: &&Place| {
+        let [right, down] = convention.offset(motion, place.i);
+        right.hypot(down) >= LEAST
+    };
+    let moving: Vec<_> = places.iter().filter(moves).collect();
+    let ends = moving.iter().map(|place| f64::from(place.end(convention, motion, seen)));
+    let staying = moving.iter().map(|place| f64::from(place.staying));
+    moving.len() >= FEWEST && ends.sum::<f64>() <= CLEAR * staying.sum::<f64>()
+}
+
+/// What two frames show, image by image.
+struct Seen(Vec<[Vec<[f32; 3]>; 2]>);
+
+impl Seen {
+    fn of(own: &Shot<'_>, other: &Shot<'_>) -> Self {
+        let pair = |a: Option<&Image>, b: Option<&Image>| Some([smoothed(a?), smoothed(b?)]);
+        let features = [pair(own.albedo, other.albedo), pair(own.normal, other.normal)];
+        let features: Vec<_> = features.into_iter().flatten().collect();
+        if features.is_empty() {
+            return Self(vec![[smoothed(own.color), smoothed(other.color)]]);
+        }
+        Self(features)
+    }
+
+    fn difference(&self, i: usize, four: &Four) -> f32 {
+        let difference = |[own, other]: &[Vec<[f32; 3]>; 2]| {
+            let other = four.mean(other);
+            own[i].iter().zip(other).map(|(a, b)| (a - b).abs()).sum::<f32>()
+        };
+        self.0.iter().map(difference).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: (u32, u32) = (48, 32);
+
+    /// A picture without repetition, moved right and down by whole pixels.
+    fn scene([right, down]: [i32; 2]) -> Image {
+        let value = |x: i32, y: i32| {
+            let (x, y) = ((x - right) as f32, (y - down) as f32);
+            [(x * 0.31).sin(), (y * 0.37 + x * 0.05).cos(), (x * 0.11 - y * 0.23).sin()]
+        };
+        let pixels = (0..SIZE.1 as i32).flat_map(|y| (0..SIZE.0 as i32).map(move |x| value(x, y)));
+        Image::new(SIZE.0, SIZE.1, pixels.collect()).expect("a valid image")
+    }
+
+    fn motion(planes: &[f32]) -> Motion {
+        let planes = planes.iter().map(|v| vec![*v; (SIZE.0 * SIZE.1) as usize]).collect();
+        Motion::new(SIZE.0, SIZE.1, planes).expect("it fits")
+    }
+
+    fn add(evidence: &mut Evidence, planes: &[f32], to: [i32; 2]) {
+        let (own, other) = (scene([0, 0]), scene(to));
+        let shot = |albedo| Shot { color: albedo, albedo: Some(albedo), normal: None };
+        evidence.add(&motion(planes), &shot(&own), &shot(&other));
+    }
+
+    fn of(planes: &[f32], to: [i32; 2]) -> Evidence {
+        let mut evidence = Evidence::new(planes.len() / 2);
+        add(&mut evidence, planes, to);
+        evidence
+    }
+
+    #[test]
+    fn the_convention_that_leads_to_the_same_surface_is_found() {
+        let sides = [5.0 / 48.0, 3.0 / 32.0];
+        for (planes, to) in [
+            (&[5.0, 3.0][..], [5, 3]),
+            (&[-5.0, 3.0], [5, 3]),
+            (&[5.0, -3.0, 1.0, 1.0], [5, 3]),
+            (&[1.0, 1.0, -5.0, 3.0], [5, 3]),
+            (&sides, [5, 3]),
+            (&[-2.0 * sides[0], 2.0 * sides[1]], [5, 3]),
+        ] {
+            let found = of(planes, to);
+            assert!(found.convention().is_some(), "{planes:?}: {found:?}");
+            for offset in found.offsets(&motion(planes)).pixels() {
+                assert!(
+                    (offset[0] - 5.0).abs() < 1e-4 && (offset[1] - 3.0).abs() < 1e-4,
+                    "{planes:?}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn what_one_pair_leaves_open_others_decide() {
+        let mut evidence = of(&[-4.0, 0.0], [4, 0]);
+        add(&mut evidence, &[0.0, 0.0], [0, 0]);
+        add(&mut evidence, &[7.0, 5.0], [20, -13]);
+        add(&mut evidence, &[0.0, -4.0], [0, 4]);
+        assert_eq!(evidence.offsets(&motion(&[-4.0, -4.0])).pixels()[0], [4.0, 4.0]);
+        // A cut does not open it again.
+        add(&mut evidence, &[7.0, 5.0], [20, -13]);
+        assert_eq!(evidence.offsets(&motion(&[-4.0, -4.0])).pixels()[0], [4.0, 4.0]);
+    }
+
+    #[test]
+    fn vectors_that_lead_nowhere_are_followed_less_than_a_pixel() {
+        let found = of(&[3.0, 4.0], [-5, 1]);
+        assert_eq!(found.convention(), None);
+        assert!(found.offsets(&motion(&[3.0, 4.0])).pixels()[0][0].is_nan());
+        let found = of(&[0.0, 0.0], [0, 0]);
+        assert_eq!(found.convention(), None);
+        assert_eq!(found.offsets(&motion(&[0.0, 0.0])), Offsets::still(48, 32));
+        let found = of(&[f32::NAN, f32::INFINITY], [0, 0]);
+        assert!(found.offsets(&motion(&[f32::NAN, 0.0])).pixels()[0][0].is_nan());
+    }
+
+    #[test]
+    fn without_features_the_light_decides() {
+        let (own, other) = (scene([0, 0]), scene([-4, 0]));
+        let bare = |color| Shot { color, albedo: None, normal: None };
+        let mut evidence = Evidence::new(1);
+        evidence.add(&motion(&[4.0, 0.0]), &bare(&own), &bare(&other));
+        assert_eq!(evidence.offsets(&motion(&[4.0, 0.0])).pixels()[0][0], -4.0);
+        let found = evidence.convention().expect("it is clear").to_string();
+        assert!(found.starts_with("the first vector, x left and y "));
+    }
+}
