@@ -368,6 +368,22 @@ impl Choice {
         self.layers.retain(usable);
     }
 
+    /// Tells that motion vectors are not used.
+    ///
+    /// # Errors
+    /// If the caller named them.
+    pub(super) fn leave_out_motion(&mut self, pick: &MotionPick) -> Result<(), Problem> {
+        let layer = escaped(&pick.layer);
+        let what = format!(
+            "the motion vectors `{layer}` hold integers or cover another rectangle than the color"
+        );
+        if pick.reason == ASKED_FOR {
+            return Err(Problem::Layers(what));
+        }
+        self.left_out.push(format!("{what}; they are left out"));
+        Ok(())
+    }
+
     /// All layers to read: the color first, then albedo, normal and the further ones.
     pub(super) fn picks(&self) -> impl Iterator<Item = &Pick> {
         [&self.color].into_iter().chain(&self.albedo).chain(&self.normal).chain(&self.layers)

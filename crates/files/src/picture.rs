@@ -11,7 +11,7 @@ use super::format::Format;
 use super::ldr::LdrFile;
 use super::light::LayersWish;
 use super::limits::Limits;
-use super::motion::MotionLayer;
+use super::motion::{MotionLayer, MotionPick};
 use super::output::{Out, check_place, replace};
 use super::selection::Selection;
 use super::view::{Denoised, NoisyLayer, View};
@@ -224,7 +224,10 @@ pub(super) fn choose(
         let window = file.window(choice.color.part());
         let usable = |place| file.check_channel(place).is_ok() && file.window(place.part) == window;
         choice.alpha.take_if(|(from, to)| !usable(*from) || !usable(*to));
-        choice.motion.take_if(|pick| !pick.channels.iter().all(|place| usable(*place)));
+        let has_unusable = |pick: &mut MotionPick| !pick.channels.iter().all(|at| usable(*at));
+        if let Some(pick) = choice.motion.take_if(has_unusable) {
+            choice.leave_out_motion(&pick)?;
+        }
         choice.leave_out_unusable(|pick| file.check(pick));
     }
     Ok((choices, files))

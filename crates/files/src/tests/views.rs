@@ -1,7 +1,7 @@
 //! Views, alpha, further layers, gray and parts of one channel, from file to file.
 
 use super::*;
-use crate::{Denoised, LayersWish, Problem};
+use crate::{Denoised, LayersWish, MotionWish, Problem};
 
 /// A file with one part of these layers, each with R, G and B, and with these plain channels.
 fn single_part(layers: &[&str], others: &[&str], views: &[&str]) -> AnyImage {
@@ -253,6 +253,31 @@ fn three_parts_of_one_channel_are_one_color() {
     image.layer_data[1].attributes.layer_position = Vec2(1, 0);
     let error = Picture::open(&folder.with(&image), &LayerChoice::default()).unwrap_err();
     assert!(error.to_string().contains("are in parts that cover different rectangles"), "{error}");
+}
+
+#[test]
+fn motion_vectors_of_another_rectangle_are_left_out_or_refused() {
+    let folder = Folder::new();
+    let n = SIZE.0 * SIZE.1;
+    let color = ["B", "G", "R"].map(|c| (c, half(1, n))).to_vec();
+    let vectors = ["X", "Y"].map(|c| (c, float(2, n))).to_vec();
+    let parts = [("C", color), ("motion", vectors)]
+        .map(|(name, channels)| layer(name, SIZE, Encoding::SMALL_LOSSLESS, channels));
+    let attributes = ImageAttributes::with_size(SIZE);
+    let mut image = AnyImage { attributes, layer_data: SmallVec::from_iter(parts) };
+    let with = |motion: MotionWish, image: &AnyImage| {
+        Picture::open(&folder.with(image), &LayerChoice { motion, ..LayerChoice::default() })
+    };
+    let picture = with(MotionWish::Auto, &image).unwrap();
+    let motion = picture.first().motion().unwrap();
+    assert_eq!((motion.name.as_str(), motion.planes.len()), ("motion", 2));
+    assert_eq!(motion.planes[0], values(&image, "X"));
+    image.layer_data[1].attributes.layer_position = Vec2(1, 0);
+    let picture = with(MotionWish::Auto, &image).unwrap();
+    assert!(picture.first().motion().is_none());
+    assert!(picture.notices().iter().any(|notice| notice.contains("`motion`")), "{picture:?}");
+    let error = with(MotionWish::Named("motion".into()), &image).unwrap_err();
+    assert!(error.to_string().contains("cover another rectangle than the color"), "{error}");
 }
 
 #[test]
