@@ -129,7 +129,7 @@ impl Batch<'_> {
             let (mut next, mut writing) = (None, None);
             for (index, job) in jobs.iter().enumerate() {
                 self.console.item(index, &name(job));
-                let image = self.received(next.take().unwrap_or_else(|| read(job)));
+                let image = joined(next.take().unwrap_or_else(|| read(job)));
                 next = jobs.get(index + 1).filter(|_| overlap).map(read);
                 let outcome = image.and_then(|image| self.denoise(job, image));
                 self.settle(writing.take())?;
@@ -144,16 +144,6 @@ impl Batch<'_> {
             let writing = self.write_all(scope, rest)?;
             self.settle(writing)
         })
-    }
-
-    /// An image that is being read. The adapter is opened meanwhile; if that fails, `prepare` tries
-    /// again and reports it, after errors of the image and of the weights.
-    fn received(
-        &mut self,
-        reading: ScopedJoinHandle<'_, Result<Read, Failure>>,
-    ) -> Result<Read, Failure> {
-        let _ = self.session.open();
-        joined(reading)
     }
 
     /// Writes images one after the other, the last one on a thread that goes on.
