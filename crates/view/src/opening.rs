@@ -1,5 +1,5 @@
 //! Opening files on a thread of their own. The latest wish wins: what was asked for earlier, or was
-//! cancelled, is not shown however late it arrives. What is open stays until the other file is read.
+//! canceled, is not shown however late it arrives. What is open stays until the other file is read.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

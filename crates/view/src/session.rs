@@ -129,7 +129,7 @@ impl Session {
         self.progress.is_some()
     }
 
-    /// Whether there is no result of the settings: it failed, was cancelled, or is to come.
+    /// Whether there is no result of the settings: it failed, was canceled, or is to come.
     pub(crate) fn is_outdated(&self) -> bool {
         self.denoised.as_ref().is_none_or(|denoised| denoised.settings != self.settings)
     }

@@ -254,7 +254,7 @@ fn settings_denoise_anew_and_a_comparison_is_saved() {
 }
 
 #[test]
-fn work_can_be_cancelled_and_its_result_is_not_shown() {
+fn work_can_be_canceled_and_its_result_is_not_shown() {
     let mut window = Window::open(&[noisy()], None);
     window.wait_for("started", |viewer| viewer.session.is_denoising());
     window.press(Key::Escape);

@@ -175,12 +175,12 @@ fn a_watched_file_never_replaces_one_that_the_user_opens() {
 
 #[test]
 fn a_version_that_had_to_wait_is_read_when_nothing_else_is_opened() {
-    for is_cancelled in [true, false] {
+    for is_canceled in [true, false] {
         let mut room = Room::new();
         let held = room.hold();
         room.open("missing.png");
         room.rewrite_watched(larger);
-        if is_cancelled {
+        if is_canceled {
             room.cancel();
         }
         drop(held);
@@ -189,7 +189,7 @@ fn a_version_that_had_to_wait_is_read_when_nothing_else_is_opened() {
 }
 
 #[test]
-fn a_version_that_is_broken_or_cancelled_is_not_read_again() {
+fn a_version_that_is_broken_or_canceled_is_not_read_again() {
     let mut room = Room::new();
     room.rewrite_watched(|room| std::fs::write(room.path("a.png"), "broken").unwrap());
     room.wait_for(|session| session.message.as_ref().is_some_and(|m| m.is_error));
