@@ -77,11 +77,11 @@ fn read(job: &Job) -> Result<Read, Failure> {
     Ok(Read { picture, laps })
 }
 
-/// A finished frame of an animation, unless it is not to be written.
+/// A finished frame of an animation.
 fn ready(frame: Held<(&Job, Laps)>) -> Option<(&Job, Ready)> {
     let Held { picture, results, tag, .. } = frame;
     let (job, laps) = tag?;
-    job.writes.then_some((job, Ready { picture, results, laps }))
+    Some((job, Ready { picture, results, laps }))
 }
 
 fn write(job: &Job, image: Ready, exposure: Option<f32>) -> Result<Written, Failure> {
@@ -177,7 +177,7 @@ impl Batch<'_> {
             return Ok(vec![(job, image)]);
         };
         let Ready { picture, results, laps } = image;
-        let frame = Held { number, picture, results, tag: Some((job, laps)) };
+        let frame = Held { number, picture, results, tag: job.writes.then_some((job, laps)) };
         Ok(animation.push(frame, self.console).into_iter().filter_map(ready).collect())
     }
 

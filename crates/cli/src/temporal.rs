@@ -2,16 +2,13 @@
 //!
 //! Frames wait here until those after them are denoised too.
 
-use std::borrow::Cow;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
 use crate::console::Console;
 use wgdenoise::Image;
 use wgdenoise_files::{Denoised, Picture, View, escaped};
-use wgdenoise_temporal::{
-    Convention, Evidence, Motion, Offsets, Part, Shot, agreement, mean, sharpness,
-};
+use wgdenoise_temporal::{Convention, Evidence, Motion, Offsets, Part, Shot, agreement, mean};
 
 /// Where a frame is in its animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -21,14 +18,31 @@ pub(crate) struct Number {
     pub(crate) frame: i64,
 }
 
-/// A frame that has been denoised. The tag is the caller's.
+/// A frame that has been denoised.
 #[derive(Debug)]
 pub(crate) struct Held<T> {
     pub(crate) number: Number,
     pub(crate) picture: Arc<Picture>,
     /// By view.
     pub(crate) results: Vec<Denoised>,
+    /// The caller's; none for a frame that only others need.
     pub(crate) tag: Option<T>,
+}
+
+/// A frame that counts for others.
+#[derive(Debug)]
+struct Waiting<T> {
+    frame: Held<T>,
+    /// By view.
+    views: Vec<Shown>,
+}
+
+/// A view as it is compared and averaged.
+#[derive(Debug)]
+struct Shown {
+    shot: Shot,
+    /// The alpha as a gray image.
+    alpha: Option<Image>,
 }
 
 /// The frames that others still need.
@@ -36,7 +50,7 @@ pub(crate) struct Held<T> {
 pub(crate) struct Animation<T> {
     /// How many frames to each side count.
     reach: usize,
-    held: VecDeque<Held<T>>,
+    held: VecDeque<Waiting<T>>,
     /// Between each held frame and the one after it in `held`, by view.
     ways: VecDeque<Vec<Option<Ways>>>,
     /// How many of the held frames are finished.
@@ -85,19 +99,20 @@ impl<T> Animation<T> {
 
     /// Takes the next frame; returns the frames that are finished with it, in their order.
     pub(crate) fn push(&mut self, frame: Held<T>, console: &Console) -> Vec<Held<T>> {
-        let is_other = |last: &Held<T>| last.number.sequence != frame.number.sequence;
+        let is_other = |last: &Waiting<T>| last.frame.number.sequence != frame.number.sequence;
         let ends = self.held.back().is_some_and(is_other);
         let mut done = if ends { self.finish(console) } else { Vec::new() };
         let complete = frame.number.frame - self.reach as i64;
+        let frame = Waiting::new(frame);
         if let Some(last) = self.held.pop_back() {
-            let views = 0..last.results.len();
+            let views = 0..last.views.len();
             let ways = views.map(|view| self.ways([&last, &frame], view, console)).collect();
             self.ways.push_back(ways);
             self.held.push_back(last);
         }
         self.held.push_back(frame);
-        while self.held[self.finished].number.frame <= complete {
-            done.push(self.finish_one());
+        while self.held[self.finished].frame.number.frame <= complete {
+            done.extend(self.finish_one());
         }
         done
     }
@@ -105,7 +120,7 @@ impl<T> Animation<T> {
     /// The rest of the frames of a sequence.
     pub(crate) fn finish(&mut self, console: &Console) -> Vec<Held<T>> {
         let rest = self.finished..self.held.len();
-        let done = rest.map(|_| self.finish_one()).collect();
+        let done = rest.filter_map(|_| self.finish_one()).collect();
         for (vectors, _) in self.evidence.iter().filter(|(_, evidence)| evidence.is_lacking()) {
             console.notice_once("", &vectors.unreadable());
         }
@@ -113,41 +128,50 @@ impl<T> Animation<T> {
         done
     }
 
-    /// The first frame that is not finished, averaged; drops those that no other needs.
-    fn finish_one(&mut self) -> Held<T> {
+    /// The first frame that is not finished, averaged, unless only others need it; drops those that no
+    /// other needs.
+    fn finish_one(&mut self) -> Option<Held<T>> {
         let at = self.finished;
-        let views = 0..self.held[at].results.len();
-        let results = views.map(|view| self.averaged(at, view)).collect();
-        let frame = &mut self.held[at];
-        let (number, picture, tag) = (frame.number, Arc::clone(&frame.picture), frame.tag.take());
+        let Held { number, ref picture, ref mut tag, .. } = self.held[at].frame;
+        let (picture, tag) = (Arc::clone(picture), tag.take());
+        let done = tag.map(|tag| {
+            let views = 0..self.held[at].views.len();
+            let results = views.map(|view| self.averaged(at, view)).collect();
+            Held { number, picture, results, tag: Some(tag) }
+        });
         self.finished += 1;
         let oldest = number.frame + 1 - self.reach as i64;
-        while self.finished > 0 && self.held[0].number.frame < oldest {
+        while self.finished > 0 && self.held[0].frame.number.frame < oldest {
             self.held.pop_front();
             self.ways.pop_front();
             self.finished -= 1;
         }
-        Held { number, picture, results, tag }
+        done
     }
 
     /// A view of the frame at an index, averaged with the frames around it.
     fn averaged(&self, at: usize, view: usize) -> Denoised {
         let mut others = self.chain(at, view, Towards::Previous);
         others.extend(self.chain(at, view, Towards::Next));
-        let own = &self.held[at].results[view];
-        let mut averaged = images(own).into_iter().enumerate().map(|(index, image)| {
-            mean(&image, &others.iter().map(|other| other.part(index)).collect::<Vec<_>>())
-        });
+        let parts: Vec<_> = others.iter().map(|other| self.part(other, view)).collect();
+        let own = &self.held[at];
+        let mut averaged = mean(&own.images(view), &parts).into_iter();
+        let layers = own.frame.results[view].layers.len();
         Denoised {
             color: averaged.next().expect("the color is the first image"),
-            layers: averaged.by_ref().take(own.layers.len()).collect(),
+            layers: averaged.by_ref().take(layers).collect(),
             alpha: averaged.next().map(|alpha| alpha.pixels().iter().map(|p| p[0]).collect()),
         }
     }
 
+    fn part<'a>(&'a self, other: &'a Other, view: usize) -> Part<'a> {
+        let images = self.held[other.index].images(view);
+        Part { images, offsets: &other.offsets, agreement: &other.agreement }
+    }
+
     /// The frames to one side that follow each other without a gap, and the ways there.
-    fn chain(&self, at: usize, view: usize, towards: Towards) -> Vec<Other<'_>> {
-        let mut found: Vec<Other<'_>> = Vec::new();
+    fn chain(&self, at: usize, view: usize, towards: Towards) -> Vec<Other> {
+        let mut found: Vec<Other> = Vec::new();
         for _ in 0..self.reach {
             let from = found.last().map_or(at, |other| other.index);
             let Some((index, [to, back])) = self.neighbor(from, view, towards) else { break };
@@ -155,12 +179,9 @@ impl<T> Animation<T> {
                 Some(before) => (before.offsets.then(to), back.then(&before.back)),
                 None => (to.clone(), back.clone()),
             };
-            let [own, other] = [at, index].map(|i| shot(&self.held[i], view));
-            let agreement = agreement(&own, &other, &to, Some(&back));
-            let images = images(&self.held[index].results[view]);
-            let light: Vec<_> = images.iter().map(AsRef::as_ref).collect();
-            let sharpness = sharpness(&light, &to);
-            found.push(Other { index, images, offsets: to, back, agreement, sharpness });
+            let [own, other] = [at, index].map(|i| &self.held[i].views[view].shot);
+            let agreement = agreement(own, other, &to, Some(&back));
+            found.push(Other { index, offsets: to, back, agreement });
         }
         found
     }
@@ -185,11 +206,11 @@ impl<T> Animation<T> {
     /// The ways between two frames, if one follows the other and both show the same images.
     fn ways(
         &mut self,
-        [first, second]: [&Held<T>; 2],
+        [first, second]: [&Waiting<T>; 2],
         view: usize,
         console: &Console,
     ) -> Option<Ways> {
-        let follows = second.number.frame == first.number.frame + 1;
+        let follows = second.frame.number.frame == first.frame.number.frame + 1;
         if !follows || !shows_the_same([first, second], view) {
             return None;
         }
@@ -201,12 +222,12 @@ impl<T> Animation<T> {
 
     fn way(
         &mut self,
-        [own, other]: [&Held<T>; 2],
+        [own, other]: [&Waiting<T>; 2],
         view: usize,
         towards: Towards,
         console: &Console,
     ) -> Offsets {
-        let seen = &own.picture.views()[view];
+        let seen = &own.frame.picture.views()[view];
         let Some((layer, motion)) = motion(seen) else {
             console.notice_once("", WITHOUT_MOTION);
             return Offsets::still(seen.color().width(), seen.color().height());
@@ -214,7 +235,7 @@ impl<T> Animation<T> {
         let vectors = Vectors { towards, layer: layer.into(), count: motion.vectors() };
         let new = || Evidence::new(motion.vectors());
         let evidence = self.evidence.entry(vectors.clone()).or_insert_with(new);
-        evidence.add(&motion, &shot(own, view), &shot(other, view));
+        evidence.add(&motion, &own.views[view].shot, &other.views[view].shot);
         if let Some(convention) = evidence.convention() {
             console.notice_once("", &vectors.read_as(convention));
         }
@@ -223,8 +244,8 @@ impl<T> Animation<T> {
 }
 
 /// Whether a view of two frames has the same place in the picture, layers and alpha.
-fn shows_the_same<T>(frames: [&Held<T>; 2], view: usize) -> bool {
-    let shown = frames.map(|frame| {
+fn shows_the_same<T>(frames: [&Waiting<T>; 2], view: usize) -> bool {
+    let shown = frames.map(|Waiting { frame, .. }| {
         let (seen, result) = (frame.picture.views().get(view)?, frame.results.get(view)?);
         let layers: Vec<_> = seen.layers().iter().map(|layer| &layer.name).collect();
         let place = (result.color.size(), seen.corner());
@@ -234,21 +255,11 @@ fn shows_the_same<T>(frames: [&Held<T>; 2], view: usize) -> bool {
 }
 
 /// A frame that is averaged with another, and the ways there and back.
-struct Other<'a> {
+struct Other {
     index: usize,
-    images: Vec<Cow<'a, Image>>,
     offsets: Offsets,
     back: Offsets,
     agreement: Vec<f32>,
-    sharpness: Vec<f32>,
-}
-
-impl Other<'_> {
-    /// One of the images.
-    fn part(&self, index: usize) -> Part<'_> {
-        let (image, offsets) = (&self.images[index], &self.offsets);
-        Part { image, offsets, agreement: &self.agreement, sharpness: &self.sharpness }
-    }
 }
 
 const WITHOUT_MOTION: &str =
@@ -276,18 +287,29 @@ fn motion(view: &View) -> Option<(&str, Motion)> {
     Some((&layer.name, Motion::new(width, height, layer.planes.clone())?))
 }
 
-fn shot<T>(frame: &Held<T>, view: usize) -> Shot<'_> {
-    let seen = &frame.picture.views()[view];
-    Shot { color: &frame.results[view].color, albedo: seen.albedo(), normal: seen.normal() }
+impl<T> Waiting<T> {
+    fn new(frame: Held<T>) -> Self {
+        let views = frame.picture.views().iter().zip(&frame.results);
+        let views = views.map(|(view, result)| Shown::new(view, result)).collect();
+        Self { frame, views }
+    }
+
+    /// What is averaged of a view: the color, the layers and the alpha.
+    fn images(&self, view: usize) -> Vec<&Image> {
+        let result = &self.frame.results[view];
+        let light = [&result.color].into_iter().chain(&result.layers);
+        light.chain(&self.views[view].alpha).collect()
+    }
 }
 
-/// What is averaged of a result: the color, the layers, and the alpha as a gray image.
-fn images(result: &Denoised) -> Vec<Cow<'_, Image>> {
-    let (width, height) = result.color.size();
-    let gray = |alpha: &Vec<f32>| {
-        let pixels = alpha.iter().map(|a| [*a; 3]).collect();
-        Image::new(width, height, pixels).expect("the alpha has the color's size")
-    };
-    let light = [&result.color].into_iter().chain(&result.layers).map(Cow::Borrowed);
-    light.chain(result.alpha.iter().map(gray).map(Cow::Owned)).collect()
+impl Shown {
+    fn new(view: &View, result: &Denoised) -> Self {
+        let (width, height) = result.color.size();
+        let gray = |alpha: &Vec<f32>| {
+            let pixels = alpha.iter().map(|a| [*a; 3]).collect();
+            Image::new(width, height, pixels).expect("the alpha has the color's size")
+        };
+        let shot = Shot::new(&result.color, view.albedo(), view.normal());
+        Self { shot, alpha: result.alpha.as_ref().map(gray) }
+    }
 }

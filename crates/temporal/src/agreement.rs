@@ -1,9 +1,9 @@
 //! Whether two frames see the same.
 
 use rayon::prelude::*;
-use wgdenoise::Image;
 
-use crate::sample::{Four, smoothed};
+use crate::sample::Four;
+use crate::shot::Feature;
 use crate::{Offsets, Shot};
 
 /// Differences at which agreement falls to 1/e: pixels between a surface and where its motion back
@@ -27,25 +27,18 @@ const DARK: f32 = 0.02;
 /// # Panics
 /// If the sizes differ.
 #[must_use]
-pub fn agreement(
-    own: &Shot<'_>,
-    other: &Shot<'_>,
-    to: &Offsets,
-    back: Option<&Offsets>,
-) -> Vec<f32> {
-    let size = own.color.size();
-    assert!([other.color.size(), to.size()] == [size; 2], "sizes");
-    let light = Pair::new(own.color, other.color);
-    let pair = |a: Option<&Image>, b: Option<&Image>| Some(Pair::new(a?, b?));
-    let features =
-        [(pair(own.albedo, other.albedo), ALBEDO), (pair(own.normal, other.normal), NORMAL)];
-    let dark = DARK * mean_of(own.color).max(f32::MIN_POSITIVE);
+pub fn agreement(own: &Shot, other: &Shot, to: &Offsets, back: Option<&Offsets>) -> Vec<f32> {
+    assert!([other.size(), to.size()] == [own.size(); 2], "sizes");
+    let shared = |feature| own.has(feature) && other.has(feature);
+    let features = [(Feature::Albedo, ALBEDO), (Feature::Normal, NORMAL)].into_iter();
+    let features: Vec<_> = features.filter(|(feature, _)| shared(*feature)).collect();
+    let dark = DARK * own.light().max(f32::MIN_POSITIVE);
     let at = |i: usize| {
         let Some(four) = to.four(i) else { return 0.0 };
-        let mut squares = (light.relative_difference(i, &four, dark) / LIGHT).powi(2);
-        for (pair, scale) in &features {
-            let difference = pair.as_ref().map_or(0.0, |pair| pair.difference(i, &four));
-            squares += (difference / scale).powi(2);
+        let pixel = own.compare(i, other, &four);
+        let mut squares = (pixel.light_change(dark) / LIGHT).powi(2);
+        for (feature, scale) in &features {
+            squares += (pixel.difference(*feature) / scale).powi(2);
         }
         squares += back.map_or(0.0, |back| (detour(to.pixels()[i], back, &four) / MOTION).powi(2));
         // NaN agrees with nothing.
@@ -54,46 +47,16 @@ pub fn agreement(
     (0..to.pixels().len()).into_par_iter().map(at).collect()
 }
 
-/// The same image of two frames, smoothed.
-struct Pair {
-    own: Vec<[f32; 3]>,
-    other: Vec<[f32; 3]>,
-}
-
-impl Pair {
-    fn new(own: &Image, other: &Image) -> Self {
-        let (own, other) = rayon::join(|| smoothed(own), || smoothed(other));
-        Self { own, other }
-    }
-
-    /// The mean difference of the channels.
-    fn difference(&self, i: usize, four: &Four) -> f32 {
-        let other = four.mean(&self.other);
-        self.own[i].iter().zip(other).map(|(a, b)| (a - b).abs()).sum::<f32>() / 3.0
-    }
-
-    /// The difference relative to the mean of both, which is at least `least`.
-    fn relative_difference(&self, i: usize, four: &Four, least: f32) -> f32 {
-        let other = four.mean(&self.other);
-        let mean = self.own[i].iter().chain(&other).map(|v| v.max(0.0)).sum::<f32>() / 6.0;
-        self.difference(i, four) / (mean + least)
-    }
-}
-
 /// How far the way there and back ends from its start, in pixels.
 fn detour([right, down]: [f32; 2], back: &Offsets, four: &Four) -> f32 {
     let [left, up] = four.mean(back.pixels());
     (right + left).hypot(down + up)
 }
 
-fn mean_of(image: &Image) -> f32 {
-    let finite = image.pixels().iter().flatten().filter(|v| v.is_finite());
-    finite.map(|v| f64::from(*v)).sum::<f64>() as f32 / (3 * image.pixels().len()) as f32
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wgdenoise::Image;
 
     const SIZE: (u32, u32) = (12, 8);
 
@@ -101,8 +64,8 @@ mod tests {
         Image::filled(SIZE.0, SIZE.1, [value; 3]).expect("a valid image")
     }
 
-    fn shot<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Shot<'a> {
-        Shot { color, albedo: Some(albedo), normal: Some(normal) }
+    fn shot(color: &Image, albedo: &Image, normal: &Image) -> Shot {
+        Shot::new(color, Some(albedo), Some(normal))
     }
 
     fn all(offset: [f32; 2]) -> Offsets {
@@ -128,7 +91,7 @@ mod tests {
             ("light", shot(&other, &half, &half), &still),
             ("albedo", shot(&half, &other, &half), &still),
             ("normal", shot(&half, &half, &other), &still),
-            ("motion", own, &away),
+            ("motion", own.clone(), &away),
         ] {
             let found = agreement(&own, &shot, &still, Some(back));
             assert!(found.iter().all(|v| *v < 0.1), "{what}: {}", found[0]);
@@ -138,7 +101,7 @@ mod tests {
     #[test]
     fn absent_features_and_an_unknown_way_back_say_nothing() {
         let (half, other) = (gray(0.5), gray(0.9));
-        let bare = Shot { color: &half, albedo: None, normal: None };
+        let bare = Shot::new(&half, None, None);
         let found = agreement(&shot(&half, &other, &other), &bare, &all([0.0; 2]), None);
         assert!(found.iter().all(|v| *v == 1.0));
     }
@@ -147,7 +110,7 @@ mod tests {
     fn light_agrees_relative_to_its_level_and_darkness_agrees() {
         let agree = |a: f32, b: f32| {
             let (own, other) = (gray(a), gray(b));
-            let bare = |color| Shot { color, albedo: None, normal: None };
+            let bare = |color| Shot::new(color, None, None);
             agreement(&bare(&own), &bare(&other), &all([0.0; 2]), None)[0]
         };
         assert!((agree(1.0, 1.5) - agree(1e4, 1.5e4)).abs() < 1e-6);

@@ -1,10 +1,11 @@
 //! Which convention motion vectors follow, by the frames that they lead to.
 
-use wgdenoise::Image;
+use rayon::prelude::*;
 
 use crate::convention::{Convention, Motion};
 use crate::offsets::end;
-use crate::sample::{Four, smoothed};
+use crate::sample::Four;
+use crate::shot::Feature;
 use crate::{Offsets, Shot};
 
 /// What pairs of frames tell about the convention of motion vectors.
@@ -46,19 +47,19 @@ impl Evidence {
     ///
     /// # Panics
     /// If the sizes or the numbers of vectors differ.
-    pub fn add(&mut self, motion: &Motion, own: &Shot<'_>, other: &Shot<'_>) {
+    pub fn add(&mut self, motion: &Motion, own: &Shot, other: &Shot) {
         let size = motion.size();
-        assert!([own.color.size(), other.color.size()] == [size; 2], "sizes");
+        assert!([own.size(), other.size()] == [size; 2], "sizes");
         self.matters |= self.best().offsets(motion).up_to(HARMLESS).unseen() >= FEWEST;
-        let seen = Seen::of(own, other);
+        let seen = Seen::new(own, other);
         let places = places(motion, &seen);
         if places.is_empty() {
             return;
         }
-        for (convention, sum) in &mut self.differences {
+        self.differences.par_iter_mut().for_each(|(convention, sum)| {
             let ends = places.iter().map(|place| f64::from(place.end(*convention, motion, &seen)));
             *sum += ends.sum::<f64>() / places.len() as f64;
-        }
+        });
         self.is_clear |= is_clear(self.best(), &places, motion, &seen);
     }
 
@@ -100,7 +101,7 @@ struct Place {
 
 impl Place {
     /// The difference at the end of the offset; where that is out of the picture, as in place.
-    fn end(&self, convention: Convention, motion: &Motion, seen: &Seen) -> f32 {
+    fn end(&self, convention: Convention, motion: &Motion, seen: &Seen<'_>) -> f32 {
         let size = motion.size();
         let four = Four::around(end(self.i, convention.offset(motion, self.i), size.0), size);
         let difference = four.map(|four| seen.difference(self.i, &four));
@@ -109,7 +110,7 @@ impl Place {
 }
 
 /// Pixels spread over the picture that move in any vector.
-fn places(motion: &Motion, seen: &Seen) -> Vec<Place> {
+fn places(motion: &Motion, seen: &Seen<'_>) -> Vec<Place> {
     let (width, height) = motion.size();
     // In the largest unit, so that none is taken for still.
     let least = LEAST / width.max(height) as f32;
@@ -124,7 +125,7 @@ fn places(motion: &Motion, seen: &Seen) -> Vec<Place> {
 }
 
 /// Whether what moves by a convention moves to the same surfaces.
-fn is_clear(convention: Convention, places: &[Place], motion: &Motion, seen: &Seen) -> bool {
+fn is_clear(convention: Convention, places: &[Place], motion: &Motion, seen: &Seen<'_>) -> bool {
     let moves = |place: &&Place| {
         let [right, down] = convention.offset(motion, place.i);
         right.hypot(down) >= LEAST
@@ -135,32 +136,33 @@ fn is_clear(convention: Convention, places: &[Place], motion: &Motion, seen: &Se
     moving.len() >= FEWEST && ends.sum::<f64>() <= CLEAR * staying.sum::<f64>()
 }
 
-/// What two frames show, image by image.
-struct Seen(Vec<[Vec<[f32; 3]>; 2]>);
+/// Two frames.
+struct Seen<'a> {
+    own: &'a Shot,
+    other: &'a Shot,
+    features: Vec<Feature>,
+}
 
-impl Seen {
-    fn of(own: &Shot<'_>, other: &Shot<'_>) -> Self {
-        let pair = |a: Option<&Image>, b: Option<&Image>| Some([smoothed(a?), smoothed(b?)]);
-        let features = [pair(own.albedo, other.albedo), pair(own.normal, other.normal)];
-        let features: Vec<_> = features.into_iter().flatten().collect();
+impl<'a> Seen<'a> {
+    fn new(own: &'a Shot, other: &'a Shot) -> Self {
+        let features = [Feature::Albedo, Feature::Normal].into_iter();
+        let mut features: Vec<_> = features.filter(|f| own.has(*f) && other.has(*f)).collect();
         if features.is_empty() {
-            return Self(vec![[smoothed(own.color), smoothed(other.color)]]);
+            features.push(Feature::Light);
         }
-        Self(features)
+        Self { own, other, features }
     }
 
     fn difference(&self, i: usize, four: &Four) -> f32 {
-        let difference = |[own, other]: &[Vec<[f32; 3]>; 2]| {
-            let other = four.mean(other);
-            own[i].iter().zip(other).map(|(a, b)| (a - b).abs()).sum::<f32>()
-        };
-        self.0.iter().map(difference).sum()
+        let pixel = self.own.compare(i, self.other, four);
+        self.features.iter().map(|feature| pixel.difference(*feature)).sum()
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wgdenoise::Image;
 
     const SIZE: (u32, u32) = (48, 32);
 
@@ -181,7 +183,7 @@ mod tests {
 
     fn add(evidence: &mut Evidence, planes: &[f32], to: [i32; 2]) {
         let (own, other) = (scene([0, 0]), scene(to));
-        let shot = |albedo| Shot { color: albedo, albedo: Some(albedo), normal: None };
+        let shot = |albedo| Shot::new(albedo, Some(albedo), None);
         evidence.add(&motion(planes), &shot(&own), &shot(&other));
     }
 
@@ -240,7 +242,7 @@ mod tests {
     #[test]
     fn without_features_the_light_decides() {
         let (own, other) = (scene([0, 0]), scene([-4, 0]));
-        let bare = |color| Shot { color, albedo: None, normal: None };
+        let bare = |color| Shot::new(color, None, None);
         let mut evidence = Evidence::new(1);
         evidence.add(&motion(&[4.0, 0.0]), &bare(&own), &bare(&other));
         assert_eq!(evidence.offsets(&motion(&[4.0, 0.0])).pixels()[0][0], -4.0);

@@ -12,23 +12,11 @@ mod mean;
 mod offsets;
 mod sample;
 mod sharp;
+mod shot;
 
 pub use agreement::agreement;
 pub use convention::{Convention, Motion};
 pub use evidence::Evidence;
 pub use mean::{Part, mean};
 pub use offsets::Offsets;
-pub use sharp::sharpness;
-
-use wgdenoise::Image;
-
-/// A denoised frame and what tells its surfaces apart, all of one size.
-#[derive(Clone, Copy, Debug)]
-pub struct Shot<'a> {
-    /// Linear light.
-    pub color: &'a Image,
-    /// Linear albedo in [0, 1].
-    pub albedo: Option<&'a Image>,
-    /// Normals in [−1, 1].
-    pub normal: Option<&'a Image>,
-}
+pub use shot::Shot;

@@ -4,46 +4,83 @@ use rayon::prelude::*;
 use wgdenoise::Image;
 
 use crate::Offsets;
-use crate::sharp::Patch;
+use crate::sharp::{Patch, Reading};
 
-/// An image of another frame, and how it counts for each pixel of the own one.
-#[derive(Clone, Copy, Debug)]
+/// The images of another frame, and how they count for each pixel of the own one.
+#[derive(Clone, Debug)]
 pub struct Part<'a> {
-    /// Of the own image's size.
-    pub image: &'a Image,
+    /// As many as the own frame has, of the same size.
+    pub images: Vec<&'a Image>,
     /// To the other frame.
     pub offsets: &'a Offsets,
     /// From 0 to 1, as [`agreement`](crate::agreement()) finds it.
     pub agreement: &'a [f32],
-    /// From 0 to 1, as [`sharpness`](crate::sharpness()) finds it.
-    pub sharpness: &'a [f32],
 }
 
-/// Each pixel of `own` averaged with those that the offsets lead to in the others; `own` counts 1,
-/// the others as far as they agree.
+/// Each pixel of a frame's images averaged with those that the offsets lead to in the others; `own`
+/// counts 1, the others as far as they agree.
+///
+/// Between pixels the others are read by Catmull-Rom splines, as far as those stay in the range of the
+/// four nearest pixels in every image: all take the same share, so that images that add up still do.
 ///
 /// # Panics
-/// If the sizes differ.
+/// If there is no image, or if numbers or sizes differ.
 #[must_use]
-pub fn mean(own: &Image, others: &[Part<'_>]) -> Image {
-    let pixels = own.pixels().len();
+pub fn mean(own: &[&Image], others: &[Part<'_>]) -> Vec<Image> {
+    let size = own[0].size();
     for other in others {
-        assert!([other.image.size(), other.offsets.size()] == [own.size(); 2], "sizes");
-        assert!([other.agreement.len(), other.sharpness.len()] == [pixels; 2], "sizes");
+        let sizes = other.images.iter().chain(own).map(|image| image.size());
+        assert!(sizes.chain([other.offsets.size()]).all(|other| other == size), "sizes");
+        assert_eq!(other.images.len(), own.len(), "images");
+        assert_eq!(other.agreement.len(), own[0].pixels().len(), "sizes");
     }
-    let at = |(i, pixel): (usize, &[f32; 3])| {
-        let (mut sum, mut weight) = (*pixel, 1.0);
-        for other in others.iter().filter(|other| other.agreement[i] > 0.0) {
-            let Some(patch) = Patch::around(other.offsets.end(i), own.size()) else { continue };
-            let found = patch.mean(other.image.pixels(), other.sharpness[i]);
-            weight += other.agreement[i];
-            sum = std::array::from_fn(|c| sum[c] + other.agreement[i] * found[c]);
+    let mut result: Vec<_> = own.iter().map(|image| image.pixels().to_vec()).collect();
+    average_rows(size, &mut result, others);
+    let image = |pixels| Image::new(size.0, size.1, pixels).expect("the size is that of an image");
+    result.into_iter().map(image).collect()
+}
+
+fn average_rows(size: (u32, u32), images: &mut [Vec<[f32; 3]>], others: &[Part<'_>]) {
+    let width = size.0 as usize;
+    let mut rows: Vec<Vec<_>> = (0..size.1).map(|_| Vec::new()).collect();
+    for image in images {
+        for (row, pixels) in rows.iter_mut().zip(image.chunks_mut(width)) {
+            row.push(pixels);
         }
-        sum.map(|v| v / weight)
-    };
-    let pixels = own.pixels().par_iter().enumerate().map(at).collect();
-    let (width, height) = own.size();
-    Image::new(width, height, pixels).expect("the size is that of an image")
+    }
+    rows.par_iter_mut().enumerate().for_each_init(Vec::new, |readings, (y, row)| {
+        for x in 0..width {
+            let weight = add_others(y * width + x, others, readings, |image, light| {
+                row[image][x] = std::array::from_fn(|c| row[image][x][c] + light[c]);
+            });
+            for image in row.iter_mut() {
+                image[x] = image[x].map(|v| v / weight);
+            }
+        }
+    });
+}
+
+/// Hands over what the other frames add to each image at pixel `i`; returns the sum of all weights.
+fn add_others(
+    i: usize,
+    others: &[Part<'_>],
+    readings: &mut Vec<Reading>,
+    mut add: impl FnMut(usize, [f32; 3]),
+) -> f32 {
+    let mut weight = 1.0;
+    for other in others.iter().filter(|other| other.agreement[i] > 0.0) {
+        let Some(patch) = Patch::around(other.offsets.end(i), other.offsets.size()) else {
+            continue;
+        };
+        readings.clear();
+        readings.extend(other.images.iter().map(|image| patch.read(image.pixels())));
+        let sharpness = readings.iter().map(|reading| reading.sharpness).fold(1.0, f32::min);
+        for (image, reading) in readings.iter().enumerate() {
+            add(image, reading.sharpened(sharpness).map(|v| v * other.agreement[i]));
+        }
+        weight += other.agreement[i];
+    }
+    weight
 }
 
 #[cfg(test)]
@@ -51,7 +88,7 @@ mod tests {
     use super::*;
 
     fn part<'a>(image: &'a Image, offsets: &'a Offsets, agreement: &'a [f32]) -> Part<'a> {
-        Part { image, offsets, agreement, sharpness: &[0.0; 6][..agreement.len()] }
+        Part { images: vec![image], offsets, agreement }
     }
 
     #[test]
@@ -59,13 +96,13 @@ mod tests {
         let gray = |value| Image::filled(3, 1, [value; 3]).expect("a valid image");
         let still = Offsets::still(3, 1);
         let found = mean(
-            &gray(1.0),
+            &[&gray(1.0)],
             &[
                 part(&gray(4.0), &still, &[1.0, 0.5, 0.0]),
                 part(&gray(7.0), &still, &[1.0, 0.0, 0.0]),
             ],
         );
-        assert_eq!(found.pixels(), [[4.0; 3], [2.0; 3], [1.0; 3]]);
+        assert_eq!(found[0].pixels(), [[4.0; 3], [2.0; 3], [1.0; 3]]);
     }
 
     #[test]
@@ -76,8 +113,8 @@ mod tests {
         };
         let offsets = Offsets::new(6, 1, vec![[2.0, 0.0]; 6]).expect("it fits");
         // What is at x here was at x + 2 there.
-        let found = mean(&ramp(0.0), &[part(&ramp(-2.0), &offsets, &[1.0; 6])]);
-        assert_eq!(found, ramp(0.0));
+        let found = mean(&[&ramp(0.0)], &[part(&ramp(-2.0), &offsets, &[1.0; 6])]);
+        assert_eq!(found, [ramp(0.0)]);
     }
 
     #[test]
@@ -85,7 +122,7 @@ mod tests {
         let mut other = Image::filled(3, 1, [1.0; 3]).expect("a valid image");
         other.pixels_mut()[1] = [f32::NAN; 3];
         let own = Image::filled(3, 1, [1.0; 3]).expect("a valid image");
-        let found = mean(&own, &[part(&other, &Offsets::still(3, 1), &[1.0, 0.0, 1.0])]);
-        assert_eq!(found, own);
+        let found = mean(&[&own], &[part(&other, &Offsets::still(3, 1), &[1.0, 0.0, 1.0])]);
+        assert_eq!(found, [own]);
     }
 }

@@ -1,8 +1,5 @@
 //! Images between their pixels.
 
-use rayon::prelude::*;
-use wgdenoise::Image;
-
 /// The four pixels around a point, their edge repeated, and the share of each.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Four {
@@ -34,23 +31,19 @@ impl Four {
 
     /// The bilinear mean of values by pixel. A pixel without a share does not count, even if it is NaN.
     pub(crate) fn mean<const N: usize>(&self, pixels: &[[f32; N]]) -> [f32; N] {
+        self.mean_of(self.at.map(|at| pixels[at]))
+    }
+
+    /// The bilinear mean of the four pixels' values, row by row.
+    pub(crate) fn mean_of<const N: usize>(&self, values: [[f32; N]; 4]) -> [f32; N] {
         let mut sum = [0.0; N];
-        let shares = self.at.into_iter().zip(self.shares).filter(|(_, share)| *share != 0.0);
-        for (at, share) in shares {
-            for (sum, value) in sum.iter_mut().zip(pixels[at]) {
+        let shares = values.iter().zip(self.shares).filter(|(_, share)| *share != 0.0);
+        for (value, share) in shares {
+            for (sum, value) in sum.iter_mut().zip(value) {
                 *sum += value * share;
             }
         }
         sum
-    }
-
-    /// The least and the most of the four, channel by channel.
-    pub(crate) fn range<const N: usize>(&self, pixels: &[[f32; N]]) -> [[f32; N]; 2] {
-        let of = |pick: fn(f32, f32) -> f32| {
-            let channel = |c: usize| self.at.map(|at| pixels[at][c]).into_iter().reduce(pick);
-            std::array::from_fn(|c| channel(c).expect("there are four"))
-        };
-        [of(f32::min), of(f32::max)]
     }
 }
 
@@ -59,20 +52,6 @@ fn axis(at: f32, side: usize) -> ([usize; 2], f32) {
     let first = at.floor();
     let clamped = |index: f32| (index.max(0.0) as usize).min(side - 1);
     ([clamped(first), clamped(first + 1.0)], at - first)
-}
-
-/// The image with every pixel replaced by the mean of the 3×3 around it, edges repeated.
-pub(crate) fn smoothed(image: &Image) -> Vec<[f32; 3]> {
-    let (width, height) = (image.width() as usize, image.height() as usize);
-    let pixels = image.pixels();
-    let near = |at: usize, side: usize| [at.saturating_sub(1), at, (at + 1).min(side - 1)];
-    let pixel = |i: usize| {
-        let (columns, rows) = (near(i % width, width), near(i / width, height));
-        let nine = rows.iter().flat_map(|y| columns.iter().map(move |x| pixels[y * width + x]));
-        let sum = nine.fold([0.0; 3], |sum, v| [sum[0] + v[0], sum[1] + v[1], sum[2] + v[2]]);
-        sum.map(|v| v / 9.0)
-    };
-    (0..pixels.len()).into_par_iter().map(pixel).collect()
 }
 
 #[cfg(test)]
@@ -91,18 +70,6 @@ mod tests {
         assert_eq!(at(-0.5, 2.5), Some([0.0, 2.0]));
         for outside in [(-0.6, 1.0), (3.6, 1.0), (1.0, 2.6), (f32::NAN, 1.0)] {
             assert_eq!(at(outside.0, outside.1), None, "{outside:?}");
-        }
-    }
-
-    #[test]
-    fn smoothing_keeps_a_constant_and_spreads_a_pixel_over_nine() {
-        let mut image = Image::filled(5, 4, [2.0; 3]).expect("a valid image");
-        assert!(smoothed(&image).iter().all(|pixel| *pixel == [2.0; 3]));
-        image.pixels_mut()[2 * 5 + 2] = [11.0; 3];
-        let found = smoothed(&image);
-        for (i, pixel) in found.iter().enumerate() {
-            let is_near = (i % 5).abs_diff(2) <= 1 && (i / 5).abs_diff(2) <= 1;
-            assert_eq!(*pixel, [if is_near { 3.0 } else { 2.0 }; 3], "{i}");
         }
     }
 }

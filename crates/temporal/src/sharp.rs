@@ -1,28 +1,6 @@
 //! Images between their pixels, with less blur than a bilinear mean has.
 
-use rayon::prelude::*;
-use wgdenoise::Image;
-
-use crate::Offsets;
 use crate::sample::Four;
-
-/// How much of the sharpening of Catmull-Rom splines each pixel takes at the end of its offset: from 0
-/// for the bilinear mean to 1 for the spline.
-///
-/// Splines overshoot next to edges. Every image stays in the range of the four nearest pixels, and all
-/// take the same share, so that images that add up still do. NaN is not sharpened.
-///
-/// # Panics
-/// If the sizes differ.
-#[must_use]
-pub fn sharpness(images: &[&Image], offsets: &Offsets) -> Vec<f32> {
-    assert!(images.iter().all(|image| image.size() == offsets.size()), "sizes");
-    let at = |i: usize| {
-        let Some(patch) = Patch::around(offsets.end(i), offsets.size()) else { return 0.0 };
-        images.iter().map(|image| patch.sharpness(image.pixels())).fold(1.0, f32::min)
-    };
-    (0..offsets.pixels().len()).into_par_iter().map(at).collect()
-}
 
 /// The 4×4 pixels around a point, their edge repeated, and their weights by row and column.
 pub(crate) struct Patch {
@@ -43,42 +21,70 @@ impl Patch {
         Some(Self { four, width, columns, rows, across, down })
     }
 
-    /// The bilinear mean, sharpened.
-    pub(crate) fn mean(&self, pixels: &[[f32; 3]], sharpness: f32) -> [f32; 3] {
-        let bilinear = self.four.mean(pixels);
+    /// What an image shows there.
+    pub(crate) fn read(&self, pixels: &[[f32; 3]]) -> Reading {
+        let rows = self.rows.map(|row| self.row(&pixels[row * self.width..][..self.width]));
+        let near = [rows[1][1], rows[1][2], rows[2][1], rows[2][2]];
+        let mean = self.four.mean_of(near);
+        let spline = weighted(rows.map(|row| weighted(row, self.across)), self.down);
+        let detail = std::array::from_fn(|c| spline[c] - mean[c]);
+        Reading { mean, detail, sharpness: sharpness(mean, detail, range(near)) }
+    }
+
+    fn row(&self, row: &[[f32; 3]]) -> [[f32; 3]; 4] {
+        let [first, .., last] = self.columns;
+        // Inside the picture, one check of the bounds is enough.
+        match row[first..=last].try_into() {
+            Ok(four) => four,
+            Err(_) => self.columns.map(|column| row[column]),
+        }
+    }
+}
+
+fn weighted([a, b, c, d]: [[f32; 3]; 4], weights: [f32; 4]) -> [f32; 3] {
+    let [s, t, u, v] = weights;
+    std::array::from_fn(|i| a[i] * s + b[i] * t + c[i] * u + d[i] * v)
+}
+
+/// The least and the most, channel by channel.
+fn range([a, b, c, d]: [[f32; 3]; 4]) -> [[f32; 3]; 2] {
+    let all = |pick: fn(f32, f32) -> f32| {
+        std::array::from_fn(|i| pick(pick(a[i], b[i]), pick(c[i], d[i])))
+    };
+    [all(f32::min), all(f32::max)]
+}
+
+/// A pixel of an image that was read between its pixels.
+pub(crate) struct Reading {
+    /// The bilinear mean.
+    mean: [f32; 3],
+    /// What Catmull-Rom splines add to it.
+    detail: [f32; 3],
+    /// The largest share of the detail that stays in the range of the four nearest pixels, next to
+    /// whose edges splines overshoot. 0 for detail that is not finite.
+    pub(crate) sharpness: f32,
+}
+
+impl Reading {
+    /// The mean with a share of the detail.
+    pub(crate) fn sharpened(&self, sharpness: f32) -> [f32; 3] {
         if sharpness == 0.0 {
-            return bilinear;
+            return self.mean;
         }
-        let spline = self.spline(pixels);
-        std::array::from_fn(|c| bilinear[c] + sharpness * (spline[c] - bilinear[c]))
+        std::array::from_fn(|c| self.mean[c] + sharpness * self.detail[c])
     }
+}
 
-    fn spline(&self, pixels: &[[f32; 3]]) -> [f32; 3] {
-        let mut sum = [0.0; 3];
-        for (row, down) in self.rows.into_iter().zip(self.down) {
-            for (column, across) in self.columns.into_iter().zip(self.across) {
-                let pixel = pixels[row * self.width + column];
-                sum = std::array::from_fn(|c| sum[c] + down * across * pixel[c]);
-            }
+fn sharpness(mean: [f32; 3], detail: [f32; 3], [least, most]: [[f32; 3]; 2]) -> f32 {
+    let share = |c: usize| {
+        let room = (if detail[c] > 0.0 { most } else { least })[c] - mean[c];
+        match detail[c].abs() {
+            size if size <= room.abs() => 1.0,
+            size if size.is_finite() => room.abs() / size,
+            _ => 0.0,
         }
-        sum
-    }
-
-    /// The largest share of the sharpening that stays in the range of the four nearest pixels.
-    fn sharpness(&self, pixels: &[[f32; 3]]) -> f32 {
-        let (bilinear, spline) = (self.four.mean(pixels), self.spline(pixels));
-        let [least, most] = self.four.range(pixels);
-        let share = |c: usize| {
-            let change = spline[c] - bilinear[c];
-            let room = (if change > 0.0 { most } else { least })[c] - bilinear[c];
-            match change.abs() {
-                size if size <= room.abs() => 1.0,
-                size if size.is_finite() => room.abs() / size,
-                _ => 0.0,
-            }
-        };
-        (0..3).map(share).fold(1.0, f32::min)
-    }
+    };
+    (0..3).map(share).fold(1.0, f32::min)
 }
 
 /// The four nearest centers along an axis, edges repeated, and their weights.
@@ -97,6 +103,7 @@ fn axis(at: f32, side: usize) -> ([usize; 4], [f32; 4]) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use wgdenoise::Image;
 
     fn image(values: &[f32]) -> Image {
         let pixels = values.iter().map(|v| [*v; 3]).collect();
@@ -106,11 +113,9 @@ mod tests {
     /// An image at `x`, sharpened as far as it and another may be.
     fn along(values: &[f32], other: &[f32], x: f32) -> Option<f32> {
         let (image, other) = (image(values), image(other));
-        let offsets = vec![[x, 0.0]; values.len()];
-        let offsets = Offsets::new(values.len() as u32, 1, offsets).expect("it fits");
-        let sharpness = sharpness(&[&image, &other], &offsets)[0];
         let patch = Patch::around([x, 0.0], image.size())?;
-        Some(patch.mean(image.pixels(), sharpness)[0])
+        let [own, other] = [&image, &other].map(|image| patch.read(image.pixels()));
+        Some(own.sharpened(own.sharpness.min(other.sharpness))[0])
     }
 
     fn at(values: &[f32], x: f32) -> Option<f32> {
