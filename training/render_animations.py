@@ -2,6 +2,7 @@
 
     pip install bpy==5.0.1 numpy   needs Python 3.11
     python render_animations.py --out animations --scenes 95001:95009
+    python render_animations.py --out animations --scenes 96010:96015 --frames 12 --changes
 
 Writes OUT/SCENE/n8.####.exr for 8 samples, and so on, and OUT/SCENE/reference.####.exr. Frames that exist are skipped,
 so the same command continues an interrupted run. A frame of 192x192 pixels takes about a minute of one core.
@@ -20,6 +21,8 @@ def arguments():
     p.add_argument("--out", type=Path, required=True, help="folder for the animations")
     p.add_argument("--scenes", type=number_range, required=True, metavar="A:B", help="random scenes A to B-1")
     p.add_argument("--frames", type=int, default=5)
+    p.add_argument("--changes", action="store_true",
+                   help="also a wide lens, a cut, turning objects, moving lamps or a mirror, by the scene's number")
     p.add_argument("--size", type=parse_size, default=(192, 192), help="192 or 480x270")
     p.add_argument("--samples", default="2,8,32", help="of the noisy frames")
     p.add_argument("--reference", type=int, default=128, help="samples of the references")
@@ -29,12 +32,13 @@ def arguments():
 
 def main():
     o = arguments()
-    from render.animation import Animation  # needs bpy
+    from render.animation import CHANGES, Animation  # needs bpy
 
     images = [(f"n{count}", count, count) for count in map(int, o.samples.split(","))]
     images.append(("reference", o.reference, 999))  # name, samples, seed
     for scene in o.scenes:
-        folder = o.out / str(scene)
+        change = CHANGES[scene % len(CHANGES)] if o.changes else None
+        folder = o.out / "-".join(filter(None, (str(scene), change)))
         folder.mkdir(parents=True, exist_ok=True)
         animation = None
         for frame in range(o.frames):
@@ -42,9 +46,9 @@ def main():
                 path = folder / f"{name}.{frame + 1:04d}.exr"
                 if path.exists():
                     continue
-                animation = animation or Animation(scene, o.frames, o.size, o.threads)
+                animation = animation or Animation(scene, o.frames, o.size, o.threads, change)
                 animation.render_frame(frame, count, 1000 * frame + seed, path)
-            print(f"{scene}: frame {frame + 1} of {o.frames}", file=sys.stderr, flush=True)
+            print(f"{folder.name}: frame {frame + 1} of {o.frames}", file=sys.stderr, flush=True)
 
 
 if __name__ == "__main__":

@@ -29,6 +29,7 @@ LAYERS = dict(color="Combined.RGB", albedo="Denoising Albedo.RGB", normal="Denoi
 SETTINGS = {"alone": [], "`--temporal`": ["--temporal"], "`--temporal=2`": ["--temporal=2"]}
 FIGURES = "l1", "relmse", "clean", "flicker", "hidden"
 HIDDEN = 1.0  # pixels between a surface and where the way back leads
+OTHER = 0.1  # difference of albedo, of another surface
 
 
 def read(path):
@@ -74,8 +75,11 @@ class Scene:
     def _seen(self, i):
         """The pixels [H,W] of frame i that the frame before sees too."""
         way = back(self.references[i]["motion"])
-        there, inside = moved(ahead(self.references[i - 1]["motion"]), way)
-        return inside & ((way + there).norm(dim=0) < HIDDEN)
+        before = self.references[i - 1]
+        there, inside = moved(ahead(before["motion"]), way)
+        albedo, _ = moved(before["albedo"], way)
+        same = (albedo - self.references[i]["albedo"]).abs().mean(0) < OTHER  # across a cut, the way back leads there too
+        return inside & same & ((way + there).norm(dim=0) < HIDDEN)
 
     def noisy(self, count):
         return [read(path) for path in sorted(self.folder.glob(f"n{count}.*.exr"))]
@@ -131,14 +135,25 @@ def main():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--data", type=Path, required=True, help="folder of render_animations.py")
     p.add_argument("--program", type=Path, default=Path("../target/release/wgdenoise"))
+    p.add_argument("--each", action="store_true", help="a table for each scene instead of their means")
     o = p.parse_args()
     torch.set_num_threads(1)
     scenes = [Scene(folder) for folder in sorted(o.data.iterdir()) if any(folder.glob("reference.*.exr"))]
-    print(f"{len(scenes)} scenes\n\n| samples | method | L1 | relative MSE | L1, denoised reference | flicker | L1 of hidden pixels |")
-    print("|---|---|---|---|---|---|---|")
-    for (count, method), values in sorted(measure(o.program, scenes).items(), key=lambda item: str(item[0][0]).zfill(4)):
+    if o.each:
+        for scene in scenes:
+            print(table(scene.folder.name, measure(o.program, [scene])), flush=True)
+    else:
+        print(table(f"{len(scenes)} scenes", measure(o.program, scenes)))
+
+
+def table(title, found):
+    """The figures of `measure` in Markdown."""
+    lines = [title, "", "| samples | method | L1 | relative MSE | L1, denoised reference | flicker | L1 of hidden pixels |",
+             "|---|---|---|---|---|---|---|"]
+    for (count, method), values in sorted(found.items(), key=lambda item: str(item[0][0]).zfill(4)):
         cells = [f"{np.mean(values[name]):.4f}" if values[name] else "" for name in FIGURES]
-        print(f"| {count} | {method} | {' | '.join(cells)} |")
+        lines.append(f"| {count} | {method} | {' | '.join(cells)} |")
+    return "\n".join(lines) + "\n"
 
 
 if __name__ == "__main__":

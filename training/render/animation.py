@@ -1,7 +1,10 @@
-"""Animations of the random scenes by Cycles: a moving camera, and smaller objects that move.
+"""Animations of the random scenes by Cycles: a moving camera, smaller objects that move, and if asked for, one change
+that motion vectors do not show or that is hard to follow.
 
 Nothing moves while the shutter is open, since Cycles has motion vectors only without motion blur.
 """
+
+import dataclasses
 
 import bpy
 import numpy as np
@@ -10,14 +13,24 @@ from render import kinds
 from render.cycles import Renderer
 
 MOVING = 0.3  # share of the smaller objects
+SMALL = 1.5  # extent of these, metres
+CHANGES = "lens", "cut", "rotation", "light", "mirror"
 
 
 class Animation(Renderer):
-    """The scene `seed` for `frames` frames. Each file also has the passes `Vector` and `Depth`."""
+    """The scene `seed` for `frames` frames. Each file also has the passes `Vector` and `Depth`.
 
-    def __init__(self, seed, frames, size, threads=1):
+    `change` is one of CHANGES: a wide lens, a cut to another camera halfway, smaller objects that turn, lamps that move,
+    or a mirror in place of the largest object.
+    """
+
+    def __init__(self, seed, frames, size, threads=1, change=None):
         rng = np.random.default_rng(seed + 7)
         scene = kinds.random_scene(seed)
+        if change == "mirror":
+            polish_largest(scene)
+        if change == "lens":
+            widen_lens(scene)
         for instance in scene.instances:
             instance.motion = self._motion(rng, instance, frames)
         super().__init__(scene, size, threads)
@@ -25,13 +38,19 @@ class Animation(Renderer):
         bpy.context.scene.render.use_motion_blur = False
         bpy.context.view_layer.use_pass_vector = bpy.context.view_layer.use_pass_z = True
         self._spread(frames)
-        self._move_camera(rng, scene.cameras[0], frames)
+        self.cut = frames // 2 if change == "cut" else frames
+        for camera, source in zip(self.cameras, scene.cameras):
+            self._move_camera(rng, camera, source, frames)
+        if change == "rotation":
+            self._turn(rng, scene.instances, frames)
+        if change == "light":
+            self._move_lamps(rng, frames)
 
     @staticmethod
     def _motion(rng, instance, frames):
         """The way of an object from the first frame to the last."""
-        extent = np.ptp(instance.mesh.vertices @ instance.matrix[:3, :3].T, axis=0).max()
-        if extent < 1.5 and instance.material.emission is None and rng.random() < MOVING:
+        extent = extent_of(instance)
+        if extent < SMALL and instance.material.emission is None and rng.random() < MOVING:
             return (rng.normal(0, 0.05, 3) * extent * (frames - 1)).astype(np.float32)
         return None
 
@@ -45,18 +64,53 @@ class Animation(Renderer):
                 curve.keyframe_points[1].co = (frames - 1, curve.keyframe_points[1].co[1])
                 curve.update()
 
-    def _move_camera(self, rng, camera, frames):
+    @staticmethod
+    def _move_camera(rng, camera, source, frames):
         """Moves the camera sideways and a little forward, by about a percent of the target's distance a frame."""
-        position = np.array(camera.position)
-        ahead = np.array(camera.target) - position
+        position = np.array(source.position)
+        ahead = np.array(source.target) - position
         side = np.cross(ahead, (0, 0, 1))
         side *= np.linalg.norm(ahead) / np.linalg.norm(side)
         step = side * rng.uniform(0.006, 0.02) + ahead * rng.uniform(-0.01, 0.01)
         for frame in (-1, frames):
-            self.cameras[0].location = position + step * frame
-            self.cameras[0].keyframe_insert("location", frame=frame)
+            camera.location = position + step * frame
+            camera.keyframe_insert("location", frame=frame)
+
+    @staticmethod
+    def _turn(rng, instances, frames):
+        """Turns the smaller objects about their own axes, by up to 5 degrees a frame."""
+        objects = [o for o in bpy.data.objects if o.parent and o.type == "MESH"]
+        for obj, instance in zip(objects, instances, strict=True):
+            if extent_of(instance) < SMALL:
+                angle = np.radians(rng.uniform(-5, 5))
+                for frame in (-1, frames):
+                    obj.rotation_euler[2] = angle * frame
+                    obj.keyframe_insert("rotation_euler", frame=frame)
+
+    @staticmethod
+    def _move_lamps(rng, frames):
+        """Moves point lights by up to 20 cm a frame."""
+        for lamp in (o for o in bpy.data.objects if o.type == "LIGHT"):
+            start, step = np.array(lamp.location), rng.uniform(-0.12, 0.12, 3)
+            for frame in (-1, frames):
+                lamp.location = start + step * frame
+                lamp.keyframe_insert("location", frame=frame)
 
     def render_frame(self, frame, samples, seed, path):
         """Writes the frame, counted from 0, as EXR."""
         bpy.context.scene.frame_set(frame)
-        self.render(0, samples, seed, keep=path)
+        self.render(int(frame >= self.cut), samples, seed, keep=path)
+
+
+def extent_of(instance):
+    return np.ptp(instance.mesh.vertices @ instance.matrix[:3, :3].T, axis=0).max()
+
+
+def polish_largest(scene):
+    largest = max((i for i in scene.instances if i.material.emission is None), key=extent_of)
+    largest.material = dataclasses.replace(largest.material, kind="metal", roughness=0.0, texture=None, color=(0.9,) * 3)
+
+
+def widen_lens(scene):
+    for camera in scene.cameras:
+        camera.aperture = 0.02 * camera.focus
