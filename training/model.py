@@ -21,6 +21,11 @@ LIMIT = 8.0  # of log confidence and log share
 TINY = torch.finfo(torch.float32).tiny
 
 
+def widths_of(text):
+    """The widths of the levels from `16,32,64,128,256`."""
+    return tuple(map(int, text.split(",")))
+
+
 class ConvBlock(nn.Conv2d):
     """3x3 convolution without bias, batch norm, ReLU. As a child module the norm is named `<layer>.norm`."""
 

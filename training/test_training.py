@@ -26,7 +26,6 @@ from quality.networks import Network
 from run import load_checkpoint
 from transfer import autoexposure, fill, inverse, network_input, repair, transfer
 from views import part, read_view
-from widen import widen
 from write_view import write_view
 
 
@@ -160,15 +159,6 @@ def test_a_render_of_any_size_with_bad_pixels_is_denoised(kind, random):
 
 
 @pytest.mark.parametrize("kind", NETWORKS)
-def test_a_wider_network_is_the_same_function(kind, random):
-    narrow = kind((4, 6, 10)).eval()
-    wide = kind((7, 6, 16)).eval()
-    wide.load_state_dict(widen(narrow.state_dict(), narrow.widths, wide.widths, random))
-    x, light = scene(random, 2, 3, 16, 24)
-    torch.testing.assert_close(wide.denoise(x, light), narrow.denoise(x, light), rtol=1e-4, atol=1e-5)
-
-
-@pytest.mark.parametrize("kind", NETWORKS)
 def test_a_weights_file_is_a_checkpoint_of_the_network_that_was_exported(kind, tmp_path):
     network, path = kind((4, 6, 10)).eval(), tmp_path / "tiny.safetensors"
     save_weights(path, network.state_dict(), network.topology, network.widths, "tiny", "one run; another")
@@ -203,13 +193,6 @@ def test_an_average_has_the_weighted_means_of_all_weights_and_statistics(random)
     other = KernelPyramid((4, 6, 8))
     with pytest.raises(SystemExit, match="differ in topology or widths"):
         average([of(networks[0], "a"), of(other, "c")], [1, 1])
-
-
-def test_copies_of_a_channel_are_read_with_different_weights(random):
-    narrow = KernelPyramid((4, 6, 10))
-    wide = widen(narrow.state_dict(), (4, 6, 10), (8, 6, 10), random)
-    readers = wide["kernel_conv0.weight"].flatten(1)
-    assert len({tuple(column.tolist()) for column in readers.T}) == 8
 
 
 @pytest.mark.parametrize("name", LOSSES)

@@ -16,7 +16,7 @@ import torch
 from inference import denoise
 from losses import LOSSES
 from metrics import figures
-from model import TIERS, parameter_count
+from model import TIERS, parameter_count, widths_of
 from optimizer import OPTIMIZERS
 from run import Run
 from views import load_views, part
@@ -43,7 +43,7 @@ class Validation:
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("tier", choices=TIERS)
-    p.add_argument("--widths", type=lambda s: tuple(map(int, s.split(","))), help="widths to use instead of the tier's")
+    p.add_argument("--widths", type=widths_of, help="widths to use instead of the tier's")
     p.add_argument("--data", nargs="+", required=True, help="folders of views")
     p.add_argument("--out", type=Path, required=True, help="folder for the run")
     p.add_argument("--cache", help="folder for decoded views")
