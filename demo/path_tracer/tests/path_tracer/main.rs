@@ -6,5 +6,6 @@ mod energy;
 mod files;
 mod images;
 mod lights;
+mod motion;
 mod shaders;
 mod support;

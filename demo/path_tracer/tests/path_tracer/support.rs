@@ -47,7 +47,19 @@ pub(crate) fn bench() -> &'static Bench {
 /// Draws a scene and reads its images.
 pub(crate) fn draw(scene: &Scene, method: Method, shot: Shot) -> Drawn {
     let Bench { device, queue, kernels } = bench();
-    let renderer = Renderer::new(device, queue, kernels, scene, method);
+    expose(&Renderer::new(device, queue, kernels, scene, method), scene, shot)
+}
+
+/// The same with a renderer that was made for an earlier state of the scene.
+pub(crate) fn draw_moved(before: &Scene, after: &Scene, shot: Shot) -> Drawn {
+    let Bench { device, queue, kernels } = bench();
+    let mut renderer = Renderer::new(device, queue, kernels, before, Method::default());
+    renderer.update(after, before).expect("both have the same shapes");
+    expose(&renderer, after, shot)
+}
+
+fn expose(renderer: &Renderer, scene: &Scene, shot: Shot) -> Drawn {
+    let Bench { device, queue, .. } = bench();
     let mut film = renderer.film(shot.size, shot.seed).expect("a small film");
     while film.samples < shot.samples {
         let mut encoder = device.create_command_encoder(&Default::default());
