@@ -21,6 +21,10 @@ pub struct PassFormats {
     pub normal: Option<ImageFormat>,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
+    /// Format of the motion.
+    pub motion: Option<ImageFormat>,
+    /// Format of the depth.
+    pub depth: Option<ImageFormat>,
     /// Format of the output.
     pub output: ImageFormat,
     /// Formats of each further layer, if there are any.
@@ -40,8 +44,16 @@ impl PassFormats {
     /// Color alone.
     #[must_use]
     pub fn new(color: ImageFormat, output: ImageFormat) -> Self {
-        let normal_encoding = NormalEncoding::Signed;
-        Self { color, albedo: None, normal: None, normal_encoding, output, layer: None }
+        Self {
+            color,
+            albedo: None,
+            normal: None,
+            normal_encoding: NormalEncoding::Signed,
+            motion: None,
+            depth: None,
+            output,
+            layer: None,
+        }
     }
 
     /// Replaces the color's format.
@@ -74,6 +86,18 @@ impl PassFormats {
         Self { normal_encoding, ..self }
     }
 
+    /// Sets or clears the motion's format.
+    #[must_use]
+    pub fn motion(self, motion: impl Into<Option<ImageFormat>>) -> Self {
+        Self { motion: motion.into(), ..self }
+    }
+
+    /// Sets or clears the depth's format.
+    #[must_use]
+    pub fn depth(self, depth: impl Into<Option<ImageFormat>>) -> Self {
+        Self { depth: depth.into(), ..self }
+    }
+
     /// Sets or clears the formats of further layers.
     #[must_use]
     pub fn layer(self, layer: impl Into<Option<LayerFormats>>) -> Self {
@@ -96,10 +120,15 @@ impl Denoiser {
     /// Fails if a pass would reject the formats.
     pub fn warm_up(&self, formats: &PassFormats) -> Result<()> {
         let unorm = formats.normal_encoding == NormalEncoding::Unorm;
+        let optional = |role, format: Option<ImageFormat>| {
+            let pixel = |format| Ok((self.pixel(role, format)?, format));
+            format.map(pixel).transpose()
+        };
         let color = self.pixel(Role::Color, formats.color)?;
-        let albedo = formats.albedo.map(|format| self.pixel(Role::Albedo, format)).transpose()?;
-        let normal = formats.normal.map(|format| self.pixel(Role::Normal { unorm }, format));
-        let normal = normal.transpose()?;
+        let albedo = optional(Role::Albedo, formats.albedo)?;
+        let normal = optional(Role::Normal { unorm }, formats.normal)?;
+        let motion = optional(Role::Motion, formats.motion)?;
+        let depth = optional(Role::Depth, formats.depth)?;
         let output = self.pixel(Role::Output, formats.output)?;
         let layer = formats.layer.map(|layer| {
             let noisy = self.pixel(Role::Layer(0), layer.noisy)?;
@@ -114,9 +143,11 @@ impl Denoiser {
             width: 1,
             height: 1,
             color: color.image(formats.color),
-            albedo: albedo.as_ref().zip(formats.albedo).map(|(pixel, format)| pixel.image(format)),
-            normal: normal.as_ref().zip(formats.normal).map(|(pixel, format)| pixel.image(format)),
+            albedo: present(albedo.as_ref()),
+            normal: present(normal.as_ref()),
             normal_encoding: formats.normal_encoding,
+            motion: present(motion.as_ref()),
+            depth: present(depth.as_ref()),
             output: output.image(formats.output),
             input_scale: InputScale::Auto,
             layers: &layers,
@@ -146,6 +177,10 @@ impl Denoiser {
             })
         })
     }
+}
+
+fn present(image: Option<&(Pixel, ImageFormat)>) -> Option<PassImage<'_>> {
+    image.map(|(pixel, format)| pixel.image(*format))
 }
 
 impl Pixel {

