@@ -25,6 +25,7 @@ fn images(width: u32, contents: Contents) -> Footprint {
         per_pixel: count * IMAGE_BYTES,
         buffer_per_pixel: IMAGE_BYTES,
         buffer_least: u64::from(BIN) * u64::from(width) * IMAGE_BYTES,
+        picture: 0,
     }
 }
 

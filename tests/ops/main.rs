@@ -1,5 +1,6 @@
 //! Compares every operator on the adapter with its CPU reference.
 
+mod accumulate;
 mod activity;
 mod autoexposure;
 mod concat;
