@@ -27,8 +27,8 @@ const GOLD: Vec3 = vec3(1.0, 0.77, 0.34);
 const SILVER: Vec3 = vec3(0.96, 0.95, 0.93);
 const COPPER: Vec3 = vec3(0.95, 0.64, 0.54);
 
-/// Seconds in which a moving sphere goes away and comes back.
-const SWING: f32 = 4.0;
+/// Seconds in which a moving sphere goes away and comes back: then the scene is as it was.
+pub const PERIOD: f32 = 4.0;
 
 impl SceneName {
     /// Builds the scene at rest.
@@ -149,7 +149,7 @@ fn sky(time: f32) -> Scene {
 
 /// A point that goes from `start` this far and back again; both ends are smooth.
 fn swing(start: Vec3, by: Vec3, time: f32) -> Vec3 {
-    start + by * (1.0 - (TAU * time / SWING).cos()) / 2.0
+    start + by * (1.0 - (TAU * time / PERIOD).cos()) / 2.0
 }
 
 fn sphere(center: Vec3, radius: f32) -> Shape {

@@ -1,6 +1,7 @@
 //! Tests of the path tracer: what it hands the denoiser is correct.
 
 mod bvh;
+mod command;
 mod denoised;
 mod energy;
 mod files;
@@ -8,4 +9,5 @@ mod images;
 mod lights;
 mod motion;
 mod shaders;
+mod stage;
 mod support;

@@ -86,6 +86,16 @@ pub(crate) fn floor(reach: f32) -> Shape {
     Shape::Quad { corner: vec3(-reach, 0.0, -reach), edges }
 }
 
+/// The mean absolute difference after x ↦ x / (1 + x), which keeps bright pixels from dominating.
+pub(crate) fn error(found: &[[f32; 4]], reference: &[[f32; 4]]) -> f64 {
+    assert_eq!(found.len(), reference.len());
+    let shown = |v: f32| f64::from(v / (1.0 + v));
+    let of_pixel = |(a, b): (&[f32; 4], &[f32; 4])| -> f64 {
+        (0..3).map(|c| (shown(a[c]) - shown(b[c])).abs()).sum()
+    };
+    found.iter().zip(reference).map(of_pixel).sum::<f64>() / (3 * found.len()) as f64
+}
+
 /// The red channel.
 pub(crate) fn reds(color: &[[f32; 4]]) -> Vec<f64> {
     color.iter().map(|pixel| f64::from(pixel[0])).collect()
