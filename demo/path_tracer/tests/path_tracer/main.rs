@@ -11,3 +11,4 @@ mod motion;
 mod shaders;
 mod stage;
 mod support;
+mod temporal;
