@@ -395,3 +395,86 @@ proptest! {
         }
     }
 }
+
+/// The results of frames by 32-bit floats, in the light alone.
+fn results(frames: &[Frame], size: [u32; 2]) -> Vec<Vec<Pixel>> {
+    let mut sequence = Sequence::new(size, Formats::light_alone(size[0]), 1.0);
+    frames.iter().map(|frame| sequence.next(frame)).collect()
+}
+
+fn rms(found: &[Pixel], expected: impl Fn(usize) -> f32) -> f32 {
+    let squares = found.iter().enumerate().flat_map(|(i, pixel)| {
+        let expected = expected(i);
+        pixel[..3].iter().map(move |v| (v - expected).powi(2)).collect::<Vec<_>>()
+    });
+    (squares.sum::<f32>() / (3 * found.len()) as f32).sqrt()
+}
+
+/// Independent noise in each frame, of a thirtieth of the light.
+fn noise(random: &mut Random, light: f32) -> Pixel {
+    [0; 4].map(|_| light * (1.0 + 0.05 * random.value()))
+}
+
+#[test]
+fn noise_falls_as_that_of_a_mean() {
+    let size = [64, 64];
+    let mut random = Random::new(17);
+    let frames = (0..16).map(|_| {
+        let denoised = (0..64 * 64).map(|_| noise(&mut random, 1.0)).collect();
+        Frame { denoised, ..constant(size, 1.0) }
+    });
+    let found = results(&frames.collect::<Vec<_>>(), size);
+    let first = rms(&found[0], |_| 1.0);
+    let mut variance = 1.0_f32;
+    for (i, result) in found.iter().enumerate() {
+        // A frame's share is at least a ninth, as eight of the last ones count.
+        let share = 1.0 / (i.min(8) + 1) as f32;
+        variance = variance * (1.0 - share).powi(2) + share.powi(2);
+        let ratio = rms(result, |_| 1.0) / first / variance.sqrt();
+        // 12288 values have a spread of 0.6 %; noise that is taken for a change costs a little.
+        assert!((0.97..1.05).contains(&ratio), "frame {i}: {ratio} of the expected noise");
+    }
+}
+
+/// A pattern of waves of eight pixels moves, and noise is averaged along.
+#[test]
+fn a_moving_pattern_is_followed() {
+    let size = [48, 32];
+    let wave = |x: f32, y: f32| 1.0 + 0.4 * (0.8 * x).sin() * (0.5 * y).cos();
+    for (right, down) in [(1.0, -2.0), (0.5, 0.25), (-1.75, 1.0)] {
+        // The light of pixel `i` in the frame `k` frames before the last.
+        let at = |k: usize, i: usize| {
+            let [x, y, k] = [i % 48, i / 48, k].map(|v| v as f32);
+            wave(x - k * right, y - k * down)
+        };
+        let mut random = Random::new(5);
+        let mut frame = |k: usize| {
+            let denoised = (0..48 * 32).map(|i| noise(&mut random, at(k, i))).collect();
+            let motion = vec![[right, down, 0.0, 0.0]; 48 * 32];
+            Frame { denoised, motion, ..constant(size, 1.0) }
+        };
+        let frames: Vec<_> = (0..7).map(|k| frame(6 - k)).collect();
+        let found = &results(&frames, size)[6];
+        let is_inner = |i: &usize| (16..32).contains(&(i % 48)) && (12..20).contains(&(i / 48));
+        let inner: Vec<_> = (0..48 * 32).filter(is_inner).collect();
+        let off = |pixels: &[Pixel]| {
+            let kept: Vec<_> = inner.iter().map(|&i| pixels[i]).collect();
+            rms(&kept, |i| at(0, inner[i]))
+        };
+        let ratio = off(found) / off(&frames[6].denoised);
+        assert!(ratio < 0.6, "{right} {down}: {ratio} of the noise is left");
+    }
+}
+
+#[test]
+fn light_that_is_switched_is_followed_within_two_frames() {
+    for (before, after) in [(1.0, 0.5), (1.0, 2.0), (0.02, 0.01)] {
+        let size = [8, 8];
+        let mut frames = vec![constant(size, before); 12];
+        frames.extend(vec![constant(size, after); 2]);
+        let found = results(&frames, size);
+        let off = |frame: usize| rms(&found[frame], |_| after) / after;
+        assert!(off(13) < 0.05, "{before} to {after}: off by {}, then {}", off(12), off(13));
+        assert!(rms(&found[11], |_| before) < 1e-6 * before);
+    }
+}

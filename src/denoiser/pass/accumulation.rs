@@ -71,3 +71,50 @@ impl PassDescriptor<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::super::PassImage;
+    use super::*;
+    use crate::{Element, Gpu, Layout};
+
+    /// With color, motion, and the features given.
+    fn check(size: [u32; 2], features: usize, limits: &wgpu::Limits) -> (u64, Result<()>) {
+        let Gpu { device, .. } = Gpu::open(None).expect("the tests need an adapter");
+        let buffer = device.create_buffer(&wgpu::BufferDescriptor {
+            label: None,
+            size: 4,
+            usage: wgpu::BufferUsages::STORAGE,
+            mapped_at_creation: false,
+        });
+        let layout = Layout::packed(size[0]);
+        let image = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
+        let given = |i: usize| (i < features).then_some(image);
+        let descriptor = PassDescriptor::new(size[0], size[1], image, image)
+            .motion(given(0))
+            .albedo(given(1))
+            .normal(given(2))
+            .depth(given(3));
+        (descriptor.accumulation_bytes(), descriptor.check_accumulation(limits))
+    }
+
+    #[test]
+    fn memory_is_taken_for_what_a_scene_has_and_for_nothing_without_motion() {
+        let bytes = |features| check([10, 7], features, &wgpu::Limits::default()).0 / 70;
+        assert_eq!([0, 1, 2, 3, 4].map(bytes), [0, 48, 56, 64, 72]);
+    }
+
+    #[test]
+    fn a_history_beyond_the_devices_limits_is_refused_with_what_to_raise() {
+        let limits = wgpu::Limits::default();
+        let refusal = |size, features| {
+            check(size, features, &limits).1.err().map_or(String::new(), |e| e.to_string())
+        };
+        assert_eq!(refusal([2560, 1440], 4), "");
+        assert_eq!(refusal([9000, 4000], 0), "");
+        let text = refusal([3840, 2160], 4);
+        assert!(text.contains("binds at most 134217728 bytes") && text.contains("232243200"));
+        let text = refusal([9000, 10], 1);
+        assert!(text.contains("at most 8192 pixels a side"), "{text}");
+    }
+}

@@ -201,7 +201,9 @@ impl Pixel {
 mod tests {
     use super::*;
     use crate::{Gpu, Options, Quality, Weights};
-    use wgpu::TextureFormat::{Rgba8Snorm, Rgba8Unorm, Rgba16Float, Rgba32Float};
+    use wgpu::TextureFormat::{
+        R32Float, Rg16Float, Rgba8Snorm, Rgba8Unorm, Rgba16Float, Rgba32Float,
+    };
 
     fn formats() -> PassFormats {
         PassFormats::new(ImageFormat::Texture(Rgba32Float), ImageFormat::Texture(Rgba16Float))
@@ -210,18 +212,24 @@ mod tests {
     }
 
     /// The number of kernels that a pass of this size compiles on top of the existing ones.
-    fn compiles(denoiser: &Denoiser, width: u32, height: u32) -> usize {
+    fn compiles(denoiser: &Denoiser, [width, height]: [u32; 2], moves: bool) -> usize {
         let before = denoiser.context.compiled();
         let create =
             |format, usage| texture(&denoiser.context.device, [width, height], format, usage);
         let input = |format| create(format, wgpu::TextureUsages::TEXTURE_BINDING);
         let [color, albedo, normal] = [Rgba32Float, Rgba8Unorm, Rgba8Snorm].map(input);
+        let [motion, depth] = [Rg16Float, R32Float].map(input);
         let output = create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
         let [color, albedo, normal, output] =
             [&color, &albedo, &normal, &output].map(PassImage::Texture);
-        let pass = denoiser
-            .pass(&PassDescriptor::new(width, height, color, output).albedo(albedo).normal(normal));
-        pass.expect("the images fit");
+        let [motion, depth] =
+            [&motion, &depth].map(|texture| moves.then_some(PassImage::Texture(texture)));
+        let descriptor = PassDescriptor::new(width, height, color, output)
+            .albedo(albedo)
+            .normal(normal)
+            .motion(motion)
+            .depth(depth);
+        denoiser.pass(&descriptor).expect("the images fit");
         denoiser.context.compiled() - before
     }
 
@@ -232,8 +240,26 @@ mod tests {
         let denoiser = || Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default());
         let [cold, warm] = [denoiser(), denoiser()].map(|denoiser| denoiser.expect("it works"));
         warm.warm_up(&formats()).expect("a pass takes them");
-        assert_eq!([compiles(&warm, 40, 30), compiles(&warm, 64, 16)], [0, 0]);
-        assert!(compiles(&cold, 40, 30) > 0);
-        assert_eq!(compiles(&cold, 64, 16), 0);
+        let compiles = |denoiser, size| compiles(denoiser, size, false);
+        assert_eq!([compiles(&warm, [40, 30]), compiles(&warm, [64, 16])], [0, 0]);
+        assert!(compiles(&cold, [40, 30]) > 0);
+        assert_eq!(compiles(&cold, [64, 16]), 0);
+    }
+
+    #[test]
+    fn motion_is_compiled_ahead_only_if_its_format_is_given() {
+        let gpu = Gpu::open(None).expect("the tests need an adapter");
+        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
+        let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
+            .expect("it works");
+        denoiser.warm_up(&formats()).expect("a pass takes them");
+        // The kernel that averages frames, and the last one of the network, for another output.
+        assert_eq!(compiles(&denoiser, [40, 30], true), 2);
+        let formats =
+            formats().motion(ImageFormat::Texture(Rg16Float)).depth(ImageFormat::Texture(R32Float));
+        let warm = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
+            .expect("it works");
+        warm.warm_up(&formats).expect("a pass takes them");
+        assert_eq!(compiles(&warm, [40, 30], true), 0);
     }
 }

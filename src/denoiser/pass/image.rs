@@ -184,7 +184,7 @@ fn check_layout(layout: &Layout, role: Role, [width, height]: [u32; 2]) -> Resul
     let (channels, last) = (layout.channels(), u64::from(width - 1));
     let least = role.channels();
     refuse_unless((least..=4).contains(&channels), || {
-        format!("{role} has {channels} channels in its buffer, expected {least} to 4")
+        format!("{role} needs {least} to 4 channels a pixel, but its layout has {channels}")
     })?;
     let row = last * u64::from(layout.pixel_stride) + u64::from(channels);
     let apart = layout.pixel_stride >= channels && u64::from(layout.row_stride) >= row;
