@@ -21,9 +21,9 @@ struct Settings {
 // relative to their mean.
 const ALBEDO = 0.1;
 const NORMAL = 0.2;
-const LIGHT = 0.2;
+const LIGHT = 0.3;
 const DEPTH = 0.1;
-const DARK = 0.02 * GREY;    // light far below the picture's mean counts as equal
+const DARK = 0.005 * GREY;   // light far below the picture's mean counts as equal
 const DIFFERENT = 100.0;     // exp(-DIFFERENT) times any count changes no mean
 
 // Where the surface was in the last frame, from the center of the first pixel; in z whether that is

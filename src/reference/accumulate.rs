@@ -7,10 +7,10 @@ use crate::image::Image;
 /// their mean.
 const ALBEDO: f64 = 0.1;
 const NORMAL: f64 = 0.2;
-const LIGHT: f64 = 0.2;
+const LIGHT: f64 = 0.3;
 const DEPTH: f64 = 0.1;
-/// Exposed light that counts as dark: 2 % of the average.
-const DARK: f64 = 0.02 * GREY;
+/// Exposed light that counts as dark: half a percent of the average.
+const DARK: f64 = 0.005 * GREY;
 
 /// A denoised frame and what is known of its surfaces, row by row. All images have one size.
 #[derive(Clone, Copy, Debug)]
@@ -55,7 +55,7 @@ struct Seen {
 /// The mean of a frame, with weight 1, and the history at the end of each pixel's motion `q`, with
 /// weight `n = v · min(count, longest)`:
 ///
-/// `v = exp(−(Δalbedo / 0.1)² − (Δnormal / 0.2)² − (Δlight / 0.2)² − (Δdepth / 0.1)²)`
+/// `v = exp(−(Δalbedo / 0.1)² − (Δnormal / 0.2)² − (Δlight / 0.3)² − (Δdepth / 0.1)²)`
 ///
 /// Δalbedo and Δnormal are mean differences of channels, Δlight and Δdepth are relative to the mean
 /// of both sides. All are taken from means of 3×3 pixels, those of the history read bilinearly at
@@ -252,7 +252,7 @@ mod tests {
         let albedo = expected((steps(0.6, 255.0) - steps(0.5, 255.0)) / 0.1);
         let normal = expected((steps(0.6, 127.0) - steps(0.5, 127.0)) / 0.2);
         for (what, frame, expected) in [
-            ("light", Frame { denoised: &other, ..own }, expected(0.1 / 0.5536 / 0.2)),
+            ("light", Frame { denoised: &other, ..own }, expected(0.1 / 0.5509 / 0.3)),
             ("albedo", Frame { albedo: Some(&other), ..own }, albedo),
             ("normal", Frame { normal: Some(&other), ..own }, normal),
             ("depth", Frame { depth: Some(&far), ..own }, expected(0.1 / 1.05 / 0.1)),
