@@ -4,7 +4,7 @@
     pip install OpenEXR
     python demo/path_tracer/benches/temporal.py target/temporal
 
-Every case is drawn with one sample per pixel, denoised frame by frame and along time, and compared with many samples,
+Every case is drawn with few samples per pixel, denoised frame by frame and along time, and compared with many samples,
 denoised. References that the folder holds from an earlier run are kept. Values are display values: at the exposure that
 brings the reference's log-average luminance to 0.18, in sRGB. Means over the second half of the frames:
 
@@ -40,6 +40,7 @@ def arguments():
     p.add_argument("--size", default="160x120")
     p.add_argument("--frames", type=int, default=10)
     p.add_argument("--reference-spp", type=int, default=128)
+    p.add_argument("--spp", default="1")
     p.add_argument("--quality", default="fast")
     return p.parse_args()
 
@@ -56,7 +57,7 @@ def draw(args, folder, case):
         spp = str(args.reference_spp)
         run("--seed", "1000000", "--spp", spp, "--quality", "high", "--out", "many.exr", "--denoised", "reference.exr")
     for name, more in ("alone", []), ("averaged", ["--temporal"]):
-        run("--spp", "1", "--quality", args.quality, "--out", "noisy.exr", "--denoised", f"{name}.exr", *more)
+        run("--spp", args.spp, "--quality", args.quality, "--out", "noisy.exr", "--denoised", f"{name}.exr", *more)
 
 
 def read(path):

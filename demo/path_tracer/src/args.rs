@@ -8,8 +8,8 @@ use wgdenoise::Schedule;
 use path_tracer::renderer::scenes::SceneName;
 
 const AFTER_HELP: &str = "\
-In the window: drag to orbit, scroll to zoom, A moves the spheres, D toggles the denoiser, T averages
-frames along their motion, S shows noisy and denoised side by side, Esc quits.";
+In the window: drag to orbit, scroll to zoom, A moves the spheres, D toggles the denoiser, T toggles
+the average of frames along their motion, S shows noisy and denoised side by side, Esc quits.";
 
 /// Draws a built-in scene and denoises it, in a window or, with --out, into files
 #[derive(Debug, Parser)]
@@ -36,8 +36,8 @@ pub(crate) struct Args {
     /// In the window: samples per pixel at which noisy and denoised are blended equally
     #[arg(long, value_name = "N", default_value_t = Schedule::default().half_life)]
     pub(crate) half_life: f32,
-    /// Denoise each frame together with the last ones, along its motion; the key T in the window
-    #[arg(long)]
+    /// Average each of --frames with the last ones, along its motion; a window does so anyway
+    #[arg(long, requires = "frames")]
     pub(crate) temporal: bool,
     /// Move the scene's spheres; the key A in the window
     #[arg(long)]

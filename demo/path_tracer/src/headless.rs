@@ -40,10 +40,8 @@ pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     if let Some(frames) = args.frames {
         return frames::run(args, &files, frames);
     }
-    if args.temporal || args.animate {
-        return Err(
-            "one picture does not move: give --frames N for --temporal and --animate".into()
-        );
+    if args.animate {
+        return Err("one picture does not move: give --frames N with --animate".into());
     }
     check_outputs(&files.all())?;
     let studio = Studio::open(args)?;

@@ -34,8 +34,14 @@ const WHEEL_STEP: f32 = 40.0;
 
 impl Controls {
     pub(super) fn new(args: &Args) -> Self {
-        let Args { animate, temporal, .. } = *args;
-        Self { animate, temporal, denoise: true, divider: None, mouse: [0.0; 2], drag: None }
+        Self {
+            animate: args.animate,
+            temporal: true,
+            denoise: true,
+            divider: None,
+            mouse: [0.0; 2],
+            drag: None,
+        }
     }
 
     /// Handles a letter key.

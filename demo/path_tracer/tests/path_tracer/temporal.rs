@@ -35,12 +35,12 @@ impl Studio {
         Self { stage, film, motion, denoised }
     }
 
-    /// Adds a sample and denoises the film after this many earlier frames of it.
+    /// Adds samples and denoises the film after this many earlier frames of it.
     fn draw(&mut self, earlier: u32) -> Vec<[f32; 4]> {
         let Bench { device, queue, .. } = bench();
         let Self { stage, film, motion, denoised } = self;
         let mut encoder = device.create_command_encoder(&Default::default());
-        stage.encode(&mut encoder, film, 1, None);
+        stage.encode(&mut encoder, film, 4, None);
         stage.encode_motion(&mut encoder, motion);
         denoised.pass.set_history(history(earlier));
         denoised.pass.encode(&mut encoder);
