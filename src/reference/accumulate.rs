@@ -59,9 +59,9 @@ struct Seen {
 ///
 /// Δalbedo and Δnormal are mean differences of channels, Δlight and Δdepth are relative to the mean
 /// of both sides. All are taken from means of 3×3 pixels, those of the history read bilinearly at
-/// `q`. Light is exposed, and 2 % of middle gray is added to its mean. Depths are averaged where
-/// something was hit. The history keeps albedo and normals in steps of 1/255 and 1/127, and they
-/// are compared so.
+/// `q`. Light is exposed, and half a percent of middle gray is added to its mean. Depths are
+/// averaged where something was hit. The history keeps albedo and normals in steps of 1/255 and
+/// 1/127, and they are compared so.
 ///
 /// The color at `q` is read by Catmull-Rom splines, as far as these stay in the range of the four
 /// nearest pixels, and bilinearly beyond that. The history counts nothing where `q` is no number or
