@@ -27,7 +27,7 @@ struct Canvas {
 /// If a file cannot be written, no adapter is found, or the device fails.
 pub(crate) fn run(args: &Args, files: &Files, frames: u32) -> Result<()> {
     let numbered: Vec<_> = (1..=frames).map(|frame| files.numbered(frame)).collect();
-    check_outputs(&numbered.iter().flat_map(Files::all).collect::<Vec<_>>())?;
+    numbered.iter().try_for_each(|files| check_outputs(&files.all()))?;
     let mut studio = Studio::open(args)?;
     let denoiser = denoiser(&studio.gpu.device, &studio.gpu.queue, args.quality.into())?;
     let mut canvas = Canvas::new(&studio, &denoiser, args)?;

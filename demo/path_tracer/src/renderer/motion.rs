@@ -1,7 +1,7 @@
 //! Motion vectors and depth, for filters that reuse the last frame.
 
 use bytemuck::{Pod, Zeroable};
-use glam::Vec3;
+use glam::Vec4;
 
 use super::camera::Camera;
 use super::film::{check, texture, uniform_buffer};
@@ -21,18 +21,14 @@ pub struct Motion {
     bindings: wgpu::BindGroup,
 }
 
-/// A camera, laid out as `View` in `shaders/motion.wgsl`.
+/// A camera, laid out as `View` in `shaders/motion.wgsl`, where vectors of three are padded.
 #[repr(C)]
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
 struct GpuView {
-    origin: Vec3,
-    padding: u32,
-    right: Vec3,
-    more_padding: u32,
-    up: Vec3,
-    even_more_padding: u32,
-    forward: Vec3,
-    last_padding: u32,
+    origin: Vec4,
+    right: Vec4,
+    up: Vec4,
+    forward: Vec4,
 }
 
 /// Uniforms of one dispatch, laid out as `Views` in `shaders/motion.wgsl`.
@@ -86,7 +82,8 @@ impl Renderer {
 impl GpuView {
     fn new(camera: &Camera, size: [u32; 2]) -> Self {
         let plane = camera.image_plane(size);
-        let (right, up, forward) = (plane.right, plane.up, plane.forward);
-        Self { origin: camera.position, right, up, forward, ..Self::default() }
+        let [origin, right, up, forward] =
+            [camera.position, plane.right, plane.up, plane.forward].map(|v| v.extend(0.0));
+        Self { origin, right, up, forward }
     }
 }

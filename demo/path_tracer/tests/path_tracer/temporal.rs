@@ -59,13 +59,11 @@ impl Studio {
     }
 }
 
-/// Ten frames from the time on at which the spheres are fastest.
+/// Eight frames from the time on at which the spheres are fastest.
 fn moments(orbit: f32, animate: bool) -> Vec<Moment> {
     let camera = SceneName::StillLife.build().camera;
     let start = Moment { time: 1.0, camera };
-    std::iter::successors(Some(start), |moment| Some(moment.next(orbit, animate)))
-        .take(10)
-        .collect()
+    std::iter::successors(Some(start), |moment| Some(moment.next(orbit, animate))).take(8).collect()
 }
 
 /// The mean difference of a frame and the last one where its motion vectors lead.
@@ -96,7 +94,7 @@ fn compare(orbit: f32, animate: bool) -> [[f64; 2]; 2] {
     let moments = moments(orbit, animate);
     let Moment { time, camera } = moments[moments.len() - 1];
     let scene = Scene { camera, ..SceneName::StillLife.at(time) };
-    let truth = draw(&scene, Method::default(), Shot { size: SIZE, samples: 128, seed: 99 });
+    let truth = draw(&scene, Method::default(), Shot { size: SIZE, samples: 64, seed: 99 });
     [false, true].map(|temporal| measure(temporal, &moments, &truth.color))
 }
 
