@@ -19,6 +19,7 @@ mod output_process;
 mod pyramid;
 mod repair;
 mod self_test;
+mod sequences;
 mod sigmoid;
 mod up_conv;
 mod upsample;
