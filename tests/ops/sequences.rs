@@ -19,7 +19,7 @@ fn a_broken_result_does_not_spread() {
         second.motion.fill([right, 0.0, 0.0, 0.0]);
         sequence.next(&first);
         let found = sequence.next(&second);
-        let agreement = (-(0.04_f32 / (1.02 + 0.02 * 0.18) / 0.2).powi(2)).exp();
+        let agreement = (-(0.04_f32 / (1.02 + 0.005 * 0.18) / 0.3).powi(2)).exp();
         let mean = |frames: f32| (1.04 + frames) / (1.0 + frames);
         let expected = [mean(agreement), mean(agreement * (1.0 - broken_share))];
         for (i, expected) in [(42, expected[0]), (40, expected[1]), (31, expected[0])] {
