@@ -50,7 +50,7 @@ def draw(args, folder, case):
     folder.mkdir(parents=True, exist_ok=True)
 
     def run(*more):
-        common = [args.program, "--size", args.size, "--frames", str(args.frames), "--start", "0.8"]
+        common = [args.program.resolve(), "--size", args.size, "--frames", str(args.frames), "--start", "0.8"]
         subprocess.run([*common, *case.split(), *more], cwd=folder, check=True, stdout=subprocess.DEVNULL)
 
     if not (folder / f"reference.{args.frames:04}.exr").exists():
