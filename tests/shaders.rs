@@ -181,12 +181,14 @@ fn structs_have_the_offsets_of_the_host() {
         ("normal", offset_of!(Tile, normal)),
         ("output", offset_of!(Tile, output)),
         ("beauty", offset_of!(Tile, beauty)),
+        ("motion", offset_of!(Tile, motion)),
+        ("depth", offset_of!(Tile, depth)),
     ];
     let layout = [
         ("offset", offset_of!(Layout, offset)),
         ("row_stride", offset_of!(Layout, row_stride)),
         ("pixel_stride", offset_of!(Layout, pixel_stride)),
-        ("alpha", size_of::<Layout>() - size_of::<u32>()),
+        ("channels", size_of::<Layout>() - size_of::<u32>()),
     ];
     let band = [
         ("image_size", offset_of!(Band, image_size)),

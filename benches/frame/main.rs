@@ -57,8 +57,11 @@ fn time(
     for [width, height] in arguments.sizes(&gpu.info) {
         let name = format!("{name} {width}×{height}");
         let frame = measure::measure(denoiser, width, height, arguments.runs)?;
-        let on_gpu = on_gpu::measure(gpu, denoiser, width, height, arguments.runs)?;
-        record.row(&format!("{name}, on the GPU"), &on_gpu, frame.flop);
+        let on_gpu = |moves| on_gpu::measure(gpu, denoiser, [width, height], moves, arguments.runs);
+        record.row(&format!("{name}, on the GPU"), &on_gpu(false)?, frame.flop);
+        if arguments.motion {
+            record.row(&format!("{name}, on the GPU, with motion"), &on_gpu(true)?, frame.flop);
+        }
         record.row(&format!("{name}, with upload and readback"), &frame.seconds, frame.flop);
         if arguments.operators {
             for call in measure::profile(denoiser, width, height, arguments.runs)? {

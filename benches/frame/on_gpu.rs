@@ -7,22 +7,26 @@ use wgdenoise::wgpu::{self, util::DeviceExt as _};
 use wgdenoise::{Denoiser, Element, Gpu, Image, Layout, PassDescriptor, PassImage, Result};
 
 /// Seconds to record the pass, submit it and wait, `runs` times after one to warm up, shortest
-/// first.
+/// first. With motion, every frame is averaged with the last ones, half a pixel away, by light,
+/// albedo, normal and depth.
 pub(crate) fn measure(
     gpu: &Gpu,
     denoiser: &Denoiser,
-    width: u32,
-    height: u32,
+    [width, height]: [u32; 2],
+    moves: bool,
     runs: u32,
 ) -> Result<Vec<f64>> {
     let [color, albedo, normal] = test_card(width, height)?.map(|image| upload(gpu, &image));
     let output = upload(gpu, &Image::filled(width, height, [0.0; 3])?);
+    let motion = upload(gpu, &Image::filled(width, height, [0.5; 3])?);
     let layout = Layout::packed(width);
     let image = |buffer| PassImage::Buffer { buffer, element: Element::F32, layout };
     let pass = denoiser.pass(
         &PassDescriptor::new(width, height, image(&color), image(&output))
             .albedo(image(&albedo))
-            .normal(image(&normal)),
+            .normal(image(&normal))
+            .motion(moves.then_some(image(&motion)))
+            .depth(moves.then_some(image(&motion))),
     )?;
     repeat(runs, || {
         let begin = Instant::now();

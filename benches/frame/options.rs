@@ -22,6 +22,9 @@ pub(crate) struct Arguments {
     /// Every kernel call as well
     #[arg(long)]
     pub(crate) operators: bool,
+    /// The frame on the GPU as well with motion, averaged with the last ones
+    #[arg(long)]
+    pub(crate) motion: bool,
     /// Where the rows are kept and those of the run before are found [default: the target folder]
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,

@@ -34,7 +34,7 @@ fn alpha_of_color(image: Layout, at: vec2<u32>) -> f32 {
 }
 @else
 fn alpha_of_color(image: Layout, at: vec2<u32>) -> f32 {
-    if image.alpha == 0u {
+    if image.channels < 4u {
         return 1.0;
     }
     return bitcast<f32>(color_element(element_of(image, at) + 3u));

@@ -4,7 +4,7 @@ struct Layout {
     offset: u32,
     row_stride: u32,
     pixel_stride: u32,
-    alpha: u32,              // 1 if the fourth element of a pixel is its alpha, else 0
+    channels: u32,           // of a pixel; a fourth one is its alpha
 }
 
 // The first element of a pixel.

@@ -42,7 +42,7 @@ fn store(at: vec2<u32>, rgb: vec3<f32>, alpha: f32) {
     store_element(i, rgb.r);
     store_element(i + 1u, rgb.g);
     store_element(i + 2u, rgb.b);
-    if tile.output.alpha != 0u {
+    if tile.output.channels == 4u {
         store_element(i + 3u, alpha);
     }
 }

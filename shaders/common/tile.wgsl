@@ -12,6 +12,8 @@ struct Tile {
     normal: Layout,
     output: Layout,
     beauty: Layout,
+    motion: Layout,
+    depth: Layout,
 }
 
 @group(0) @binding(0) var<uniform> tile: Tile;

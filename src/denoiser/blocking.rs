@@ -263,6 +263,7 @@ fn tile_in_window(placed: &PlacedTile, rect: &Rect) -> Tile {
         normal: layout,
         output: layout,
         beauty: layout,
+        ..Tile::default()
     }
 }
 

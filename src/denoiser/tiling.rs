@@ -25,6 +25,7 @@ fn images(width: u32, contents: Contents) -> Footprint {
         per_pixel: count * IMAGE_BYTES,
         buffer_per_pixel: IMAGE_BYTES,
         buffer_least: u64::from(BIN) * u64::from(width) * IMAGE_BYTES,
+        picture: 0,
     }
 }
 
@@ -164,8 +165,13 @@ impl Denoiser {
             let bindable = self.context.device.limits().max_storage_buffer_binding_size;
             format!("the device was created to bind at most {} MiB at once", bindable >> 20)
         };
+        let history = match footprint.picture.div_ceil(1 << 20) {
+            0 => String::new(),
+            size => format!(", {size} of them for the last frames"),
+        };
         Error::Budget(format!(
-            "a tile needs at least {width}×{height} pixels and {} MiB, but {limit}; raise that limit",
+            "a tile needs at least {width}×{height} pixels and {} MiB{history}, but {limit}; raise \
+             that limit",
             bytes.div_ceil(1 << 20)
         ))
     }

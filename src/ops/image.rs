@@ -187,6 +187,24 @@ pub(crate) fn result_features(color: ImageFormat, output: ImageFormat) -> Vec<&'
     features
 }
 
+/// The features of the kernel that averages frames, for motion, albedo, normal, depth and result in
+/// these formats.
+#[must_use]
+pub(crate) fn accumulate_features(
+    [motion, albedo, normal, depth]: [ImageFormat; 4],
+    output: ImageFormat,
+) -> Vec<&'static str> {
+    let features = [
+        Some("accumulate"),
+        motion.source_feature("motion_f16", "motion_texture"),
+        albedo.source_feature("albedo_f16", "albedo_texture"),
+        normal.source_feature("normal_f16", "normal_texture"),
+        depth.source_feature("depth_f16", "depth_texture"),
+        output.target_feature(),
+    ];
+    features.into_iter().flatten().collect()
+}
+
 /// The feature of kernels that write textures of this format; `None` if they cannot.
 #[must_use]
 pub fn storage(format: wgpu::TextureFormat) -> Option<&'static str> {

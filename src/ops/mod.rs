@@ -1,6 +1,7 @@
 //! The operators. Each has a shader and a CPU function of the same name; here is what the host must
 //! know of its kernels, for the planner, the tests and the benches.
 
+pub mod accumulate;
 pub mod activity;
 pub mod autoexposure;
 pub mod build;
@@ -88,6 +89,8 @@ fn image_specs() -> Vec<KernelSpec> {
         specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
         specs.extend([ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b)));
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
+            specs.push(accumulate::spec([color, source, f16, color], output));
+            specs.push(accumulate::spec([color, ImageFormat::F32, source, f16], output));
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
             specs.extend(

@@ -1,7 +1,7 @@
 //! The location of a tile in the images, needed at both ends of the network.
 
-/// The layout of an image in a buffer of floats. For pixel `(x, y)`, red (or x) is at element
-/// `offset + y · row_stride + x · pixel_stride`, and the other channels follow it directly. All
+/// The layout of an image in a buffer of floats. For pixel `(x, y)`, the first channel (red or x) is
+/// at element `offset + y · row_stride + x · pixel_stride`, and the others follow it directly. All
 /// values count elements, not bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
@@ -12,8 +12,8 @@ pub struct Layout {
     pub row_stride: u32,
     /// Elements from one pixel to the next: 3 for RGB, 4 for RGBA.
     pub pixel_stride: u32,
-    /// 1 if the fourth element of a pixel is its alpha, else 0.
-    alpha: u32,
+    /// Elements of a pixel that are read or written: 4 if the fourth is its alpha.
+    channels: u32,
 }
 
 impl Layout {
@@ -29,22 +29,34 @@ impl Layout {
         Self::new(0, width * 4, 4).with_alpha()
     }
 
-    /// Any other layout, without alpha.
+    /// This many channels without gaps: 2 for motion, 1 for depth.
+    #[must_use]
+    pub fn packed_channels(width: u32, channels: u32) -> Self {
+        Self::new(0, width * channels, channels).with_channels(channels)
+    }
+
+    /// Any other layout of three channels.
     #[must_use]
     pub fn new(offset: u32, row_stride: u32, pixel_stride: u32) -> Self {
-        Self { offset, row_stride, pixel_stride, alpha: 0 }
+        Self { offset, row_stride, pixel_stride, channels: 3 }
     }
 
     /// Adds alpha as the fourth element of each pixel. Only color and output may have it.
     #[must_use]
     pub fn with_alpha(self) -> Self {
-        Self { alpha: 1, ..self }
+        self.with_channels(4)
     }
 
-    /// Elements of a pixel that are read or written: 3, or 4 with alpha.
+    /// Changes the number of channels: 3 or 4 for light, at least 2 for motion and 1 for depth.
+    #[must_use]
+    pub fn with_channels(self, channels: u32) -> Self {
+        Self { channels, ..self }
+    }
+
+    /// Elements of a pixel that are read or written.
     #[must_use]
     pub fn channels(&self) -> u32 {
-        3 + self.alpha
+        self.channels
     }
 
     /// Elements that an image of this size needs, up to and including its last one.
@@ -80,4 +92,8 @@ pub struct Tile {
     pub output: Layout,
     /// Layout of the color that the network reads; ignored unless a further layer is denoised.
     pub beauty: Layout,
+    /// Layout of the motion; ignored without one.
+    pub motion: Layout,
+    /// Layout of the depth; ignored without one.
+    pub depth: Layout,
 }

@@ -1,6 +1,7 @@
 //! A tile's share of the memory budget.
 
-/// The bytes a tile needs: a number per pixel, with a minimum for one of its buffers.
+/// The bytes a tile needs: a number per pixel, with a minimum for one of its buffers; and those
+/// that are needed whatever its size.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Footprint {
     /// Bytes per pixel of everything, that buffer included; more than `buffer_per_pixel`.
@@ -9,6 +10,8 @@ pub struct Footprint {
     pub buffer_per_pixel: u64,
     /// Minimum bytes of that buffer, however small the tile.
     pub buffer_least: u64,
+    /// Bytes for a picture of any number of tiles.
+    pub picture: u64,
 }
 
 impl Footprint {
@@ -16,12 +19,13 @@ impl Footprint {
     #[must_use]
     pub fn bytes(&self, pixels: u64) -> u64 {
         let buffer = (pixels * self.buffer_per_pixel).max(self.buffer_least);
-        pixels * (self.per_pixel - self.buffer_per_pixel) + buffer
+        pixels * (self.per_pixel - self.buffer_per_pixel) + buffer + self.picture
     }
 
     /// The most pixels that fit into this many bytes; 0 if none do.
     #[must_use]
     pub fn most_pixels(&self, bytes: u64) -> u64 {
+        let bytes = bytes.saturating_sub(self.picture);
         let beside = bytes.saturating_sub(self.buffer_least);
         (bytes / self.per_pixel).min(beside / (self.per_pixel - self.buffer_per_pixel))
     }

@@ -126,10 +126,10 @@ proptest! {
     #[test]
     fn no_pixel_more_fits_the_memory_and_none_less(
         tensors in 1_u64..1 << 20, images in 0_u64..100, least in 0_u64..1 << 26,
-        bytes in 0_u64..1 << 44,
+        picture in 0_u64..1 << 40, bytes in 0_u64..1 << 44,
     ) {
         let (per_pixel, buffer_per_pixel) = (tensors + images, images);
-        let footprint = Footprint { per_pixel, buffer_per_pixel, buffer_least: least };
+        let footprint = Footprint { per_pixel, buffer_per_pixel, buffer_least: least, picture };
         let most = footprint.most_pixels(bytes);
         prop_assert!(footprint.bytes(most) <= bytes || most == 0, "{most} pixels do not fit");
         prop_assert!(footprint.bytes(most + 1) > bytes, "more than {most} pixels fit");
@@ -138,7 +138,7 @@ proptest! {
     #[test]
     fn a_memory_without_bounds_is_no_error(tensors in 1_u64..1 << 20, bytes in any::<u64>()) {
         let per_pixel = tensors + 24;
-        let footprint = Footprint { per_pixel, buffer_per_pixel: 24, buffer_least: 1 << 26 };
+        let footprint = Footprint { per_pixel, buffer_per_pixel: 24, buffer_least: 1 << 26, picture: 0 };
         prop_assert!(footprint.most_pixels(bytes) <= bytes / per_pixel);
     }
 }

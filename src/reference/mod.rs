@@ -4,6 +4,7 @@
 //! itself tested against `PyTorch`. It is never optimized: each result is one sum in 64-bit floats,
 //! rounded once to 32 bits.
 
+mod accumulate;
 mod activity;
 mod autoexposure;
 mod concat;
@@ -28,6 +29,7 @@ mod transfer_function;
 mod up_conv;
 mod upsample;
 
+pub use accumulate::{Frame, History, Past, accumulate};
 pub use activity::{Activity, TileOfImage, activity};
 pub use autoexposure::autoexposure;
 pub use concat::concat;

@@ -13,13 +13,13 @@ pub const LIBRARY: Library<'static> = Library { modules: MODULES, features: FEAT
 
 #[rustfmt::skip]
 const MODULES: &[(&str, &str)] = modules![
-    "activity", "autoexposure", "common/albedo", "common/beauty", "common/block", "common/clean", "common/color",
+    "accumulate", "activity", "autoexposure", "common/albedo", "common/beauty", "common/block", "common/clean", "common/color",
     "common/conv_bias", "common/conv_input", "common/conv_logits", "common/conv_output",
-    "common/conv_sums", "common/conv_tile",
+    "common/conv_sums", "common/conv_tile", "common/depth",
     "common/encoded", "common/encoding", "common/fill", "common/finest", "common/gathered",
-    "common/half", "common/head", "common/images", "common/inputs", "common/layer", "common/layout",
-    "common/light", "common/limits", "common/logits", "common/matrix", "common/need", "common/normal",
-    "common/output", "common/place", "common/repair", "common/result", "common/scale",
+    "common/half", "common/head", "common/history", "common/images", "common/inputs", "common/layer", "common/layout",
+    "common/light", "common/limits", "common/logits", "common/matrix", "common/motion", "common/need", "common/normal",
+    "common/output", "common/patch", "common/place", "common/repair", "common/result", "common/scale", "common/seen",
     "common/simd", "common/simd_input", "common/tensor", "common/tile", "common/weighted",
     "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
     "conv_logits_simd", "conv_logits_tiled",
@@ -38,6 +38,10 @@ const FEATURES: &[&str] = &[
     "albedo_texture",
     "normal_f16",
     "normal_texture",
+    "motion_f16",
+    "motion_texture",
+    "depth_f16",
+    "depth_texture",
     "output_f16",
     "output_rgba16float",
     "output_rgba32float",
@@ -59,6 +63,7 @@ const FEATURES: &[&str] = &[
     // channels at a time instead of four.
     "wide",
     // The kernel is the one of this name, with bindings of its own.
+    "accumulate",
     "gather",
     "input_conv",
     "up_conv",

@@ -59,22 +59,32 @@ fn the_memory_budget_does_not_change_the_result() {
     same_bits(&found, &run(&Options::default(), &frame)).unwrap();
 }
 
-/// On its own device, so that no other test allocates meanwhile.
 #[test]
 fn what_a_pass_allocates_is_what_was_planned() {
+    allocates_what_was_planned(4 << 20, false);
+}
+
+/// Of 90000 pixels, 48 bytes each are for the history of frames.
+#[test]
+fn what_a_pass_with_motion_allocates_is_what_was_planned() {
+    allocates_what_was_planned(8 << 20, true);
+}
+
+/// On its own device, so that no other test allocates meanwhile.
+fn allocates_what_was_planned(budget: u64, has_motion: bool) {
     let gpu = Gpu::open(None).unwrap();
     let allocated = || {
         gpu.device.poll(wgpu::PollType::wait_indefinitely()).unwrap();
         gpu.device.generate_allocator_report().expect("this backend reports").total_allocated_bytes
     };
-    let budget = 4 << 20;
     let options = Options::default().memory_bytes(budget);
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &tiny(), &options).unwrap();
     let [noisy, clean] = [(); 2].map(|()| pass_buffer(&gpu.device));
     let before = allocated();
     let image =
         |buffer| PassImage::Buffer { buffer, element: Element::F32, layout: Layout::packed(300) };
-    let descriptor = PassDescriptor::new(300, 300, image(&noisy), image(&clean));
+    let motion = has_motion.then_some(image(&noisy));
+    let descriptor = PassDescriptor::new(300, 300, image(&noisy), image(&clean)).motion(motion);
     let pass = denoiser.pass(&descriptor).unwrap();
     let used = allocated() - before;
     // The plan leaves out uniforms, exposure bins and alignment: a few kilobytes.
@@ -97,6 +107,19 @@ fn pass_buffer(device: &wgpu::Device) -> wgpu::Buffer {
         usage: wgpu::BufferUsages::STORAGE,
         mapped_at_creation: false,
     })
+}
+
+#[test]
+fn a_budget_below_the_history_of_frames_is_refused_with_what_it_needs() {
+    let denoiser = denoiser(&Options::default().memory_bytes(4 << 20));
+    let buffer = pass_buffer(&gpu().device);
+    let layout = Layout::packed(300);
+    let image = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
+    let output = pass_buffer(&gpu().device);
+    let output = PassImage::Buffer { buffer: &output, element: Element::F32, layout };
+    let descriptor = PassDescriptor::new(300, 300, image, output);
+    let error = denoiser.pass(&descriptor.motion(image)).unwrap_err().to_string();
+    assert!(error.contains("5 of them for the last frames"), "{error}");
 }
 
 #[test]

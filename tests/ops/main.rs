@@ -1,5 +1,6 @@
 //! Compares every operator on the adapter with its CPU reference.
 
+mod accumulate;
 mod activity;
 mod autoexposure;
 mod concat;
@@ -18,6 +19,7 @@ mod output_process;
 mod pyramid;
 mod repair;
 mod self_test;
+mod sequences;
 mod sigmoid;
 mod up_conv;
 mod upsample;

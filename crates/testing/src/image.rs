@@ -24,19 +24,41 @@ enum Place {
 impl GpuImage {
     /// An image of `pixels`; `size` has the width first. The layout applies to buffers only.
     pub fn new(pixels: &[Pixel], size: [u32; 2], format: ImageFormat, layout: Layout) -> Self {
+        let context = context(wgdenoise::Precision::F32);
         let place = match format {
-            ImageFormat::Texture(texture) => Place::Texture(upload(pixels, size, texture)),
+            ImageFormat::Texture(texture) => Place::Texture(create(size, texture)),
             ImageFormat::Buffer(element) => {
                 let bytes = layout.elements(size[0], size[1]) as usize * element.bytes() as usize;
-                let mut contents = vec![0xff; bytes.next_multiple_of(4)];
-                for (range, pixel) in ranges(size, element.bytes(), layout).zip(pixels) {
-                    let length = range.len();
-                    contents[range].copy_from_slice(&encode(format, *pixel)[..length]);
-                }
-                Place::Buffer(buffer(context(wgdenoise::Precision::F32), &contents))
+                Place::Buffer(buffer(context, &vec![0xff; bytes.next_multiple_of(4)]))
             }
         };
-        Self { place, format, layout, size }
+        let image = Self { place, format, layout, size };
+        image.write(pixels);
+        image
+    }
+
+    /// Replaces the pixels for all work that is submitted later.
+    pub fn write(&self, pixels: &[Pixel]) {
+        let context = context(wgdenoise::Precision::F32);
+        match (&self.place, self.format) {
+            (Place::Buffer(buffer), ImageFormat::Buffer(element)) => {
+                let mut contents = vec![0xff; buffer.size() as usize];
+                let ranges = ranges(self.size, element.bytes(), self.layout);
+                for (range, pixel) in ranges.zip(pixels) {
+                    let length = range.len();
+                    contents[range].copy_from_slice(&encode(self.format, *pixel)[..length]);
+                }
+                context.queue.write_buffer(buffer, 0, &contents);
+            }
+            (Place::Texture(texture), format) => {
+                let bytes: Vec<u8> = pixels.iter().flat_map(|p| encode(format, *p)).collect();
+                let [width, height] = self.size;
+                let layout = copy_layout(width * texel_bytes(texture.format()), height);
+                let target = texture.as_image_copy();
+                context.queue.write_texture(target, &bytes, layout, texture.size());
+            }
+            _ => unreachable!("a buffer has a buffer format"),
+        }
     }
 
     pub fn as_pass(&self) -> PassImage<'_> {
@@ -130,23 +152,14 @@ fn ranges(
     (0..height).flat_map(move |y| (0..width).map(move |x| at(x, y)))
 }
 
-fn upload(
-    pixels: &[Pixel],
-    [width, height]: [u32; 2],
-    format: wgpu::TextureFormat,
-) -> wgpu::Texture {
-    let context = context(wgdenoise::Precision::F32);
+fn create(size: [u32; 2], format: wgpu::TextureFormat) -> wgpu::Texture {
     let mut usage = wgpu::TextureUsages::TEXTURE_BINDING
         | wgpu::TextureUsages::COPY_SRC
         | wgpu::TextureUsages::COPY_DST;
     let float = [wgpu::TextureFormat::Rgba16Float, wgpu::TextureFormat::Rgba32Float];
     usage.set(wgpu::TextureUsages::STORAGE_BINDING, float.contains(&format));
-    let texture = context.device.create_texture(&descriptor([width, height], format, usage));
-    let encode = |pixel: &Pixel| encode(ImageFormat::Texture(format), *pixel);
-    let bytes: Vec<u8> = pixels.iter().flat_map(encode).collect();
-    let layout = copy_layout(width * texel_bytes(format), height);
-    context.queue.write_texture(texture.as_image_copy(), &bytes, layout, texture.size());
-    texture
+    let device = &context(wgdenoise::Precision::F32).device;
+    device.create_texture(&descriptor(size, format, usage))
 }
 
 /// A two-dimensional texture.

@@ -4,8 +4,8 @@ use half::f16;
 
 use wgdenoise::{Element, ImageFormat, wgpu};
 
-/// The bytes of a pixel: RGBA for every texture format; for a buffer, as many of the four channels
-/// as its layout has.
+/// The bytes of a pixel: all channels of a texture's format; for a buffer, the first four, of which
+/// it holds as many as its layout has.
 ///
 /// # Panics
 /// Panics if no pass accepts the format.
@@ -19,6 +19,12 @@ pub fn encode(format: ImageFormat, pixel: [f32; 4]) -> Vec<u8> {
         }
         ImageFormat::Buffer(Element::F32) | ImageFormat::Texture(Texture::Rgba32Float) => {
             pixel.iter().flat_map(|v| v.to_le_bytes()).collect()
+        }
+        ImageFormat::Texture(Texture::Rg16Float | Texture::R16Float) => {
+            encode(ImageFormat::Buffer(Element::F16), pixel)[..pixel_bytes(format)].into()
+        }
+        ImageFormat::Texture(Texture::Rg32Float | Texture::R32Float) => {
+            encode(ImageFormat::Buffer(Element::F32), pixel)[..pixel_bytes(format)].into()
         }
         ImageFormat::Texture(Texture::Rgba8Unorm) => {
             pixel.iter().map(|&v| unorm(v, 255.0) as u8).collect()
@@ -39,7 +45,12 @@ pub fn encode(format: ImageFormat, pixel: [f32; 4]) -> Vec<u8> {
     }
 }
 
-/// Reverses [`encode`].
+fn pixel_bytes(format: ImageFormat) -> usize {
+    let ImageFormat::Texture(format) = format else { unreachable!("only asked of textures") };
+    format.block_copy_size(None).expect("a color format") as usize
+}
+
+/// Reverses [`encode`]; channels that the format lacks are 0.
 ///
 /// # Panics
 /// Panics if no pass accepts the format, or if `bytes` are not those of one pixel.
@@ -53,6 +64,12 @@ pub fn decode(format: ImageFormat, bytes: &[u8]) -> [f32; 4] {
         }
         ImageFormat::Buffer(Element::F32) | ImageFormat::Texture(Texture::Rgba32Float) => {
             bytemuck::pod_read_unaligned(bytes)
+        }
+        ImageFormat::Texture(Texture::Rg16Float | Texture::R16Float) => {
+            decode(ImageFormat::Buffer(Element::F16), &padded(bytes, 8))
+        }
+        ImageFormat::Texture(Texture::Rg32Float | Texture::R32Float) => {
+            decode(ImageFormat::Buffer(Element::F32), &padded(bytes, 16))
         }
         ImageFormat::Texture(Texture::Rgba8Unorm) => [0, 1, 2, 3].map(byte),
         ImageFormat::Texture(Texture::Rgba8UnormSrgb) => {
@@ -69,6 +86,12 @@ pub fn decode(format: ImageFormat, bytes: &[u8]) -> [f32; 4] {
         }
         ImageFormat::Texture(other) => panic!("no pass takes {other:?}"),
     }
+}
+
+fn padded(bytes: &[u8], length: usize) -> Vec<u8> {
+    let mut bytes = bytes.to_vec();
+    bytes.resize(length, 0);
+    bytes
 }
 
 /// Blends a denoised value with the share `share` of the noisy one, or with nothing if that is not
@@ -101,6 +124,8 @@ mod tests {
         assert_eq!(texture(Texture::Rgba8UnormSrgb, [0.18, 0.0, 1.0, 0.5]), [118, 0, 255, 128]);
         assert_eq!(texture(Texture::Rgb10a2Unorm, [1.0, 0.0, 0.0, 1.0]), [255, 3, 0, 192]);
         assert_eq!(texture(Texture::Rgba16Float, [1.0; 4]), [0, 0x3c].repeat(4));
+        assert_eq!(texture(Texture::Rg16Float, [1.0; 4]), [0, 0x3c].repeat(2));
+        assert_eq!(texture(Texture::R32Float, [1.0; 4]), [0, 0, 0x80, 0x3f]);
     }
 
     #[test]

@@ -15,6 +15,10 @@ pub const COLOR: (&str, &[&str]) = ("", &["R", "G", "B", "A"]);
 pub const ALBEDO: (&str, &[&str]) = ("albedo.", &["R", "G", "B"]);
 /// Prefix and channels of world-space normals.
 pub const NORMAL: (&str, &[&str]) = ("normal.", &["X", "Y", "Z"]);
+/// Prefix and channels of motion vectors.
+pub const MOTION: (&str, &[&str]) = ("motion.", &["X", "Y"]);
+/// Prefix and channel of depth.
+pub const DEPTH: (&str, &[&str]) = ("", &["Z"]);
 
 /// Writes the layers as 32-bit floats into a single part. A file at `path` is replaced only once
 /// the new one is complete.

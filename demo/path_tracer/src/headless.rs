@@ -7,18 +7,28 @@ use wgdenoise::Gpu;
 use wgdenoise_files::check_output;
 
 use crate::args::Args;
+use crate::frames;
 use path_tracer::denoise::{Denoised, denoiser};
 use path_tracer::exr::{self, ALBEDO, COLOR, NORMAL};
 use path_tracer::renderer::film::Film;
 use path_tracer::renderer::pixels::read;
-use path_tracer::renderer::scene::Scene;
-use path_tracer::renderer::{Kernels, Method, Renderer, Result};
+use path_tracer::renderer::{Kernels, Result};
+use path_tracer::stage::Stage;
 
 /// A device with a scene on it.
-struct Studio {
-    gpu: Gpu,
-    scene: Scene,
-    renderer: Renderer,
+pub(crate) struct Studio {
+    pub(crate) gpu: Gpu,
+    pub(crate) stage: Stage,
+}
+
+/// A texture, and the prefix and channels to write it under.
+pub(crate) type Image<'a> = ((&'static str, &'static [&'static str]), &'a wgpu::Texture);
+
+/// The files to write.
+pub(crate) struct Files {
+    pub(crate) noisy: PathBuf,
+    pub(crate) denoised: PathBuf,
+    pub(crate) reference: Option<PathBuf>,
 }
 
 /// Draws, denoises and writes the requested files.
@@ -26,27 +36,47 @@ struct Studio {
 /// # Errors
 /// If a file cannot be written, no adapter is found, or the device fails.
 pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
-    let denoised = args.denoised.clone().unwrap_or_else(|| beside(out));
-    let files = [Some(out), Some(&denoised), args.reference.as_deref()];
-    check_outputs(&files.into_iter().flatten().collect::<Vec<_>>())?;
-    Gpu::silence_device_select();
-    let gpu = Gpu::open(args.device.as_deref())?;
-    println!("rendering on {}", gpu.info.name);
-    let scene = args.scene.build();
-    let kernels = Kernels::new(&gpu.device);
-    let renderer = Renderer::new(&gpu.device, &gpu.queue, &kernels, &scene, Method::default());
-    let studio = Studio { gpu, scene, renderer };
+    let files = Files::new(args, out);
+    if let Some(frames) = args.frames {
+        return frames::run(args, &files, frames);
+    }
+    if args.animate {
+        return Err("one picture does not move: give --frames N with --animate".into());
+    }
+    check_outputs(&files.all())?;
+    let studio = Studio::open(args)?;
     let film = studio.draw(args.size, args.spp, args.seed)?;
-    studio.write(out, &film)?;
-    studio.denoise(args, &film, &denoised)?;
-    let Some(reference) = &args.reference else { return Ok(()) };
-    // The reference must not share the picture's noise.
-    let film = studio.draw(args.size, args.reference_spp, !args.seed)?;
+    studio.write(&files.noisy, &film)?;
+    studio.denoise(args, &film, &files.denoised)?;
+    let Some(reference) = &files.reference else { return Ok(()) };
+    let film = studio.draw(args.size, args.reference_spp, reference_seed(args.seed))?;
     studio.write(reference, &film)
 }
 
+/// A seed far from the picture's: the reference must not share its noise.
+pub(crate) fn reference_seed(seed: u32) -> u32 {
+    seed ^ (1 << 31)
+}
+
+impl Files {
+    fn new(args: &Args, out: &Path) -> Self {
+        let noisy = out.to_path_buf();
+        let denoised = args.denoised.clone().unwrap_or_else(|| beside(out));
+        Self { noisy, denoised, reference: args.reference.clone() }
+    }
+
+    /// All of them.
+    pub(crate) fn all(&self) -> Vec<&Path> {
+        [&self.noisy, &self.denoised]
+            .into_iter()
+            .chain(&self.reference)
+            .map(PathBuf::as_path)
+            .collect()
+    }
+}
+
 /// Refuses files that cannot be written and names given twice.
-fn check_outputs(files: &[&Path]) -> Result<()> {
+pub(crate) fn check_outputs(files: &[&Path]) -> Result<()> {
     for (i, file) in files.iter().enumerate() {
         check_output(file, true)?;
         if files[..i].contains(file) {
@@ -66,53 +96,80 @@ fn beside(out: &Path) -> PathBuf {
 }
 
 impl Studio {
+    /// Opens a device and uploads the scene.
+    ///
+    /// # Errors
+    /// If no adapter is found or the device fails.
+    pub(crate) fn open(args: &Args) -> Result<Self> {
+        Gpu::silence_device_select();
+        let gpu = Gpu::open(args.device.as_deref())?;
+        println!("rendering on {}", gpu.info.name);
+        let stage = Stage::new(&gpu.device, &gpu.queue, &Kernels::new(&gpu.device), args.scene);
+        Ok(Self { gpu, stage })
+    }
+
     fn draw(&self, size: [u32; 2], samples: u32, seed: u32) -> Result<Film> {
-        let mut film = self.renderer.film(size, seed)?;
+        let mut film = self.stage.renderer.film(size, seed)?;
+        self.expose(&mut film, samples)?;
+        Ok(film)
+    }
+
+    /// Adds samples to the film until it has this many per pixel.
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub(crate) fn expose(&self, film: &mut Film, samples: u32) -> Result<()> {
         let begin = Instant::now();
         while film.samples < samples {
             let more = samples - film.samples;
-            self.submit(|encoder| {
-                self.renderer.encode(encoder, &mut film, &self.scene.camera, more, None);
-            })?;
+            self.submit(|encoder| self.stage.encode(encoder, film, more, None))?;
         }
-        let [width, height] = size;
-        println!(
-            "drew {width}×{height} pixels with {samples} samples each in {}",
-            ms(begin.elapsed())
-        );
-        Ok(film)
+        let ([width, height], time) = (film.size, ms(begin.elapsed()));
+        println!("drew {width}×{height} pixels with {samples} samples each in {time}");
+        Ok(())
     }
 
     /// Denoises twice, since drivers compile kernels the first time they run, and prints both times.
     fn denoise(&self, args: &Args, film: &Film, out: &Path) -> Result<()> {
         let Gpu { device, queue, .. } = &self.gpu;
         let denoiser = denoiser(device, queue, args.quality.into())?;
-        let denoised = Denoised::new(&denoiser, device, film)?;
-        let first = self.submit(|encoder| denoised.encode(encoder))?;
-        let again = self.submit(|encoder| denoised.encode(encoder))?;
+        let denoised = Denoised::new(&denoiser, device, film, None)?;
+        let first = self.submit(|encoder| denoised.pass.encode(encoder))?;
+        let again = self.submit(|encoder| denoised.pass.encode(encoder))?;
         println!("denoised in {} (first run {})", ms(again), ms(first));
-        let color = read(device, queue, &denoised.output)?;
-        exr::write(out, film.size, &[(COLOR.0, COLOR.1, &color)])?;
-        println!("wrote {}", out.display());
-        Ok(())
+        self.save(out, film.size, &[(COLOR, &denoised.output)])
     }
 
     fn write(&self, out: &Path, film: &Film) -> Result<()> {
-        let read = |texture| read(&self.gpu.device, &self.gpu.queue, texture);
-        let [color, albedo, normal] = [&film.color, &film.albedo, &film.normal].map(read);
-        let (color, albedo, normal) = (color?, albedo?, normal?);
-        let layers = [
-            (COLOR.0, COLOR.1, &color[..]),
-            (ALBEDO.0, ALBEDO.1, &albedo),
-            (NORMAL.0, NORMAL.1, &normal),
-        ];
-        exr::write(out, film.size, &layers)?;
+        self.save(
+            out,
+            film.size,
+            &[(COLOR, &film.color), (ALBEDO, &film.albedo), (NORMAL, &film.normal)],
+        )
+    }
+
+    /// Writes textures of this size into one file.
+    ///
+    /// # Errors
+    /// If the device fails or the file cannot be written.
+    pub(crate) fn save(&self, out: &Path, size: [u32; 2], images: &[Image<'_>]) -> Result<()> {
+        let read = |(_, texture): &Image<'_>| read(&self.gpu.device, &self.gpu.queue, texture);
+        let pixels = images.iter().map(read).collect::<Result<Vec<_>>>()?;
+        let layers = images.iter().zip(&pixels);
+        let layers = layers.map(|(((prefix, names), _), pixels)| (*prefix, *names, &pixels[..]));
+        exr::write(out, size, &layers.collect::<Vec<_>>())?;
         println!("wrote {}", out.display());
         Ok(())
     }
 
     /// Submits the recorded commands and waits for them.
-    fn submit(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Result<Duration> {
+    ///
+    /// # Errors
+    /// If the device fails.
+    pub(crate) fn submit(
+        &self,
+        record: impl FnOnce(&mut wgpu::CommandEncoder),
+    ) -> Result<Duration> {
         let begin = Instant::now();
         let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
         record(&mut encoder);

@@ -1,6 +1,7 @@
 //! The path tracer's command: draws into a window, or into files with `--out`.
 
 mod args;
+mod frames;
 mod headless;
 mod window;
 

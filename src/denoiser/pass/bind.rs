@@ -1,5 +1,6 @@
 //! Turns a checked descriptor into a pass.
 
+use super::accumulation::{self, Accumulation};
 use super::held::{Held, Rescue};
 use super::image::Role;
 use super::{InputScale, Pass, PassDescriptor, PassImage};
@@ -9,7 +10,9 @@ use crate::gpu::kernel::{Binding, binding_type};
 use crate::gpu::scopes::catch;
 use crate::network::bind::{Bound, BoundLayer, TileCalls};
 use crate::network::compile::CompiledNetwork;
+use crate::ops::accumulate::FrameImages;
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
+use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, scale_binding};
 use crate::ops::packing::filled_buffer;
 use crate::ops::tile::Tile;
@@ -23,10 +26,33 @@ struct BoundImages {
     color: Held,
     albedo: Option<Held>,
     normal: Option<Held>,
+    motion: Option<Held>,
+    depth: Option<Held>,
     output: Held,
     /// Each layer, and its output.
     layers: Vec<[Held; 2]>,
     rescues: Vec<Rescue>,
+}
+
+impl BoundImages {
+    /// What the mean of frames reads and writes, if there is motion.
+    fn frame<'a>(
+        &'a self,
+        sources: &Sources<'a>,
+        denoised: Option<&'a wgpu::TextureView>,
+    ) -> Option<FrameImages<'a>> {
+        Some(FrameImages {
+            tile: sources.tiles,
+            denoised: denoised?,
+            motion: self.motion.as_ref()?.binding(),
+            albedo: sources.albedo,
+            normal: sources.normal,
+            unorm_normal: sources.unorm_normal,
+            depth: self.depth.as_ref().map(Held::binding),
+            input_scale: sources.input_scale,
+            output: self.output.binding(),
+        })
+    }
 }
 
 impl Denoiser {
@@ -66,6 +92,8 @@ impl Denoiser {
         let color = hold(Role::Color, d.color)?;
         let albedo = d.albedo.map(|image| hold(Role::Albedo, image)).transpose()?;
         let normal = d.normal.map(|image| hold(of_normal, image)).transpose()?;
+        let motion = d.motion.map(|image| hold(Role::Motion, image)).transpose()?;
+        let depth = d.depth.map(|image| hold(Role::Depth, image)).transpose()?;
         let output = hold(Role::Output, d.output)?;
         let layers = d.layers.iter().enumerate().map(|(i, layer)| {
             Ok([hold(Role::Layer(i), layer.noisy)?, hold(Role::LayerOutput(i), layer.output)?])
@@ -75,7 +103,7 @@ impl Denoiser {
             let bind = || try_bind(device, Binding::Buffer, scale_binding(buffer));
             check_device(device, &"input scale", bind)?;
         }
-        Ok(BoundImages { color, albedo, normal, output, layers, rescues })
+        Ok(BoundImages { color, albedo, normal, motion, depth, output, layers, rescues })
     }
 
     fn bind_images(
@@ -106,10 +134,13 @@ impl Denoiser {
             input_scale: &scale,
             encoding: network.encoding,
         };
+        let denoised = d.motion.map(|_| accumulation::denoised(device, d.size()));
+        let accumulation = images.frame(&sources, denoised.as_ref());
+        let accumulation = accumulation.map(|images| Accumulation::new(context, d.size(), &images));
         let bound = Bound {
             tile: plan.tile,
             sources,
-            output: images.output.binding(),
+            output: denoised.as_ref().map_or(images.output.binding(), ImageBinding::Texture),
             blend: &blend,
             skip_clean: self.options.skip_clean,
             layers: &layers,
@@ -118,7 +149,7 @@ impl Denoiser {
         let exposure = self.exposure(d, &images.color, &scale);
         let tiles = (0..plan.tiles.len()).map(|i| (i * TILE_STRIDE) as u32).collect();
         let queue = context.queue.clone();
-        Pass { rescues: images.rescues, exposure, graph, tiles, blend, queue }
+        Pass { rescues: images.rescues, exposure, graph, tiles, accumulation, blend, queue }
     }
 
     /// The exposure measurement, unless the caller supplies the scale.
@@ -181,6 +212,8 @@ fn whole_tile(image_size: [u32; 2], images: &BoundImages) -> Tile {
         color: images.color.layout,
         albedo: layout(&images.albedo),
         normal: layout(&images.normal),
+        motion: layout(&images.motion),
+        depth: layout(&images.depth),
         output: images.output.layout,
         ..Tile::default()
     }

@@ -61,6 +61,11 @@ impl<'a> PassLayer<'a> {
 /// | color, output | `Rgba16Float`, `Rgba32Float` | copied from color, or 1 if color has none |
 /// | albedo | the same, `Rgba8Unorm`, `Rgba8UnormSrgb` | ignored |
 /// | normal | the same as color, `Rgba8Snorm`; with [`NormalEncoding::Unorm`] `Rgba8Unorm`, `Rgb10a2Unorm` | ignored |
+/// | motion | `Rg16Float`, `Rg32Float`, `Rgba16Float`, `Rgba32Float` | ignored |
+/// | depth | `R16Float`, `R32Float` | |
+///
+/// In a buffer, motion has at least two channels and depth at least one
+/// ([`Layout::packed_channels`](crate::Layout::packed_channels)); all others have three or four.
 ///
 /// An output may share its texture or buffer with color or another input. The pass first copies
 /// such an input into memory of its own, so it needs the usage `COPY_SRC`.
@@ -80,13 +85,21 @@ pub struct PassDescriptor<'a> {
     pub normal: Option<PassImage<'a>>,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
+    /// Where each pixel's surface was in the last frame, relative to the pixel: in pixels, x right,
+    /// y down. With it, the pass averages each frame with the last ones, so that they flicker less.
+    /// NaN, infinite, or leading out of the picture: the surface was not seen. The pass then owns 48
+    /// bytes per pixel more, and 8 for each of albedo, normal and depth.
+    pub motion: Option<PassImage<'a>>,
+    /// Distance of the surface from the camera's plane, linear, in any unit; 0, infinite or NaN
+    /// where nothing was hit. Tells surfaces apart that motion confuses; only read with motion.
+    pub depth: Option<PassImage<'a>>,
     /// Receives the denoised color at the input's exposure. Finite values beyond the range of a
     /// 16-bit format become ±65504.
     pub output: PassImage<'a>,
     /// The factor for the color the network reads.
     pub input_scale: InputScale<'a>,
     /// Further images to denoise by the color's weights. The weights must predict a kernel pyramid,
-    /// as the built-in ones do.
+    /// as the built-in ones do. A pass with motion takes none.
     pub layers: &'a [PassLayer<'a>],
 }
 
@@ -101,6 +114,8 @@ impl<'a> PassDescriptor<'a> {
             albedo: None,
             normal: None,
             normal_encoding: NormalEncoding::Signed,
+            motion: None,
+            depth: None,
             output,
             input_scale: InputScale::Auto,
             layers: &[],
@@ -135,6 +150,18 @@ impl<'a> PassDescriptor<'a> {
     #[must_use]
     pub fn normal_encoding(self, normal_encoding: NormalEncoding) -> Self {
         Self { normal_encoding, ..self }
+    }
+
+    /// Sets or clears the motion.
+    #[must_use]
+    pub fn motion(self, motion: impl Into<Option<PassImage<'a>>>) -> Self {
+        Self { motion: motion.into(), ..self }
+    }
+
+    /// Sets or clears the depth.
+    #[must_use]
+    pub fn depth(self, depth: impl Into<Option<PassImage<'a>>>) -> Self {
+        Self { depth: depth.into(), ..self }
     }
 
     /// Sets the input scale.
@@ -178,7 +205,21 @@ impl<'a> PassDescriptor<'a> {
             }
         }
         self.check_outputs()?;
+        self.check_motion()?;
         self.check_input_scale()
+    }
+
+    fn check_motion(&self) -> Result<()> {
+        refuse_unless(self.motion.is_some() || self.depth.is_none(), || {
+            "depth only tells whether the last frame shows the same surface, which needs motion; \
+             set motion too or leave out depth"
+                .into()
+        })?;
+        refuse_unless(self.motion.is_none() || self.layers.is_empty(), || {
+            "a pass with motion averages the color only and takes no layers; denoise them in a \
+             pass without motion"
+                .into()
+        })
     }
 
     /// Whether an output shares the image's texture or buffer.
@@ -188,8 +229,13 @@ impl<'a> PassDescriptor<'a> {
 
     fn sources(&self) -> impl Iterator<Item = (Role, PassImage<'a>)> + use<'a> {
         let normal = Role::Normal { unorm: self.unorm_normal() };
-        let all =
-            [(Role::Color, Some(self.color)), (Role::Albedo, self.albedo), (normal, self.normal)];
+        let all = [
+            (Role::Color, Some(self.color)),
+            (Role::Albedo, self.albedo),
+            (normal, self.normal),
+            (Role::Motion, self.motion),
+            (Role::Depth, self.depth),
+        ];
         let layers = (0..).zip(self.layers).map(|(i, layer)| (Role::Layer(i), Some(layer.noisy)));
         all.into_iter().chain(layers).filter_map(|(role, image)| Some((role, image?)))
     }

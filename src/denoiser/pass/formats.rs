@@ -21,6 +21,10 @@ pub struct PassFormats {
     pub normal: Option<ImageFormat>,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
+    /// Format of the motion.
+    pub motion: Option<ImageFormat>,
+    /// Format of the depth.
+    pub depth: Option<ImageFormat>,
     /// Format of the output.
     pub output: ImageFormat,
     /// Formats of each further layer, if there are any.
@@ -40,8 +44,16 @@ impl PassFormats {
     /// Color alone.
     #[must_use]
     pub fn new(color: ImageFormat, output: ImageFormat) -> Self {
-        let normal_encoding = NormalEncoding::Signed;
-        Self { color, albedo: None, normal: None, normal_encoding, output, layer: None }
+        Self {
+            color,
+            albedo: None,
+            normal: None,
+            normal_encoding: NormalEncoding::Signed,
+            motion: None,
+            depth: None,
+            output,
+            layer: None,
+        }
     }
 
     /// Replaces the color's format.
@@ -74,6 +86,18 @@ impl PassFormats {
         Self { normal_encoding, ..self }
     }
 
+    /// Sets or clears the motion's format.
+    #[must_use]
+    pub fn motion(self, motion: impl Into<Option<ImageFormat>>) -> Self {
+        Self { motion: motion.into(), ..self }
+    }
+
+    /// Sets or clears the depth's format.
+    #[must_use]
+    pub fn depth(self, depth: impl Into<Option<ImageFormat>>) -> Self {
+        Self { depth: depth.into(), ..self }
+    }
+
     /// Sets or clears the formats of further layers.
     #[must_use]
     pub fn layer(self, layer: impl Into<Option<LayerFormats>>) -> Self {
@@ -96,10 +120,15 @@ impl Denoiser {
     /// Fails if a pass would reject the formats.
     pub fn warm_up(&self, formats: &PassFormats) -> Result<()> {
         let unorm = formats.normal_encoding == NormalEncoding::Unorm;
+        let optional = |role, format: Option<ImageFormat>| {
+            let pixel = |format| Ok((self.pixel(role, format)?, format));
+            format.map(pixel).transpose()
+        };
         let color = self.pixel(Role::Color, formats.color)?;
-        let albedo = formats.albedo.map(|format| self.pixel(Role::Albedo, format)).transpose()?;
-        let normal = formats.normal.map(|format| self.pixel(Role::Normal { unorm }, format));
-        let normal = normal.transpose()?;
+        let albedo = optional(Role::Albedo, formats.albedo)?;
+        let normal = optional(Role::Normal { unorm }, formats.normal)?;
+        let motion = optional(Role::Motion, formats.motion)?;
+        let depth = optional(Role::Depth, formats.depth)?;
         let output = self.pixel(Role::Output, formats.output)?;
         let layer = formats.layer.map(|layer| {
             let noisy = self.pixel(Role::Layer(0), layer.noisy)?;
@@ -114,9 +143,11 @@ impl Denoiser {
             width: 1,
             height: 1,
             color: color.image(formats.color),
-            albedo: albedo.as_ref().zip(formats.albedo).map(|(pixel, format)| pixel.image(format)),
-            normal: normal.as_ref().zip(formats.normal).map(|(pixel, format)| pixel.image(format)),
+            albedo: present(albedo.as_ref()),
+            normal: present(normal.as_ref()),
             normal_encoding: formats.normal_encoding,
+            motion: present(motion.as_ref()),
+            depth: present(depth.as_ref()),
             output: output.image(formats.output),
             input_scale: InputScale::Auto,
             layers: &layers,
@@ -148,6 +179,10 @@ impl Denoiser {
     }
 }
 
+fn present(image: Option<&(Pixel, ImageFormat)>) -> Option<PassImage<'_>> {
+    image.map(|(pixel, format)| pixel.image(*format))
+}
+
 impl Pixel {
     fn image(&self, format: ImageFormat) -> PassImage<'_> {
         match (self, format) {
@@ -166,7 +201,9 @@ impl Pixel {
 mod tests {
     use super::*;
     use crate::{Gpu, Options, Quality, Weights};
-    use wgpu::TextureFormat::{Rgba8Snorm, Rgba8Unorm, Rgba16Float, Rgba32Float};
+    use wgpu::TextureFormat::{
+        R32Float, Rg16Float, Rgba8Snorm, Rgba8Unorm, Rgba16Float, Rgba32Float,
+    };
 
     fn formats() -> PassFormats {
         PassFormats::new(ImageFormat::Texture(Rgba32Float), ImageFormat::Texture(Rgba16Float))
@@ -175,18 +212,24 @@ mod tests {
     }
 
     /// The number of kernels that a pass of this size compiles on top of the existing ones.
-    fn compiles(denoiser: &Denoiser, width: u32, height: u32) -> usize {
+    fn compiles(denoiser: &Denoiser, [width, height]: [u32; 2], moves: bool) -> usize {
         let before = denoiser.context.compiled();
         let create =
             |format, usage| texture(&denoiser.context.device, [width, height], format, usage);
         let input = |format| create(format, wgpu::TextureUsages::TEXTURE_BINDING);
         let [color, albedo, normal] = [Rgba32Float, Rgba8Unorm, Rgba8Snorm].map(input);
+        let [motion, depth] = [Rg16Float, R32Float].map(input);
         let output = create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
         let [color, albedo, normal, output] =
             [&color, &albedo, &normal, &output].map(PassImage::Texture);
-        let pass = denoiser
-            .pass(&PassDescriptor::new(width, height, color, output).albedo(albedo).normal(normal));
-        pass.expect("the images fit");
+        let [motion, depth] =
+            [&motion, &depth].map(|texture| moves.then_some(PassImage::Texture(texture)));
+        let descriptor = PassDescriptor::new(width, height, color, output)
+            .albedo(albedo)
+            .normal(normal)
+            .motion(motion)
+            .depth(depth);
+        denoiser.pass(&descriptor).expect("the images fit");
         denoiser.context.compiled() - before
     }
 
@@ -197,8 +240,26 @@ mod tests {
         let denoiser = || Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default());
         let [cold, warm] = [denoiser(), denoiser()].map(|denoiser| denoiser.expect("it works"));
         warm.warm_up(&formats()).expect("a pass takes them");
-        assert_eq!([compiles(&warm, 40, 30), compiles(&warm, 64, 16)], [0, 0]);
-        assert!(compiles(&cold, 40, 30) > 0);
-        assert_eq!(compiles(&cold, 64, 16), 0);
+        let compiles = |denoiser, size| compiles(denoiser, size, false);
+        assert_eq!([compiles(&warm, [40, 30]), compiles(&warm, [64, 16])], [0, 0]);
+        assert!(compiles(&cold, [40, 30]) > 0);
+        assert_eq!(compiles(&cold, [64, 16]), 0);
+    }
+
+    #[test]
+    fn motion_is_compiled_ahead_only_if_its_format_is_given() {
+        let gpu = Gpu::open(None).expect("the tests need an adapter");
+        let weights = Weights::builtin(Quality::Fast).expect("they are built in");
+        let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
+            .expect("it works");
+        denoiser.warm_up(&formats()).expect("a pass takes them");
+        // The kernel that averages frames, and the last one of the network, for another output.
+        assert_eq!(compiles(&denoiser, [40, 30], true), 2);
+        let formats =
+            formats().motion(ImageFormat::Texture(Rg16Float)).depth(ImageFormat::Texture(R32Float));
+        let warm = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
+            .expect("it works");
+        warm.warm_up(&formats).expect("a pass takes them");
+        assert_eq!(compiles(&warm, [40, 30], true), 0);
     }
 }

@@ -108,7 +108,7 @@ pub(super) fn end_bytes(element: Element, layout: &Layout, [width, height]: [u32
     (layout.elements(width, height) * u64::from(element.bytes())).next_multiple_of(4)
 }
 
-fn first_layer(texture: &wgpu::Texture) -> wgpu::TextureView {
+pub(super) fn first_layer(texture: &wgpu::Texture) -> wgpu::TextureView {
     texture.create_view(&wgpu::TextureViewDescriptor {
         dimension: Some(wgpu::TextureViewDimension::D2),
         mip_level_count: Some(1),

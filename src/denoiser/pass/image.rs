@@ -29,6 +29,8 @@ pub(super) enum Role {
     Color,
     Albedo,
     Normal { unorm: bool },
+    Motion,
+    Depth,
     Layer(usize),
     Output,
     LayerOutput(usize),
@@ -46,6 +48,8 @@ impl std::fmt::Display for Role {
             Self::Color => f.write_str("color"),
             Self::Albedo => f.write_str("albedo"),
             Self::Normal { .. } => f.write_str("normal"),
+            Self::Motion => f.write_str("motion"),
+            Self::Depth => f.write_str("depth"),
             Self::Layer(i) => write!(f, "layer {i}"),
             Self::Output => f.write_str("output"),
             Self::LayerOutput(i) => write!(f, "output of layer {i}"),
@@ -64,6 +68,8 @@ impl Role {
             Self::Normal { unorm: true } => {
                 float || matches!(format, Format::Rgba8Unorm | Format::Rgb10a2Unorm)
             }
+            Self::Motion => float || matches!(format, Format::Rg16Float | Format::Rg32Float),
+            Self::Depth => matches!(format, Format::R16Float | Format::R32Float),
         }
     }
 
@@ -78,6 +84,17 @@ impl Role {
                  or Rgb10a2Unorm"
             }
             Self::Normal { unorm: true } => "Rgba16Float, Rgba32Float, Rgba8Unorm or Rgb10a2Unorm",
+            Self::Motion => "Rg16Float, Rg32Float, Rgba16Float or Rgba32Float",
+            Self::Depth => "R16Float or R32Float",
+        }
+    }
+
+    /// The fewest channels of a pixel in a buffer.
+    fn channels(self) -> u32 {
+        match self {
+            Self::Motion => 2,
+            Self::Depth => 1,
+            _ => 3,
         }
     }
 
@@ -165,6 +182,10 @@ pub(super) fn check_format(role: Role, format: wgpu::TextureFormat) -> Result<()
 
 fn check_layout(layout: &Layout, role: Role, [width, height]: [u32; 2]) -> Result<()> {
     let (channels, last) = (layout.channels(), u64::from(width - 1));
+    let least = role.channels();
+    refuse_unless((least..=4).contains(&channels), || {
+        format!("{role} needs {least} to 4 channels a pixel, but its layout has {channels}")
+    })?;
     let row = last * u64::from(layout.pixel_stride) + u64::from(channels);
     let apart = layout.pixel_stride >= channels && u64::from(layout.row_stride) >= row;
     refuse_unless(apart, || {

@@ -4,6 +4,7 @@ mod blend;
 mod formats;
 mod in_place;
 mod layers;
+mod motion;
 mod refusals;
 mod warm_up;
 

@@ -4,6 +4,7 @@
 use wgdenoise::wgpu::{self, BufferUsages, TextureFormat as Texture, TextureUsages};
 use wgdenoise::{
     Denoiser, Element, InputScale, Layout, NormalEncoding, Options, PassDescriptor, PassImage,
+    PassLayer,
 };
 
 use crate::support::denoiser;
@@ -132,6 +133,46 @@ fn buffers_that_do_not_fit_are_refused() {
         fitting.refuses(&fine.color(image), &["color", word]);
         fitting.refuses(&fine.output(image), &["output", word]);
     }
+}
+
+#[test]
+fn motion_and_depth_that_no_pass_can_read_are_refused() {
+    let fitting = Fitting::new();
+    let fine = fitting.descriptor();
+    let [motion, wide, depth, half] =
+        [Texture::Rg16Float, Texture::Rgba32Float, Texture::R32Float, Texture::R16Float]
+            .map(|format| texture(format, TextureUsages::TEXTURE_BINDING));
+    let [motion, wide, depth, half] = [&motion, &wide, &depth, &half].map(PassImage::Texture);
+    for (motion, depth) in [(motion, depth), (wide, half)] {
+        fitting.denoiser.pass(&fine.motion(motion).depth(depth)).unwrap();
+    }
+    let buffer = storage(128, BufferUsages::STORAGE);
+    let of = |layout| PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
+    let two = |width, channels| of(Layout::packed_channels(width, channels));
+    fitting.denoiser.pass(&fine.motion(two(4, 2)).depth(two(4, 1))).unwrap();
+    let with = fine.motion(motion);
+    let cases: [(PassDescriptor<'_>, &[&str]); 9] = [
+        (fine.depth(depth), &["depth", "needs motion", "leave out depth"]),
+        (fine.motion(depth), &["motion", "R32Float", "Rg16Float, Rg32Float"]),
+        (with.depth(motion), &["depth", "Rg16Float", "R16Float or R32Float"]),
+        (fine.motion(two(4, 1)), &["motion needs 2 to 4 channels", "has 1"]),
+        (with.depth(of(Layout::default())), &["depth needs 1 to 4 channels", "has 0"]),
+        (fine.color(two(4, 2)), &["color needs 3 to 4 channels", "has 2"]),
+        (fine.motion(two(4, 3)), &["motion", "needs a buffer of 192 bytes, found 128"]),
+        (fine.motion(of(Layout::new(0, 8, 1).with_channels(2))), &["motion", "overlap"]),
+        (fine.motion(of(Layout::new(2, 8, 2).with_channels(2))), &["motion", "136 bytes"]),
+    ];
+    for (descriptor, words) in cases {
+        fitting.refuses(&descriptor, words);
+    }
+    let layers = [PassLayer::new(fine.color, wide)];
+    fitting.refuses(&with.layers(&layers), &["output of layer 0"]);
+    let output = texture(Texture::Rgba16Float, ALL);
+    let layers = [PassLayer::new(fine.color, PassImage::Texture(&output))];
+    fitting.refuses(&with.layers(&layers), &["motion", "takes no layers"]);
+    let descriptor = descriptor([5, 4], Texture::Rg16Float, TextureUsages::TEXTURE_BINDING);
+    let large = gpu().device.create_texture(&descriptor);
+    fitting.refuses(&fine.motion(PassImage::Texture(&large)), &["motion", "5×4 pixels"]);
 }
 
 #[test]

@@ -26,12 +26,16 @@ fn formats_that_no_pass_takes_are_refused() {
     let depth = ImageFormat::Texture(Texture::Depth32Float);
     let block = ImageFormat::Texture(Texture::Bc1RgbaUnorm);
     let byte = ImageFormat::Texture(Texture::Rgba8Unorm);
+    let moved = ImageFormat::Texture(Texture::Rg16Float);
     let denoiser = denoiser(&Options::default());
     for refused in [
         formats().color(depth),
         formats().albedo(block),
         formats().normal(byte),
         formats().output(byte),
+        formats().motion(byte),
+        formats().motion(moved).depth(byte),
+        formats().depth(ImageFormat::Texture(Texture::R32Float)),
     ] {
         denoiser.warm_up(&refused).unwrap_err();
     }

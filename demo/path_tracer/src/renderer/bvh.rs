@@ -98,6 +98,29 @@ impl Bvh {
         Self { nodes: vec![leaf], order }
     }
 
+    /// Fits the boxes to shapes that have moved. The tree stays as it was built, so it is slower
+    /// than a new one once neighbors have moved far apart.
+    pub fn refit(&mut self, bounds: &[Bounds]) {
+        // Descendants come after their ancestors.
+        for index in (0..self.nodes.len()).rev() {
+            let node = self.nodes[index];
+            let Bounds { low, high } = if node.count > 0 {
+                union(bounds, &self.order[node.next as usize..][..node.count as usize])
+            } else {
+                let [left, right] = self.children(index).map(|child| self.nodes[child].bounds());
+                left.and(&right)
+            };
+            self.nodes[index] = Node { low, high, ..node };
+        }
+    }
+
+    /// The children of an inner node.
+    fn children(&self, parent: usize) -> [usize; 2] {
+        let left = parent + 1;
+        let Node { next, count, .. } = self.nodes[left];
+        [left, if count > 0 { left + 1 } else { next as usize }]
+    }
+
     /// Appends the subtree of these shapes.
     fn add(&mut self, bounds: &[Bounds], range: Range<usize>) {
         let index = self.nodes.len();
@@ -117,6 +140,10 @@ impl Node {
     fn leaf(bounds: &Bounds, range: Range<usize>) -> Self {
         let (next, count) = (range.start as u32, range.len() as u32);
         Self { low: bounds.low, next, high: bounds.high, count }
+    }
+
+    fn bounds(&self) -> Bounds {
+        Bounds { low: self.low, high: self.high }
     }
 }
 

@@ -1,6 +1,6 @@
 //! The camera.
 
-use glam::Vec3;
+use glam::{Quat, Vec3};
 
 /// A pinhole camera, in metres; y is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,13 @@ pub(super) struct ImagePlane {
 }
 
 impl Camera {
+    /// Goes around the target by this angle, in degrees, to the right.
+    #[must_use]
+    pub fn orbit(self, angle: f32) -> Self {
+        let turn = Quat::from_rotation_y(angle.to_radians());
+        Self { position: self.target + turn * (self.position - self.target), ..self }
+    }
+
     pub(super) fn image_plane(&self, [width, height]: [u32; 2]) -> ImagePlane {
         let forward = (self.target - self.position).normalize();
         let right = forward.cross(Vec3::Y).normalize();

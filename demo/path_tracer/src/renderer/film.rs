@@ -10,7 +10,7 @@ use super::{Renderer, Result, bind};
 pub struct Film {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Samples per pixel so far; setting it to 0 starts over.
+    /// Samples per pixel so far.
     pub samples: u32,
     /// Selects the random numbers, and so the noise.
     pub seed: u32,
@@ -52,7 +52,7 @@ impl Renderer {
     pub fn film(&self, size: [u32; 2], seed: u32) -> Result<Film> {
         let device = &self.device;
         check(&device.limits(), size)?;
-        let frame = frame_buffer(device);
+        let frame = uniform_buffer::<GpuFrame>(device, "frame");
         let sums = ["colors", "albedos", "normals"].map(|label| sum(device, label, size));
         let buffers: Vec<_> = std::iter::once(&frame).chain(&sums).collect();
         let color = texture(device, "color", size, wgpu::TextureFormat::Rgba32Float);
@@ -65,6 +65,13 @@ impl Renderer {
 }
 
 impl Film {
+    /// Begins another picture, with other noise: noise that stays in place would look like a dirty
+    /// window in front of a moving scene, and no mean over frames would remove it.
+    pub fn start_over(&mut self) {
+        self.samples = 0;
+        self.seed = self.seed.wrapping_add(1);
+    }
+
     /// Writes the uniforms of the next dispatch, which adds this many samples.
     pub(super) fn write_frame(&self, queue: &wgpu::Queue, camera: &Camera, samples: u32) {
         let plane = camera.image_plane(self.size);
@@ -114,16 +121,18 @@ fn sum(device: &wgpu::Device, label: &str, [width, height]: [u32; 2]) -> wgpu::B
     })
 }
 
-fn frame_buffer(device: &wgpu::Device) -> wgpu::Buffer {
+/// A buffer for uniforms of this type.
+pub(super) fn uniform_buffer<T>(device: &wgpu::Device, label: &str) -> wgpu::Buffer {
     device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("frame"),
-        size: size_of::<GpuFrame>() as u64,
+        label: Some(label),
+        size: size_of::<T>() as u64,
         usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
         mapped_at_creation: false,
     })
 }
 
-fn check(limits: &wgpu::Limits, [width, height]: [u32; 2]) -> Result<()> {
+/// Refuses sizes that the device cannot hold.
+pub(super) fn check(limits: &wgpu::Limits, [width, height]: [u32; 2]) -> Result<()> {
     let side = limits.max_texture_dimension_2d;
     let pixels = limits.max_storage_buffer_binding_size / SUM_BYTES;
     let fits = (1..=side).contains(&width)

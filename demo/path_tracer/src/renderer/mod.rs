@@ -7,6 +7,7 @@ pub mod bvh;
 pub mod camera;
 pub mod film;
 pub mod meshes;
+pub mod motion;
 pub mod pixels;
 pub mod scene;
 mod scene_buffers;
@@ -37,6 +38,7 @@ pub struct Method {
 pub struct Kernels {
     path_trace: wgpu::ComputePipeline,
     resolve: wgpu::ComputePipeline,
+    motion: wgpu::ComputePipeline,
 }
 
 /// A scene on the GPU and the kernels that draw it.
@@ -44,7 +46,10 @@ pub struct Renderer {
     device: wgpu::Device,
     queue: wgpu::Queue,
     kernels: Kernels,
+    buffers: SceneBuffers,
     scene: wgpu::BindGroup,
+    /// The scene's shapes alone, for motion vectors.
+    shapes: wgpu::BindGroup,
 }
 
 /// The kernel that adds samples to a film.
@@ -63,6 +68,13 @@ pub const PATH_TRACE: &str = concat!(
 pub const RESOLVE: &str =
     concat!(include_str!("shaders/frame.wgsl"), include_str!("shaders/resolve.wgsl"));
 
+/// The kernel that computes motion vectors and depth.
+pub const MOTION: &str = concat!(
+    include_str!("shaders/scene.wgsl"),
+    include_str!("shaders/intersect.wgsl"),
+    include_str!("shaders/motion.wgsl"),
+);
+
 /// Pixels per side of a workgroup.
 const WORKGROUP: u32 = 8;
 
@@ -73,12 +85,13 @@ impl Default for Method {
 }
 
 impl Kernels {
-    /// Compiles both kernels.
+    /// Compiles the kernels.
     #[must_use]
     pub fn new(device: &wgpu::Device) -> Self {
         Self {
             path_trace: pipeline(device, "path_trace", PATH_TRACE),
             resolve: pipeline(device, "resolve", RESOLVE),
+            motion: pipeline(device, "motion", MOTION),
         }
     }
 }
@@ -95,7 +108,28 @@ impl Renderer {
     ) -> Self {
         let buffers = SceneBuffers::new(device, scene, method);
         let scene = bind(device, &kernels.path_trace, 0, &buffers.all(), &[]);
-        Self { device: device.clone(), queue: queue.clone(), kernels: kernels.clone(), scene }
+        let shapes = bind(device, &kernels.motion, 0, &buffers.shapes_alone(), &[]);
+        let (device, queue, kernels) = (device.clone(), queue.clone(), kernels.clone());
+        Self { device, queue, kernels, buffers, scene, shapes }
+    }
+
+    /// Moves the shapes to where `scene` has them; in the last frame they were where `last` has
+    /// them. Shapes may move but neither turn nor change otherwise; materials and sky stay.
+    ///
+    /// # Errors
+    /// If one of both scenes has another number of shapes than the renderer's.
+    pub fn update(&mut self, scene: &Scene, last: &Scene) -> Result<()> {
+        let shapes = self.buffers.shapes();
+        if let Some(other) =
+            [scene, last].map(|s| s.shapes.len()).into_iter().find(|&n| n != shapes)
+        {
+            return Err(format!(
+                "a scene of {other} shapes cannot replace one of {shapes}: make another renderer for it"
+            )
+            .into());
+        }
+        self.buffers.update(&self.queue, scene, last);
+        Ok(())
     }
 
     /// Records up to [`SAMPLES_PER_DISPATCH`] more samples per pixel, then averages all. Submit

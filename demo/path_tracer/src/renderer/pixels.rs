@@ -4,7 +4,8 @@ use half::f16;
 
 use super::Result;
 
-/// The pixels of a texture with four channels, row by row from the top left. Waits for the device.
+/// The pixels of a texture, row by row from the top left; channels that it lacks are 0. Waits for
+/// the device.
 ///
 /// # Errors
 /// If the device fails.
@@ -57,5 +58,6 @@ fn decode(bytes: &[u8], format: wgpu::TextureFormat) -> Vec<[f32; 4]> {
         }
         _ => bytes.chunks_exact(4).map(|b| f32::from_le_bytes([b[0], b[1], b[2], b[3]])).collect(),
     };
-    channels.chunks_exact(4).map(|c| [c[0], c[1], c[2], c[3]]).collect()
+    let pixels = channels.chunks_exact(usize::from(format.components()));
+    pixels.map(|c| std::array::from_fn(|i| c.get(i).copied().unwrap_or(0.0))).collect()
 }

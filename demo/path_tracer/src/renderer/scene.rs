@@ -113,6 +113,22 @@ impl Scene {
     }
 }
 
+impl Shape {
+    /// How far the shape is from where `other` is, if it has only been moved.
+    pub(super) fn moved_from(&self, other: &Self) -> Vec3 {
+        self.anchor() - other.anchor()
+    }
+
+    /// The point that stands for the place of the whole.
+    fn anchor(&self) -> Vec3 {
+        match *self {
+            Self::Sphere { center: at, .. }
+            | Self::Quad { corner: at, .. }
+            | Self::Triangle { corners: [at, ..], .. } => at,
+        }
+    }
+}
+
 impl Sky {
     /// The same radiance everywhere, without a sun.
     #[must_use]

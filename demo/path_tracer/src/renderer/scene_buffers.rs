@@ -8,8 +8,12 @@ use super::Method;
 use super::bvh::{Bounds, Bvh};
 use super::scene::{Material, Scene, Shape, Sky};
 
-/// The buffers, in binding order.
-pub(super) struct SceneBuffers([wgpu::Buffer; 5]);
+/// The buffers, and the hierarchy that orders the shapes in them.
+pub(super) struct SceneBuffers {
+    bvh: Bvh,
+    /// In binding order.
+    all: [wgpu::Buffer; 5],
+}
 
 #[repr(C)]
 #[derive(Clone, Copy, Default, Pod, Zeroable)]
@@ -20,6 +24,8 @@ struct GpuPrimitive {
     material: u32,
     edge2: Vec3,
     padding: u32,
+    moved: Vec3,
+    more_padding: u32,
     normals: [[f32; 4]; 3],
 }
 
@@ -59,29 +65,60 @@ const LEAST_ROUGHNESS: f32 = 0.05;
 
 impl SceneBuffers {
     pub(super) fn new(device: &wgpu::Device, scene: &Scene, method: Method) -> Self {
-        let bounds: Vec<_> = scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect();
+        let bounds = bounds(scene);
         let bvh = if method.hierarchy { Bvh::build(&bounds) } else { Bvh::flat(&bounds) };
-        let primitive = |&shape: &usize| GpuPrimitive::from(&scene.shapes[shape]);
-        let primitives: Vec<_> = bvh.order.iter().map(primitive).collect();
         let materials: Vec<_> = scene.materials.iter().map(GpuMaterial::from).collect();
         let mut lights = lights(scene, &bvh.order);
         let world = world(&scene.sky, if method.sample_lights { lights.len() as u32 } else { 0 });
         // Bindings must not be empty.
         lights.push(SUN);
         let storage = wgpu::BufferUsages::STORAGE;
-        Self([
+        let moving = storage | wgpu::BufferUsages::COPY_DST;
+        let all = [
+            buffer(device, &bvh.nodes, moving),
+            buffer(device, &primitives(&bvh, scene, scene), moving),
             buffer(device, &[world], wgpu::BufferUsages::UNIFORM),
-            buffer(device, &bvh.nodes, storage),
-            buffer(device, &primitives, storage),
             buffer(device, &materials, storage),
             buffer(device, &lights, storage),
-        ])
+        ];
+        Self { bvh, all }
     }
 
-    /// The buffers, in binding order.
-    pub(super) fn all(&self) -> Vec<&wgpu::Buffer> {
-        self.0.iter().collect()
+    /// Moves the shapes to where `scene` has them, from where `last` has them.
+    pub(super) fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, last: &Scene) {
+        self.bvh.refit(&bounds(scene));
+        let primitives = primitives(&self.bvh, scene, last);
+        queue.write_buffer(&self.all[0], 0, bytemuck::cast_slice(&self.bvh.nodes));
+        queue.write_buffer(&self.all[1], 0, bytemuck::cast_slice(&primitives));
     }
+
+    /// The number of shapes.
+    pub(super) fn shapes(&self) -> usize {
+        self.bvh.order.len()
+    }
+
+    /// The buffers, in binding order: those of the shapes first.
+    pub(super) fn all(&self) -> Vec<&wgpu::Buffer> {
+        self.all.iter().collect()
+    }
+
+    /// The buffers that rays are intersected with, in binding order.
+    pub(super) fn shapes_alone(&self) -> Vec<&wgpu::Buffer> {
+        self.all[..2].iter().collect()
+    }
+}
+
+fn bounds(scene: &Scene) -> Vec<Bounds> {
+    scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect()
+}
+
+/// The shapes in the hierarchy's order, with their way since the last frame.
+fn primitives(bvh: &Bvh, scene: &Scene, last: &Scene) -> Vec<GpuPrimitive> {
+    let primitive = |&shape: &usize| {
+        let moved = scene.shapes[shape].0.moved_from(&last.shapes[shape].0);
+        GpuPrimitive { moved, ..GpuPrimitive::from(&scene.shapes[shape]) }
+    };
+    bvh.order.iter().map(primitive).collect()
 }
 
 fn buffer<T: NoUninit>(

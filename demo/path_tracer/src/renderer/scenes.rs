@@ -27,20 +27,33 @@ const GOLD: Vec3 = vec3(1.0, 0.77, 0.34);
 const SILVER: Vec3 = vec3(0.96, 0.95, 0.93);
 const COPPER: Vec3 = vec3(0.95, 0.64, 0.54);
 
+/// Seconds in which a moving sphere goes away and comes back: then the scene is as it was.
+pub const PERIOD: f32 = 4.0;
+
 impl SceneName {
-    /// Builds the scene.
+    /// Builds the scene at rest.
     #[must_use]
     pub fn build(self) -> Scene {
+        self.at(0.0)
+    }
+
+    /// Builds the scene as it is this many seconds after its spheres began to move. At all times it
+    /// has the same shapes and materials, in the same order.
+    #[must_use]
+    pub fn at(self, time: f32) -> Scene {
         match self {
-            Self::StillLife => still_life(),
-            Self::Fireflies => fireflies(),
-            Self::Caustics => caustics(),
-            Self::Sky => sky(),
+            Self::StillLife => still_life(time),
+            Self::Fireflies => fireflies(time),
+            Self::Caustics => caustics(time),
+            Self::Sky => sky(time),
         }
     }
 }
 
-fn still_life() -> Scene {
+fn still_life(time: f32) -> Scene {
+    let glass = swing(vec3(0.62, 0.42, 0.25), vec3(0.3, 0.0, 0.8), time);
+    let silver = swing(vec3(1.15, 0.5, -0.75), vec3(0.0, 0.7, 0.0), time);
+    let red = swing(vec3(-0.55, 0.24, 0.62), vec3(-0.9, 0.0, 0.4), time);
     let lean = Quat::from_rotation_y(0.5) * Quat::from_rotation_x(-0.25);
     let ring = Affine3A::from_rotation_translation(lean, vec3(-0.62, 0.91, -0.45));
     let tilt = Quat::from_rotation_x(0.3);
@@ -49,12 +62,9 @@ fn still_life() -> Scene {
     room()
         .with(Material::Diffuse(vec3(0.78, 0.76, 0.72)), block)
         .with(Material::Metal { color: GOLD, roughness: 0.3 }, torus(0.36, 0.13, ring))
-        .with(GLASS, [sphere(vec3(0.62, 0.42, 0.25), 0.42)])
-        .with(
-            Material::Metal { color: SILVER, roughness: 0.12 },
-            [sphere(vec3(1.15, 0.5, -0.75), 0.5)],
-        )
-        .with(Material::Diffuse(vec3(0.72, 0.22, 0.12)), [sphere(vec3(-0.55, 0.24, 0.62), 0.24)])
+        .with(GLASS, [sphere(glass, 0.42)])
+        .with(Material::Metal { color: SILVER, roughness: 0.12 }, [sphere(silver, 0.5)])
+        .with(Material::Diffuse(vec3(0.72, 0.22, 0.12)), [sphere(red, 0.24)])
         .with(Material::Diffuse(vec3(0.15, 0.27, 0.62)), icosphere(0.22, 1, gem))
         .with(Material::Emitter(vec3(26.0, 15.0, 6.0)), [sphere(vec3(0.1, 0.09, -0.25), 0.09)])
 }
@@ -75,7 +85,10 @@ fn room() -> Scene {
         .with(Material::Emitter(vec3(13.0, 11.5, 9.5)), [window])
 }
 
-fn fireflies() -> Scene {
+fn fireflies(time: f32) -> Scene {
+    let left = swing(vec3(-1.1, 0.4, 0.1), vec3(0.0, 0.0, 0.9), time);
+    let right = swing(vec3(1.1, 0.4, -0.2), vec3(0.0, 0.5, 0.0), time);
+    let glass = swing(vec3(0.55, 0.22, 0.95), vec3(-1.0, 0.0, 0.3), time);
     let camera =
         Camera { position: vec3(0.0, 1.6, 5.0), target: vec3(0.0, 0.6, 0.0), field_of_view: 32.0 };
     let lamp = |step: u32| {
@@ -90,13 +103,14 @@ fn fireflies() -> Scene {
         .with(Material::Metal { color: GOLD, roughness: 0.35 }, torus(0.45, 0.17, upright))
         .with(
             Material::Metal { color: SILVER, roughness: 0.25 },
-            [sphere(vec3(-1.1, 0.4, 0.1), 0.4), sphere(vec3(1.1, 0.4, -0.2), 0.4)],
+            [sphere(left, 0.4), sphere(right, 0.4)],
         )
-        .with(GLASS, [sphere(vec3(0.55, 0.22, 0.95), 0.22)])
+        .with(GLASS, [sphere(glass, 0.22)])
         .with(Material::Emitter(vec3(1100.0, 650.0, 250.0)), (0..7).map(lamp))
 }
 
-fn caustics() -> Scene {
+fn caustics(time: f32) -> Scene {
+    let ball = swing(vec3(0.75, 0.5, 0.2), vec3(0.5, 0.0, 0.5), time);
     let camera =
         Camera { position: vec3(0.0, 2.6, 4.2), target: vec3(0.0, 0.25, 0.0), field_of_view: 32.0 };
     let upright = Affine3A::from_rotation_translation(
@@ -107,13 +121,14 @@ fn caustics() -> Scene {
     let green = Material::Glass { color: vec3(0.75, 0.95, 0.8), ior: 1.5 };
     Scene::new(camera, Sky::constant(vec3(0.05, 0.06, 0.08)))
         .with(Material::Diffuse(vec3(0.7, 0.68, 0.64)), [floor(20.0)])
-        .with(GLASS, [sphere(vec3(0.75, 0.5, 0.2), 0.5)])
+        .with(GLASS, [sphere(ball, 0.5)])
         .with(green, torus(0.45, 0.16, upright))
         .with(Material::Glass { color: vec3(0.8, 0.88, 1.0), ior: 1.8 }, icosphere(0.42, 0, gem))
         .with(Material::Emitter(vec3(120.0, 108.0, 90.0)), [sphere(vec3(-1.8, 3.2, -1.6), 0.25)])
 }
 
-fn sky() -> Scene {
+fn sky(time: f32) -> Scene {
+    let yellow = swing(vec3(-0.95, 0.5, -0.1), vec3(0.0, 0.8, 0.0), time);
     let camera =
         Camera { position: vec3(0.0, 0.9, 5.2), target: vec3(0.0, 0.95, 0.0), field_of_view: 34.0 };
     let sun =
@@ -128,8 +143,13 @@ fn sky() -> Scene {
             cuboid(vec3(-1.8, -0.25, -1.4), vec3(1.8, 0.0, 1.4)),
         )
         .with(Material::Metal { color: COPPER, roughness: 0.2 }, torus(0.55, 0.2, ring))
-        .with(Material::Diffuse(vec3(0.75, 0.6, 0.15)), [sphere(vec3(-0.95, 0.5, -0.1), 0.5)])
+        .with(Material::Diffuse(vec3(0.75, 0.6, 0.15)), [sphere(yellow, 0.5)])
         .with(GLASS, icosphere(0.33, 2, ball))
+}
+
+/// A point that goes from `start` this far and back again; both ends are smooth.
+fn swing(start: Vec3, by: Vec3, time: f32) -> Vec3 {
+    start + by * (1.0 - (TAU * time / PERIOD).cos()) / 2.0
 }
 
 fn sphere(center: Vec3, radius: f32) -> Shape {

@@ -3,9 +3,14 @@
 use winit::event::MouseScrollDelta;
 
 use super::present::Split;
+use crate::args::Args;
 
 /// What the user has set.
 pub(super) struct Controls {
+    /// Whether the spheres move.
+    pub(super) animate: bool,
+    /// Whether frames are averaged along their motion.
+    pub(super) temporal: bool,
     denoise: bool,
     /// Position of the divider as a share of the width, while it is shown.
     divider: Option<f32>,
@@ -27,16 +32,23 @@ const GRASP: f32 = 12.0;
 /// Pixels of touchpad scrolling per step of the wheel.
 const WHEEL_STEP: f32 = 40.0;
 
-impl Default for Controls {
-    fn default() -> Self {
-        Self { denoise: true, divider: None, mouse: [0.0; 2], drag: None }
-    }
-}
-
 impl Controls {
+    pub(super) fn new(args: &Args) -> Self {
+        Self {
+            animate: args.animate,
+            temporal: true,
+            denoise: true,
+            divider: None,
+            mouse: [0.0; 2],
+            drag: None,
+        }
+    }
+
     /// Handles a letter key.
     pub(super) fn press(&mut self, key: &str) {
         match key {
+            "a" | "A" => self.animate = !self.animate,
+            "t" | "T" => self.temporal = !self.temporal,
             "d" | "D" => self.denoise = !self.denoise,
             "s" | "S" => self.divider = self.divider.is_none().then_some(0.5),
             _ => {}

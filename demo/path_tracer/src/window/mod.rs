@@ -39,7 +39,7 @@ struct App<'a> {
 /// # Errors
 /// If there is no display, no adapter can draw to it, or the device fails.
 pub(crate) fn run(args: &Args) -> Result<()> {
-    let mut app = App { args, open: None, controls: Controls::default(), failure: None };
+    let mut app = App { args, open: None, controls: Controls::new(args), failure: None };
     let event_loop = EventLoop::new()
         .map_err(|_| "no display to open a window on; use --out FILE to write files instead")?;
     event_loop.run_app(&mut app)?;
@@ -113,8 +113,8 @@ impl App<'_> {
 
 /// Draws a frame and requests the next.
 fn draw(window: &Window, viewer: &mut Viewer, controls: &Controls) -> Result<()> {
-    match viewer.draw(controls.split(viewer.width()))? {
-        Some(times) => window.set_title(&title(viewer.samples(), times)),
+    match viewer.draw(controls)? {
+        Some(times) => window.set_title(&title(viewer.samples(), controls.temporal, times)),
         // A hidden window must not keep a core busy.
         None => std::thread::sleep(Duration::from_millis(50)),
     }
@@ -132,7 +132,7 @@ fn pressed(event: &KeyEvent) -> Option<Key<&str>> {
     (event.state == ElementState::Pressed).then(|| event.logical_key.as_ref())
 }
 
-fn title(samples: u32, times: Times) -> String {
+fn title(samples: u32, temporal: bool, times: Times) -> String {
     let ms = |time: Duration| time.as_secs_f64() * 1e3;
     let times = match times {
         Times::Parts { render, denoise } => {
@@ -140,5 +140,6 @@ fn title(samples: u32, times: Times) -> String {
         }
         Times::Whole(whole) => format!("frame {:.1} ms", ms(whole)),
     };
-    format!("wgdenoise path tracer: {samples} samples, {times}")
+    let temporal = if temporal { ", temporal" } else { "" };
+    format!("wgdenoise path tracer: {samples} samples{temporal}, {times}")
 }

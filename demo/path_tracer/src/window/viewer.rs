@@ -1,20 +1,26 @@
 //! Draws frames: path tracing, denoising and display in one submission.
 
+use std::time::Instant;
+
 use wgdenoise::{Denoiser, Schedule};
 
+use super::controls::Controls;
 use super::orbit::Orbit;
-use super::present::{Present, Split};
+use super::present::Present;
 use super::screen::Screen;
 use super::stopwatch::{Stopwatch, Times};
 use crate::args::Args;
-use path_tracer::denoise::{Denoised, denoiser};
+use path_tracer::denoise::{Denoised, denoiser, history};
 use path_tracer::renderer::film::Film;
-use path_tracer::renderer::{Kernels, Method, Renderer, Result};
+use path_tracer::renderer::motion::Motion;
+use path_tracer::renderer::scenes::PERIOD;
+use path_tracer::renderer::{Kernels, Renderer, Result};
+use path_tracer::stage::{Moment, Stage};
 
 /// A scene in a window.
 pub(super) struct Viewer {
     screen: Screen,
-    renderer: Renderer,
+    stage: Stage,
     denoiser: Denoiser,
     present: Present,
     stopwatch: Stopwatch,
@@ -24,15 +30,23 @@ pub(super) struct Viewer {
     schedule: Schedule,
     /// Frames since the accumulation began.
     frame: u32,
-    /// Whether the denoised image shows an earlier accumulation.
-    stale: bool,
+    /// When the last frame was drawn.
+    drawn: Instant,
 }
+
+/// Seconds between frames at most: on slow adapters, spheres slow down instead of jumping.
+const LONGEST_STEP: f32 = 1.0 / 24.0;
 
 /// Everything that depends on the window's size.
 struct Canvas {
     film: Film,
+    motion: Motion,
     denoised: Denoised,
     images: wgpu::BindGroup,
+    /// Whether the denoised image shows an earlier accumulation.
+    stale: bool,
+    /// Whether a frame has not been denoised since: motion vectors do not lead past it.
+    skipped: bool,
 }
 
 impl Viewer {
@@ -42,24 +56,22 @@ impl Viewer {
     /// If the device cannot hold them.
     pub(super) fn new(screen: Screen, args: &Args) -> Result<Self> {
         let (device, queue) = (&screen.device, &screen.queue);
-        let scene = args.scene.build();
-        let kernels = Kernels::new(device);
-        let renderer = Renderer::new(device, queue, &kernels, &scene, Method::default());
+        let stage = Stage::new(device, queue, &Kernels::new(device), args.scene);
         let denoiser = denoiser(device, queue, args.quality.into())?;
         let present = Present::new(device, screen.config.format);
         let size = [screen.config.width, screen.config.height];
-        let canvas = Canvas::new(&renderer, &denoiser, &present, device, (size, args.seed))?;
+        let canvas = Canvas::new(&stage.renderer, &denoiser, &present, device, (size, args.seed))?;
         Ok(Self {
-            renderer,
+            stage,
             denoiser,
             present,
             stopwatch: Stopwatch::new(device, queue),
             canvas,
-            orbit: Orbit::new(&scene),
+            orbit: Orbit::new(&args.scene.build()),
             per_frame: args.spp,
             schedule: args.schedule(),
             frame: 0,
-            stale: true,
+            drawn: Instant::now(),
             screen,
         })
     }
@@ -71,17 +83,14 @@ impl Viewer {
     pub(super) fn resize(&mut self, size: [u32; 2]) -> Result<()> {
         self.screen.resize(size);
         let (device, seed) = (&self.screen.device, self.canvas.film.seed);
-        let Self { renderer, denoiser, present, .. } = &*self;
-        self.canvas = Canvas::new(renderer, denoiser, present, device, (size, seed))?;
-        (self.frame, self.stale) = (0, true);
+        let Self { stage, denoiser, present, .. } = &*self;
+        self.canvas = Canvas::new(&stage.renderer, denoiser, present, device, (size, seed))?;
         Ok(())
     }
 
-    /// Moves the camera and starts over.
+    /// Moves the camera.
     pub(super) fn look(&mut self, change: impl FnOnce(&mut Orbit)) {
         change(&mut self.orbit);
-        self.canvas.film.samples = 0;
-        (self.frame, self.stale) = (0, true);
     }
 
     /// Samples per pixel so far.
@@ -98,39 +107,50 @@ impl Viewer {
     ///
     /// # Errors
     /// If the device fails.
-    pub(super) fn draw(&mut self, split: Split) -> Result<Option<Times>> {
+    pub(super) fn draw(&mut self, controls: &Controls) -> Result<Option<Times>> {
         let Some(target) = self.screen.next()? else { return Ok(None) };
         let view = target.texture.create_view(&Default::default());
         self.stopwatch.start();
-        self.present.write_split(&self.screen.queue, split);
+        let moment = self.moment(controls.animate);
+        self.stage.show(moment, &mut self.canvas.film)?;
         let mut encoder = self.screen.device.create_command_encoder(&Default::default());
-        self.record(&mut encoder, split, &view);
+        self.record(&mut encoder, controls, &view);
         self.screen.queue.submit([encoder.finish()]);
         self.screen.queue.present(target);
         self.stopwatch.stop(&self.screen.device).map(Some)
+    }
+
+    /// What the next frame shows.
+    fn moment(&mut self, animate: bool) -> Moment {
+        let since = std::mem::replace(&mut self.drawn, Instant::now()).elapsed();
+        let step = if animate { since.as_secs_f32().min(LONGEST_STEP) } else { 0.0 };
+        Moment { time: (self.stage.now().time + step) % PERIOD, camera: self.orbit.camera() }
     }
 
     /// Records the whole frame.
     fn record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
-        split: Split,
+        controls: &Controls,
         target: &wgpu::TextureView,
     ) {
-        let Canvas { film, denoised, images } = &mut self.canvas;
-        let times = self.stopwatch.render();
-        self.renderer.encode(encoder, film, &self.orbit.camera(), self.per_frame, times);
-        if split.divider < self.screen.config.width as f32 {
-            if self.stale || self.schedule.due(self.frame) {
-                let share = self.schedule.blend(film.samples);
-                denoised.encode_blended(share, encoder);
-            }
-            self.stale = false;
-        } else {
-            self.stale = true;
+        let split = controls.split(self.width());
+        self.present.write_split(&self.screen.queue, split);
+        let canvas = &mut self.canvas;
+        if canvas.film.samples == 0 {
+            (self.frame, canvas.stale) = (0, true);
+        }
+        self.stage.encode(encoder, &mut canvas.film, self.per_frame, self.stopwatch.render());
+        if split.divider >= self.screen.config.width as f32 {
+            (canvas.stale, canvas.skipped) = (true, true);
+        } else if canvas.stale || self.schedule.due(self.frame) {
+            self.stage.encode_motion(encoder, &canvas.motion);
+            let share = self.schedule.blend(canvas.film.samples);
+            let frames = if controls.temporal { history(self.frame) } else { 0.0 };
+            canvas.denoise(share, frames, encoder);
         }
         self.frame += 1;
-        self.present.encode(encoder, images, target, self.stopwatch.present());
+        self.present.encode(encoder, &self.canvas.images, target, self.stopwatch.present());
         self.stopwatch.resolve(encoder);
     }
 }
@@ -144,8 +164,22 @@ impl Canvas {
         (size, seed): ([u32; 2], u32),
     ) -> Result<Self> {
         let film = renderer.film(size, seed)?;
-        let denoised = Denoised::new(denoiser, device, &film)?;
+        let motion = renderer.motion(size)?;
+        let denoised = Denoised::new(denoiser, device, &film, Some(&motion))?;
         let images = present.bind(device, &film.color, &denoised.output);
-        Ok(Self { film, denoised, images })
+        Ok(Self { film, motion, denoised, images, stale: true, skipped: false })
+    }
+
+    /// Records the denoiser with this share of noisy color, and with at most this many of the last
+    /// frames.
+    fn denoise(&mut self, share: f32, frames: f32, encoder: &mut wgpu::CommandEncoder) {
+        let pass = &self.denoised.pass;
+        pass.set_blend(share);
+        pass.set_history(frames);
+        if self.skipped {
+            pass.reset_history();
+        }
+        pass.encode(encoder);
+        (self.stale, self.skipped) = (false, false);
     }
 }

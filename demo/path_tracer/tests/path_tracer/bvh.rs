@@ -2,11 +2,11 @@
 
 use glam::Vec3;
 
-use crate::support::{Shot, draw};
-use path_tracer::renderer::Method;
+use crate::support::{Bench, Shot, bench, draw, draw_moved};
 use path_tracer::renderer::bvh::{Bounds, Bvh, Node};
 use path_tracer::renderer::scene::Scene;
 use path_tracer::renderer::scenes::SceneName;
+use path_tracer::renderer::{Method, Renderer};
 
 fn bounds(scene: &Scene) -> Vec<Bounds> {
     scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect()
@@ -82,6 +82,49 @@ fn every_shape_is_in_one_leaf_and_inside_of_its_box() {
             assert_eq!(node.low.min(bounds[shape].low), node.low);
             assert_eq!(node.high.max(bounds[shape].high), node.high);
         }
+    }
+}
+
+#[test]
+fn a_refitted_tree_has_boxes_around_the_shapes_as_they_are_and_no_wider() {
+    let [before, after] = [0.0, 1.0].map(|time| bounds(&SceneName::Fireflies.at(time)));
+    let mut bvh = Bvh::build(&before);
+    bvh.refit(&after);
+    let root = bvh.nodes[0];
+    let low = after.iter().map(|bounds| bounds.low).reduce(Vec3::min).expect("a shape");
+    let high = after.iter().map(|bounds| bounds.high).reduce(Vec3::max).expect("a shape");
+    assert_eq!((root.low, root.high), (low, high));
+    for i in 0..RAYS {
+        let origin = (point(2 * i + 1) - 0.5) * 4.0;
+        let direction = (point(2 * i + 2) - 0.5).normalize();
+        let found = candidates(&bvh, origin, direction);
+        for (shape, bounds) in after.iter().enumerate() {
+            let met = meets(origin, direction, bounds.low, bounds.high);
+            assert!(!met || found.contains(&shape), "ray {i} misses shape {shape}");
+        }
+    }
+}
+
+/// As drawn by a renderer that was made for the scene as it is.
+#[test]
+fn a_scene_that_has_moved_is_drawn_as_one_that_was_made_so() {
+    let [before, after] = [0.0, 1.0].map(|time| SceneName::StillLife.at(time));
+    let shot = Shot { size: [32, 24], samples: 1, seed: 5 };
+    let made = draw(&after, Method::default(), shot);
+    let moved = draw_moved(&before, &after, shot);
+    let still = draw(&before, Method::default(), shot);
+    assert_ne!(still.normal, moved.normal);
+    assert_eq!((made.normal, made.albedo), (moved.normal, moved.albedo));
+}
+
+#[test]
+fn a_scene_with_other_shapes_is_refused() {
+    let Bench { device, queue, kernels } = bench();
+    let scenes = [SceneName::StillLife, SceneName::Sky].map(SceneName::build);
+    let mut renderer = Renderer::new(device, queue, kernels, &scenes[0], Method::default());
+    for (now, last) in [(0, 1), (1, 0)] {
+        let error = renderer.update(&scenes[now], &scenes[last]).unwrap_err().to_string();
+        assert!(error.contains(&scenes[1].shapes.len().to_string()), "{error}");
     }
 }
 

@@ -5,23 +5,13 @@ use std::sync::OnceLock;
 
 use wgdenoise::{Quality, Schedule};
 
-use crate::support::{Bench, Shot, bench, draw};
+use crate::support::{Bench, Shot, bench, draw, error};
 use path_tracer::denoise::{Denoised, denoiser};
 use path_tracer::renderer::pixels::read;
 use path_tracer::renderer::scenes::SceneName;
 use path_tracer::renderer::{Method, Renderer};
 
 const SIZE: [u32; 2] = [96, 72];
-
-/// The mean absolute difference after x ↦ x / (1 + x), which keeps bright pixels from dominating.
-fn error(found: &[[f32; 4]], reference: &[[f32; 4]]) -> f64 {
-    assert_eq!(found.len(), reference.len());
-    let shown = |v: f32| f64::from(v / (1.0 + v));
-    let of_pixel = |(a, b): (&[f32; 4], &[f32; 4])| -> f64 {
-        (0..3).map(|c| (shown(a[c]) - shown(b[c])).abs()).sum()
-    };
-    found.iter().zip(reference).map(of_pixel).sum::<f64>() / (3 * found.len()) as f64
-}
 
 /// Plain samples of the default scene. Pictures and the reference have different seeds.
 fn plain(samples: u32, seed: u32) -> Vec<[f32; 4]> {
@@ -41,16 +31,14 @@ fn denoised(samples: u32, schedule: Option<Schedule>) -> [Vec<[f32; 4]>; 2] {
     let renderer = Renderer::new(device, queue, kernels, &scene, Method::default());
     let mut film = renderer.film(SIZE, 1).expect("a small film");
     let denoiser = denoiser(device, queue, Quality::default()).expect("the device works");
-    let denoised = Denoised::new(&denoiser, device, &film).expect("the film fits");
+    let denoised = Denoised::new(&denoiser, device, &film, None).expect("the film fits");
     while film.samples < samples {
         let mut encoder = device.create_command_encoder(&Default::default());
         let more = samples - film.samples;
         renderer.encode(&mut encoder, &mut film, &scene.camera, more, None);
         if film.samples == samples {
-            match schedule {
-                None => denoised.encode(&mut encoder),
-                Some(by) => denoised.encode_blended(by.blend(samples), &mut encoder),
-            }
+            denoised.pass.set_blend(schedule.map_or(0.0, |schedule| schedule.blend(samples)));
+            denoised.pass.encode(&mut encoder);
         }
         queue.submit([encoder.finish()]);
     }

@@ -3,7 +3,7 @@
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, back};
 
-use path_tracer::renderer::{PATH_TRACE, RESOLVE};
+use path_tracer::renderer::{MOTION, PATH_TRACE, RESOLVE};
 
 const PRESENT: &str = include_str!("../../src/window/present.wgsl");
 
@@ -17,7 +17,9 @@ fn check(source: &str) -> Result<(Module, ModuleInfo), String> {
 
 #[test]
 fn shaders_need_no_feature_and_can_be_written_for_metal_and_dx12() {
-    for (name, source) in [("path_trace", PATH_TRACE), ("resolve", RESOLVE), ("present", PRESENT)] {
+    for (name, source) in
+        [("path_trace", PATH_TRACE), ("resolve", RESOLVE), ("motion", MOTION), ("present", PRESENT)]
+    {
         let (module, info) = check(source).unwrap_or_else(|e| panic!("{name}: {e}"));
         let metal = back::msl::Options { lang_version: (2, 4), ..Default::default() };
         back::msl::write_string(&module, &info, &metal, &Default::default())

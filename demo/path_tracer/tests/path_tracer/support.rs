@@ -47,7 +47,19 @@ pub(crate) fn bench() -> &'static Bench {
 /// Draws a scene and reads its images.
 pub(crate) fn draw(scene: &Scene, method: Method, shot: Shot) -> Drawn {
     let Bench { device, queue, kernels } = bench();
-    let renderer = Renderer::new(device, queue, kernels, scene, method);
+    expose(&Renderer::new(device, queue, kernels, scene, method), scene, shot)
+}
+
+/// The same with a renderer that was made for an earlier state of the scene.
+pub(crate) fn draw_moved(before: &Scene, after: &Scene, shot: Shot) -> Drawn {
+    let Bench { device, queue, kernels } = bench();
+    let mut renderer = Renderer::new(device, queue, kernels, before, Method::default());
+    renderer.update(after, before).expect("both have the same shapes");
+    expose(&renderer, after, shot)
+}
+
+fn expose(renderer: &Renderer, scene: &Scene, shot: Shot) -> Drawn {
+    let Bench { device, queue, .. } = bench();
     let mut film = renderer.film(shot.size, shot.seed).expect("a small film");
     while film.samples < shot.samples {
         let mut encoder = device.create_command_encoder(&Default::default());
@@ -72,6 +84,16 @@ pub(crate) fn sphere(center: Vec3, radius: f32) -> Shape {
 pub(crate) fn floor(reach: f32) -> Shape {
     let edges = [Vec3::Z * 2.0 * reach, Vec3::X * 2.0 * reach];
     Shape::Quad { corner: vec3(-reach, 0.0, -reach), edges }
+}
+
+/// The mean absolute difference after x ↦ x / (1 + x), which keeps bright pixels from dominating.
+pub(crate) fn error(found: &[[f32; 4]], reference: &[[f32; 4]]) -> f64 {
+    assert_eq!(found.len(), reference.len());
+    let shown = |v: f32| f64::from(v / (1.0 + v));
+    let of_pixel = |(a, b): (&[f32; 4], &[f32; 4])| -> f64 {
+        (0..3).map(|c| (shown(a[c]) - shown(b[c])).abs()).sum()
+    };
+    found.iter().zip(reference).map(of_pixel).sum::<f64>() / (3 * found.len()) as f64
 }
 
 /// The red channel.

@@ -10,6 +10,7 @@ struct Primitive {
     edge1: vec3<f32>,
     material: u32,
     edge2: vec3<f32>,
+    moved: vec3<f32>,        // since the last frame, in metres
     normals: array<vec3<f32>, 3>,
 }
 
@@ -43,9 +44,9 @@ struct World {
     sun_radiance: vec3<f32>,
 }
 
-@group(0) @binding(0) var<uniform> world: World;
-@group(0) @binding(1) var<storage, read> nodes: array<Node>;
-@group(0) @binding(2) var<storage, read> primitives: array<Primitive>;
+@group(0) @binding(0) var<storage, read> nodes: array<Node>;
+@group(0) @binding(1) var<storage, read> primitives: array<Primitive>;
+@group(0) @binding(2) var<uniform> world: World;
 @group(0) @binding(3) var<storage, read> materials: array<Material>;
 // Indices of the emitting primitives, and `SUN`.
 @group(0) @binding(4) var<storage, read> lights: array<u32>;

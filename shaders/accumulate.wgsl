@@ -1,0 +1,89 @@
+// The mean of a denoised frame and the last ones, along the motion of what a pixel sees, as far as
+// both see the same. One pixel of the picture per invocation.
+
+import package::common::history::keep;
+import package::common::inputs::{has_albedo, has_normal};
+import package::common::light::{GREY, INFINITE, is_finite};
+import package::common::motion::load_motion;
+import package::common::output::store;
+import package::common::patch::{Past, past_at};
+import package::common::seen::{Seen, denoised, has_depth, seen_around};
+import package::common::tile::tile;
+
+struct Settings {
+    longest: f32,            // how many of the last frames count at most
+    starts_anew: u32,        // whether none does in this frame
+}
+
+@group(0) @binding(10) var<uniform> settings: Settings;
+
+// Differences at which agreement falls to 1/e: of albedo and normals, and of light and depth
+// relative to their mean.
+const ALBEDO = 0.1;
+const NORMAL = 0.2;
+const LIGHT = 0.3;
+const DEPTH = 0.1;
+const DARK = 0.005 * GREY;   // light far below the picture's mean counts as equal
+const DIFFERENT = 100.0;     // exp(-DIFFERENT) times any count changes no mean
+
+// Where the surface was in the last frame, from the center of the first pixel; in z whether that is
+// in the picture, whose border is half a pixel outside the outermost centers.
+fn last_place(at: vec2<u32>) -> vec3<f32> {
+    let bits = load_motion(tile.motion, at);
+    let is_number = all((bits & vec2(INFINITE)) != vec2(INFINITE));
+    let motion = bitcast<vec2<f32>>(select(vec2(0u), bits, is_number));
+    let place = vec2<f32>(at) + motion;
+    let is_inside = all(place >= vec2(-0.5)) && all(place <= vec2<f32>(tile.image_size) - 0.5);
+    return select(vec3(0.0), vec3(place, 1.0), is_number && is_inside);
+}
+
+fn mean_of(channels: vec3<f32>) -> f32 {
+    return dot(channels, vec3(1.0 / 3.0));
+}
+
+fn square(v: f32) -> f32 {
+    return v * v;
+}
+
+// From 0 to 1.
+fn agreement(own: Seen, other: Seen) -> f32 {
+    let mean = mean_of(max(own.light, vec3(0.0)) + max(other.light, vec3(0.0))) / 2.0;
+    var squares = square(mean_of(abs(own.light - other.light)) / (mean + DARK) / LIGHT);
+    if has_albedo {
+        squares += square(mean_of(abs(own.albedo - other.albedo)) / ALBEDO);
+    }
+    if has_normal {
+        squares += square(mean_of(abs(own.normal - other.normal)) / NORMAL);
+    }
+    if has_depth && own.depth != other.depth {
+        let relative = 2.0 * abs(own.depth - other.depth) / (own.depth + other.depth);
+        squares += square(relative / DEPTH);
+    }
+    return exp(-min(squares, DIFFERENT));
+}
+
+// How many frames the history counts beside this one.
+fn frames_of(place: vec3<f32>, past: Past, own: Seen) -> f32 {
+    let is_known = place.z > 0.0 && past.count > 0.0 && settings.starts_anew == 0u;
+    let frames = agreement(own, past.seen) * min(past.count, settings.longest);
+    return select(0.0, frames, is_known);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= tile.image_size) {
+        return;
+    }
+    let frame = textureLoad(denoised, id.xy, 0);
+    let own = seen_around(id.xy);
+    let place = last_place(id.xy);
+    let past = past_at(place.xy);
+    let frames = frames_of(place, past, own);
+    let mean = frame.rgb + frames / (1.0 + frames) * (past.color - frame.rgb);
+    let is_mean = frames > 0.0 && is_finite(bitcast<vec3<u32>>(mean));
+    let color = select(frame.rgb, mean, is_mean);
+    store(id.xy, color, frame.a);
+    let is_number = is_finite(bitcast<vec3<u32>>(color));
+    let count = select(0.0, 1.0 + select(0.0, frames, is_mean), is_number);
+    keep(id.xy, select(vec3(0.0), color, is_number), count, own);
+}

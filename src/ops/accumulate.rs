@@ -1,0 +1,205 @@
+//! The mean of a denoised frame and the last ones along motion vectors. `shaders/accumulate.wgsl`
+//! defines it.
+//!
+//! All state is on the GPU: the call reads the history of the last frame and writes that of this
+//! one, which copies then put in its place. So frames follow each other as their submissions do.
+
+use super::image::{ImageBinding, ImageFormat, accumulate_features};
+use super::input_process::{TILE, scale_binding, tile_binding};
+use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::shader::ShaderRoot;
+
+/// The number of frames that the history counts in a new pass.
+pub const LONGEST: f32 = 8.0;
+
+/// The kernel for motion, albedo, normal and depth in these formats, and a result in another.
+#[must_use]
+pub fn spec(sources: [ImageFormat; 4], output: ImageFormat) -> KernelSpec {
+    let names = sources.map(ImageFormat::source_name).join(" ");
+    let [motion, albedo, normal, depth] = sources.map(ImageFormat::source_binding);
+    KernelSpec {
+        name: format!("accumulate {names} {}", output.target_name()).into(),
+        source: ShaderRoot::Module("accumulate"),
+        features: accumulate_features(sources, output).into(),
+        entry: "main",
+        bindings: vec![
+            TILE,
+            motion,
+            output.target_binding(),
+            normal,
+            Binding::Buffer,
+            albedo,
+            depth,
+            Binding::Image,
+            Binding::Buffer,
+            Binding::BufferMut,
+            Binding::Uniform { bytes: size_of::<Settings>() as u64, dynamic: false },
+        ]
+        .into(),
+        overrides: &["has_albedo", "has_depth", "has_normal", "unorm_normal"],
+        workgroup: [8, 8, 1],
+    }
+}
+
+/// The uniform of `accumulate.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
+pub struct Settings {
+    /// How many of the last frames count at most.
+    pub longest: f32,
+    /// 1 if none does in the next frame, else 0.
+    pub starts_anew: u32,
+}
+
+/// What tells surfaces apart, besides their light.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Features {
+    /// Whether there is albedo.
+    pub albedo: bool,
+    /// Whether there are normals.
+    pub normal: bool,
+    /// Whether there is depth.
+    pub depth: bool,
+}
+
+impl Features {
+    /// Bytes of a pixel's history: color and count, and a word for each feature.
+    #[must_use]
+    pub fn bytes(self) -> u64 {
+        16 + 4 * [self.albedo, self.normal, self.depth].into_iter().map(u64::from).sum::<u64>()
+    }
+}
+
+/// What is known of the last frames, and what will be after the next one.
+#[derive(Debug)]
+pub struct History {
+    last: wgpu::Buffer,
+    next: wgpu::Buffer,
+    settings: wgpu::Buffer,
+}
+
+impl History {
+    /// No frame yet, for pictures of `pixels` pixels.
+    #[must_use]
+    pub fn new(device: &wgpu::Device, pixels: u64, features: Features) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let buffer = |label, size, usage| {
+            let label = Some(label);
+            let mapped_at_creation = false;
+            device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
+        };
+        let bytes = pixels * features.bytes();
+        let settings = Settings { longest: LONGEST, starts_anew: 0 };
+        Self {
+            last: buffer("last frames", bytes, Usage::STORAGE | Usage::COPY_DST),
+            next: buffer("this frame", bytes, Usage::STORAGE | Usage::COPY_SRC),
+            settings: super::packing::filled_buffer(
+                device,
+                "history",
+                bytemuck::bytes_of(&settings),
+                Usage::UNIFORM | Usage::COPY_DST,
+            ),
+        }
+    }
+
+    /// Records what makes this frame the last one, after the [`accumulate`] call.
+    pub fn advance(&self, encoder: &mut wgpu::CommandEncoder) {
+        encoder.copy_buffer_to_buffer(&self.next, 0, &self.last, 0, self.next.size());
+        encoder.clear_buffer(&self.settings, ANEW, Some(size_of::<u32>() as u64));
+    }
+
+    /// Sets how many of the last frames count at most in later submissions.
+    pub fn set_longest(&self, queue: &wgpu::Queue, frames: f32) {
+        queue.write_buffer(&self.settings, 0, bytemuck::bytes_of(&frames));
+    }
+
+    /// Makes the next submitted frame start anew.
+    pub fn reset(&self, queue: &wgpu::Queue) {
+        queue.write_buffer(&self.settings, ANEW, bytemuck::bytes_of(&1_u32));
+    }
+}
+
+/// Byte offset of [`Settings::starts_anew`].
+const ANEW: u64 = std::mem::offset_of!(Settings, starts_anew) as u64;
+
+/// The images of a frame.
+#[derive(Clone, Copy, Debug)]
+pub struct FrameImages<'a> {
+    /// A [`Tile`](super::tile::Tile) with the picture's size and the images' layouts.
+    pub tile: &'a wgpu::Buffer,
+    /// The denoised frame, `rgba32float`.
+    pub denoised: &'a wgpu::TextureView,
+    /// Where each pixel's surface was in the last frame, relative to the pixel, in pixels.
+    pub motion: ImageBinding<'a>,
+    /// Albedo in `[0, 1]`.
+    pub albedo: Option<ImageBinding<'a>>,
+    /// Normal, stored according to `unorm_normal`.
+    pub normal: Option<ImageBinding<'a>>,
+    /// Whether normals are stored as `0.5 n + 0.5`, with 0 where no surface was hit.
+    pub unorm_normal: bool,
+    /// Distance from the camera's plane.
+    pub depth: Option<ImageBinding<'a>>,
+    /// One 32-bit float: the factor that brings color to the network's exposure.
+    pub input_scale: &'a wgpu::Buffer,
+    /// Receives the mean, with the denoised frame's alpha.
+    pub output: ImageBinding<'a>,
+}
+
+impl<'a> FrameImages<'a> {
+    /// The features there are.
+    #[must_use]
+    pub fn features(&self) -> Features {
+        Features {
+            albedo: self.albedo.is_some(),
+            normal: self.normal.is_some(),
+            depth: self.depth.is_some(),
+        }
+    }
+
+    /// What to bind for motion, albedo, normal and depth. An absent image is never read, but its
+    /// binding cannot stay empty.
+    fn sources(&self) -> [ImageBinding<'a>; 4] {
+        let or_motion = |image: Option<_>| image.unwrap_or(self.motion);
+        [self.motion, or_motion(self.albedo), or_motion(self.normal), or_motion(self.depth)]
+    }
+
+    fn constants(&self) -> [(&'static str, f64); 4] {
+        let Features { albedo, normal, depth } = self.features();
+        let flag = |name, value| (name, f64::from(u8::from(value)));
+        [
+            flag("has_albedo", albedo),
+            flag("has_depth", depth),
+            flag("has_normal", normal),
+            flag("unorm_normal", self.unorm_normal),
+        ]
+    }
+}
+
+/// The call for a picture of `size` pixels. Record it with [`Dispatch::record_at`] and the offset of
+/// the tile, then [`History::advance`].
+#[must_use]
+pub fn accumulate(
+    context: &Context,
+    size: [u32; 2],
+    images: &FrameImages<'_>,
+    history: &History,
+) -> Dispatch {
+    let sources = images.sources();
+    let spec = spec(sources.map(|image| image.format()), images.output.format());
+    let kernel = context.kernel(&spec, &images.constants());
+    let [motion, albedo, normal, depth] = sources.map(|image| image.resource());
+    let resources = [
+        tile_binding(images.tile),
+        motion,
+        images.output.resource(),
+        normal,
+        scale_binding(images.input_scale),
+        albedo,
+        depth,
+        wgpu::BindingResource::TextureView(images.denoised),
+        history.last.as_entire_binding(),
+        history.next.as_entire_binding(),
+        history.settings.as_entire_binding(),
+    ];
+    kernel.dispatch(kernel.bind(&context.device, &resources), [size[0], size[1], 1])
+}
