@@ -131,6 +131,7 @@ impl Denoiser {
 
     fn tolerance(&self) -> Tolerance {
         match (self.kernels(), self.precision()) {
+            (KernelSet::Half, _) => HALF,
             (KernelSet::Matrix(MatrixShape { factor: Factor::F16, .. }), _) => FACTORS,
             (_, Precision::F16) => F16,
             _ => F32,
@@ -158,6 +159,12 @@ const F16: Tolerance = Tolerance { largest: 2e-3, rms: 4e-4 };
 /// Matrices of 16-bit factors round the weights as well as the tensors: independent errors of the
 /// same size, so √2 times as much.
 const FACTORS: Tolerance = Tolerance { largest: 2.8e-3, rms: 5.7e-4 };
+
+/// Sums in 16 bits round after each of the 36 products of a chunk, by up to half a unit: `u/√3` of
+/// the sum on average, `u` = 2⁻¹¹. After `k` products the sum has grown to `√(k/36)` of the chunk's,
+/// so the roundings of a chunk add up to `√(36/2) · u/√3` = `√6 · u` of it. With the store's own
+/// rounding, of up to `u`, that is √7 times as much as the store's alone.
+const HALF: Tolerance = Tolerance { largest: 5.3e-3, rms: 1.1e-3 };
 
 impl Tolerance {
     /// Tests for "not close" rather than "too far": every comparison with NaN is false.
