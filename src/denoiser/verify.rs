@@ -160,11 +160,10 @@ const F16: Tolerance = Tolerance { largest: 2e-3, rms: 4e-4 };
 /// same size, so √2 times as much.
 const FACTORS: Tolerance = Tolerance { largest: 2.8e-3, rms: 5.7e-4 };
 
-/// Sums in 16 bits round after each of the 36 products of a chunk, by up to half a unit: `u/√3` of
-/// the sum on average, `u` = 2⁻¹¹. After `k` products the sum has grown to `√(k/36)` of the chunk's,
-/// so the roundings of a chunk add up to `√(36/2) · u/√3` = `√6 · u` of it. With the store's own
-/// rounding, of up to `u`, that is √7 times as much as the store's alone.
-const HALF: Tolerance = Tolerance { largest: 5.3e-3, rms: 1.1e-3 };
+/// Sums in 16 bits round after each of the 36 products of a chunk, by up to 2⁻¹¹ of the sum, which
+/// after `k` products has grown to `√(k/36)` of the chunk's. Independent roundings add up to
+/// `√(36/2)` times 2⁻¹¹ of it: with the one of the store, √19 times as much as the store's alone.
+const HALF: Tolerance = Tolerance { largest: 8.7e-3, rms: 1.7e-3 };
 
 impl Tolerance {
     /// Tests for "not close" rather than "too far": every comparison with NaN is false.
