@@ -4,9 +4,12 @@ use super::convolution::{PackedWeights, TILED_QUADS, Tiling};
 use super::packing::{Taps, storage_buffer};
 use crate::gpu::kernel::Context;
 
-/// For one tensor that a kernel reads after the other: `[block of output quads][in_quad][tap]
-/// [out_quad]` matrices. [`Tiling::Half`] has 16-bit floats, divided by the powers of two that
-/// [`exponents`] gives, and each block of the first tensor begins with a matrix of its exponents.
+/// Outputs of a block.
+const OUTPUTS: usize = 4 * TILED_QUADS;
+
+/// `[block of output quads][in_quad][tap][out_quad]` matrices of one tensor that a kernel reads after
+/// the other. [`Tiling::Half`] has 16-bit floats, divided by powers of two, and each block of the
+/// first tensor begins with a matrix of its outputs' [`exponents`].
 pub(super) fn tiled_weights(
     context: &Context,
     tiling: Tiling,
@@ -28,23 +31,24 @@ fn blocks(taps: &Taps<'_>) -> usize {
 
 fn halves(taps: &[&Taps<'_>]) -> Vec<half::f16> {
     let exponents = exponents(taps);
-    let scaled = |taps: &Taps<'_>| {
-        let divided = |o: usize, i: usize, tap: usize| {
-            (f64::from((taps.weight)(o, i, tap)) / 2_f64.powi(exponents[o])) as f32
-        };
-        Taps { weight: &divided, ..*taps }.tiled(blocks(taps), TILED_QUADS)
-    };
-    let [first, others @ ..] = taps else { return Vec::new() };
-    let first_matrices = scaled(first);
-    let per_block = first_matrices.len() / blocks(first);
     let mut data = Vec::new();
-    for (block, matrices) in first_matrices.chunks_exact(per_block).enumerate() {
-        let exponent = |i| exponents.get(block * 16 + i).map_or(0.0, |&exponent| exponent as f32);
-        data.extend((0..16).map(exponent));
-        data.extend(matrices);
+    for (i, taps) in taps.iter().enumerate() {
+        let matrices = divided(taps, &exponents);
+        for (block, matrices) in matrices.chunks_exact(matrices.len() / blocks(taps)).enumerate() {
+            let of = |o: usize| exponents.get(block * OUTPUTS + o).map_or(0.0, |&e| e as f32);
+            data.extend((0..OUTPUTS).map(of).filter(|_| i == 0));
+            data.extend(matrices);
+        }
     }
-    data.extend(others.iter().flat_map(|taps| scaled(taps)));
     data.into_iter().map(half::f16::from_f32).collect()
+}
+
+/// The matrices of all blocks, divided by the outputs' powers of two.
+fn divided(taps: &Taps<'_>, exponents: &[i32]) -> Vec<f32> {
+    let weight = |o: usize, i: usize, tap: usize| {
+        (f64::from((taps.weight)(o, i, tap)) / 2_f64.powi(exponents[o])) as f32
+    };
+    Taps { weight: &weight, ..*taps }.tiled(blocks(taps), TILED_QUADS)
 }
 
 /// For each output, the power of two by which its weights are divided. The absolute weights of a
