@@ -9,8 +9,8 @@ use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
 use wgdenoise_testing::gpu::{
-    context, convolution_tolerance, factors, fused_sets, kernel_sets, stored, sum_tolerance,
-    variants, variants_of,
+    context, convolution_tolerance, factors, fused_sets, has_halves, kernel_sets, stored,
+    sum_tolerance, variants, variants_of,
 };
 use wgdenoise_testing::run::{activity_map, run, run_pooling, run_where};
 use wgdenoise_testing::{Random, compare, run_cases};
@@ -167,6 +167,9 @@ fn with_a_max_pool_both_outputs_equal_the_references() {
 /// within 16 bits: here 2¹⁸, 2⁴ and 2⁻¹¹. Values beyond the range of 16 bits count as its ends.
 #[test]
 fn chunks_in_16_bits_neither_overflow_nor_vanish() {
+    if !has_halves() {
+        return;
+    }
     let scales = [4096.0, -0.25, 1e-5];
     let weight: Vec<f32> = scales.iter().flat_map(|&scale| [scale; 8 * 9]).collect();
     let params = Params { weight, bias: vec![0.0; 3] };
@@ -188,6 +191,9 @@ fn chunks_in_16_bits_neither_overflow_nor_vanish() {
 /// but not in the sum of chunks.
 #[test]
 fn half_kernels_add_up_a_chunk_in_16_bits_and_chunks_in_32() {
+    if !has_halves() {
+        return;
+    }
     let (context, map) = (context(Precision::F32), channel_map(8));
     let centers = (0..8 * 9).map(|i| if i % 9 == 4 { 1.0 } else { 0.0 });
     let params = Params { weight: centers.collect(), bias: vec![0.0] };

@@ -25,10 +25,14 @@ pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let matrices = matrices.iter().any(|p| p.cr_type == wgpu::CooperativeScalarType::F32);
     // The matrix kernels need subgroups of a single size.
     let usable = matrices && gpu.info.subgroup_min_size == gpu.info.subgroup_max_size;
-    let halves = gpu.adapter.features().contains(wgpu::Features::SHADER_F16);
-    let expected = 3 + usize::from(halves) + usize::from(lavapipe) + usize::from(usable);
+    let expected = 3 + usize::from(has_halves()) + usize::from(lavapipe) + usize::from(usable);
     assert_eq!(found.len(), expected, "{found:?} on {}", gpu.info.name);
     found
+}
+
+/// Whether the adapter computes in 16-bit floats, as `Half` needs.
+pub fn has_halves() -> bool {
+    gpu().adapter.features().contains(wgpu::Features::SHADER_F16)
 }
 
 /// The kernel sets that run the network with fused operators.
