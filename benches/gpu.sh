@@ -48,11 +48,14 @@ run() {
     step test_ops.txt "$bin/ops"
     step test_network.txt "$bin/network"
     step bench.txt "$bin/frame" --operators --record "$out/bench.json" --runs 20
-    # Each set that a GPU may run, forced. Without matrix units, the last step fails.
-    local set tier
-    for set in tiled wide matrix; do
-        step "bench_$set.txt" "$bin/frame" --kernels "$set" --operators \
-            --record "$out/bench_$set.json" --runs 20
+    # Each set that a GPU may run, forced, in alternating rounds, as clocks change with temperature.
+    # Fails where a GPU lacks what a set needs: `half` 16-bit floats, `matrix` matrix units.
+    local round set tier
+    for round in 1 2 3; do
+        for set in tiled wide half matrix; do
+            step "bench_${set}_$round.txt" "$bin/frame" --kernels "$set" --operators \
+                --record "$out/bench_${set}_$round.json" --runs 10
+        done
     done
     for tier in fast balanced high; do
         step "profile_$tier.txt" "$bin/wgdenoise" profile --runs 20 --quality "$tier" \

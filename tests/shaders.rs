@@ -30,12 +30,15 @@ fn check(source: &str) -> Result<Checked, String> {
     Ok((module, info))
 }
 
-/// The features of `required_features`, and for matrices those of their shape. Every backend
-/// converts 16-bit floats from and to words.
+/// The features of `required_features`, of which only the half kernels and matrices of 16-bit floats
+/// use `SHADER_F16`, and for matrices those of their shape. Every backend converts 16-bit floats from
+/// and to words.
 fn capabilities(source: &str) -> Capabilities {
     let mut all = Capabilities::SUBGROUP | Capabilities::SHADER_FLOAT16_IN_FLOAT32;
     all.set(Capabilities::COOPERATIVE_MATRIX, is_matrix(source));
-    all.set(Capabilities::SHADER_FLOAT16, is_matrix(source) && source.contains("Factor = f16"));
+    let is_half = source.contains("Number = f16");
+    let has_halves = is_half || is_matrix(source) && source.contains("Factor = f16");
+    all.set(Capabilities::SHADER_FLOAT16, has_halves);
     all
 }
 
@@ -147,7 +150,8 @@ fn to_metal(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<(),
 }
 
 fn to_dx12(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<(), String> {
-    let shader_model = naga::back::hlsl::ShaderModel::V6_0;
+    // 16-bit floats need 6.2; wgpu asks DX12 for the highest that it has.
+    let shader_model = naga::back::hlsl::ShaderModel::V6_2;
     let options = naga::back::hlsl::Options { shader_model, ..Default::default() };
     let mut text = String::new();
     let pipeline = naga::back::hlsl::PipelineOptions::default();
@@ -248,7 +252,8 @@ fn constants_have_the_values_of_the_host() {
     assert_eq!(f64::from(bounded.brightest()), half);
     assert_eq!(reference::LARGEST, half);
     for operator in ["conv3x3", "conv_logits", "input_conv", "up_conv"] {
-        for (tiling, suffix) in [(Tiling::Square, "tiled"), (Tiling::Wide, "wide")] {
+        let names = ["tiled", "wide", "half"];
+        for (tiling, suffix) in Tiling::ALL.into_iter().zip(names) {
             let shader = format!("{operator}_{suffix}");
             let [width, height] = tiling.size().map(f64::from);
             same(&shader, "WIDTH", width);

@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "FILE")]
     pub(crate) record: Option<PathBuf>,
     /// Which variant of the convolutions runs
-    #[arg(long, default_value = "auto", value_parser = ["auto", "tiled", "wide", "matrix"])]
+    #[arg(long, default_value = "auto", value_parser = ["auto", "tiled", "wide", "half", "matrix"])]
     kernels: String,
     /// Runs per row; the median is reported
     #[arg(long, default_value_t = 5)]
@@ -45,6 +45,7 @@ impl Arguments {
         match (self.kernels.as_str(), matrix) {
             ("tiled", _) => Ok(KernelSet::Tiled),
             ("wide", _) => Ok(KernelSet::Wide),
+            ("half", _) => Ok(KernelSet::Half),
             ("matrix", Some(shape)) => Ok(KernelSet::Matrix(shape)),
             ("matrix", None) => {
                 Err(Error::Unsupported("the adapter reports no matrices that fit".into()))

@@ -195,9 +195,11 @@ mod tests {
 
     #[test]
     fn a_set_that_does_not_run_is_an_error_that_says_what_it_needs() {
-        for (kernels, word) in
-            [(KernelSet::Simd, "SUBGROUP"), (MATRIX, "subgroups of its one size")]
-        {
+        for (kernels, word) in [
+            (KernelSet::Simd, "SUBGROUP"),
+            (KernelSet::Half, "SHADER_F16"),
+            (MATRIX, "subgroups of its one size"),
+        ] {
             let error = choose(kernels, &[KernelSet::Tiled], true).unwrap_err().to_string();
             assert!(error.contains(word) && error.contains("GPU 7"), "{error}");
         }

@@ -131,6 +131,7 @@ impl Denoiser {
 
     fn tolerance(&self) -> Tolerance {
         match (self.kernels(), self.precision()) {
+            (KernelSet::Half, _) => HALF,
             (KernelSet::Matrix(MatrixShape { factor: Factor::F16, .. }), _) => FACTORS,
             (_, Precision::F16) => F16,
             _ => F32,
@@ -158,6 +159,11 @@ const F16: Tolerance = Tolerance { largest: 2e-3, rms: 4e-4 };
 /// Matrices of 16-bit factors round the weights as well as the tensors: independent errors of the
 /// same size, so √2 times as much.
 const FACTORS: Tolerance = Tolerance { largest: 2.8e-3, rms: 5.7e-4 };
+
+/// Sums in 16 bits round after each of the 36 products of a chunk, by up to 2⁻¹¹ of the sum, which
+/// after `k` products has grown to `√(k/36)` of the chunk's. Independent roundings add up to
+/// `√(36/2)` times 2⁻¹¹ of it: with the one of the store, √19 times as much as the store's alone.
+const HALF: Tolerance = Tolerance { largest: 8.7e-3, rms: 1.7e-3 };
 
 impl Tolerance {
     /// Tests for "not close" rather than "too far": every comparison with NaN is false.

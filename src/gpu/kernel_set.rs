@@ -21,6 +21,10 @@ pub enum KernelSet {
     /// Like `Tiled`, bit for bit, but for 32×8 pixels and with half as many barriers. `Auto` does
     /// not choose it: no GPU has compared them yet.
     Wide,
+    /// `Tiled` in 16-bit floats, which many GPUs multiply and add at twice the rate: products and
+    /// the sums of every four input channels have 16 bits, the sums of those 32. Needs the feature
+    /// `SHADER_F16`. `Auto` does not choose it: no GPU has timed it yet.
+    Half,
     /// For CPU drivers (lavapipe): straight-line code, with weights broadcast across the subgroup.
     Simd,
     /// For GPUs with matrix units: computes convolutions as matrix products of this shape.
@@ -41,7 +45,7 @@ impl KernelSet {
 
     /// Whether the variant can run on this device. `Simd` needs a CPU driver, which reads 0 outside
     /// textures, subgroups of at least eight invocations and the feature `SUBGROUP`; `Matrix` needs
-    /// [`MatrixShape::runs_on`]; the others run everywhere.
+    /// [`MatrixShape::runs_on`], `Half` the feature `SHADER_F16`; the others run everywhere.
     #[must_use]
     pub fn runs_on(self, device: &wgpu::Device) -> bool {
         let info = device.adapter_info();
@@ -52,8 +56,15 @@ impl KernelSet {
                     && info.subgroup_min_size >= SIMD_LANES
                     && device.features().contains(wgpu::Features::SUBGROUP)
             }
+            Self::Half => device.features().contains(wgpu::Features::SHADER_F16),
             Self::Matrix(shape) => shape.runs_on(device),
         }
+    }
+
+    /// Whether the kernels stage pixels in workgroup memory, as suits GPUs.
+    #[must_use]
+    pub fn is_for_gpus(self) -> bool {
+        matches!(self, Self::Tiled | Self::Wide | Self::Half | Self::Matrix(_))
     }
 
     /// A notice if a device runs slower kernels than it could because a feature was not requested.
@@ -76,6 +87,7 @@ impl KernelSet {
         match self {
             Self::Auto | Self::Plain | Self::Tiled | Self::Wide => "nothing",
             Self::Simd => "a CPU driver with subgroups of at least 8 and the feature SUBGROUP",
+            Self::Half => "the feature SHADER_F16",
             Self::Matrix(_) => "the features of the shape and subgroups of its one size",
         }
     }

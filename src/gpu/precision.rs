@@ -1,7 +1,8 @@
 //! How tensors are stored.
 
 /// How tensors are stored between layers. Arithmetic is in 32-bit float either way, except that
-/// [`KernelSet::Matrix`](crate::KernelSet::Matrix) may round factors to 16 bits; its sums keep 32.
+/// [`KernelSet::Matrix`](crate::KernelSet::Matrix) may round factors to 16 bits, with sums of 32, and
+/// [`KernelSet::Half`](crate::KernelSet::Half) computes in 16.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// 32-bit float: four bytes per channel.

@@ -9,11 +9,13 @@ use super::precision::Precision;
 /// |---|---|---|
 /// | `SUBGROUP` | the kernels for CPU drivers | CPU drivers run the slower tiled kernels; GPUs do not use it |
 /// | `TIMESTAMP_QUERY` | [`Denoiser::profile`](crate::Denoiser::profile) on GPUs | profiling fails on GPUs; CPU drivers use the wall clock anyway |
+/// | `SHADER_F16` | [`KernelSet::Half`](crate::KernelSet::Half), on request | asking for it fails |
 /// | `PIPELINE_CACHE` | [`Options::pipeline_cache`](crate::Options::pipeline_cache), on Vulkan | every run compiles the kernels anew, unless the driver caches them |
 #[must_use]
 pub fn required_features(adapter: &wgpu::Adapter) -> wgpu::Features {
     use wgpu::Features;
-    adapter.features() & (Features::SUBGROUP | Features::TIMESTAMP_QUERY | Features::PIPELINE_CACHE)
+    let useful = Features::SUBGROUP | Features::TIMESTAMP_QUERY | Features::PIPELINE_CACHE;
+    adapter.features() & (useful | Features::SHADER_F16)
 }
 
 /// Additional features for the matrix kernels; empty if the adapter multiplies no suitable

@@ -110,6 +110,15 @@ fn the_documented_limits_are_those_of_the_compiled_networks() {
     assert!(missing.is_empty(), "docs/performance.md lacks these rows:\n{}", missing.join("\n"));
 }
 
+/// 16-bit arithmetic reads and writes the same tensors, with as many products.
+#[test]
+fn the_half_kernels_do_the_work_of_the_tiled_ones() {
+    let gpu = gpu();
+    let [half, tiled] =
+        [KernelSet::Half, KernelSet::Tiled].map(|kernels| calls(&gpu, kernels, Quality::Balanced));
+    assert_eq!(half, tiled);
+}
+
 /// Times are those of the traffic and of the products alone, at the rates in the table's head.
 fn row(tier: &str, set: &str, calls: &[Counted]) -> String {
     let is_pyramid = |call: &Counted| call.0.starts_with("pyramid") || call.0.starts_with("gather");

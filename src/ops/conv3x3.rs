@@ -4,7 +4,8 @@ use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Tiling, Variant, plain_spec};
 use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
-use super::packing::{Taps, bias_table, storage_buffer};
+use super::packing::{Taps, bias_table};
+use super::tiled_weights::tiled_weights;
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
@@ -100,19 +101,13 @@ pub(super) fn generated_weights(
 
 fn tiled(context: &Context, tiling: Tiling, taps: &Taps<'_>, pools: bool) -> Variant {
     let blocks = taps.out_quads().div_ceil(TILED_QUADS);
-    let (spec, weights) = (tiled_spec(tiling, pools), tiled_weights(context, taps));
+    let (spec, weights) = (tiled_spec(tiling, pools), tiled_weights(context, tiling, &[taps]));
     Variant { pools, ..Variant::tiled(spec, tiling, weights, blocks) }
 }
 
 fn multiplied(context: &Context, shape: MatrixShape, taps: &Taps<'_>, pools: bool) -> Variant {
     let spec = matrix_spec(shape, matrix::channels_per_workgroup(taps.outputs), pools);
     Variant { pools, ..matrix::variant(context, spec, shape, &[taps]) }
-}
-
-/// `[block of output quads][in_quad][tap][out_quad]` matrices.
-pub(super) fn tiled_weights(context: &Context, taps: &Taps<'_>) -> PackedWeights {
-    let matrices = taps.tiled(taps.out_quads().div_ceil(TILED_QUADS), TILED_QUADS);
-    PackedWeights::Buffer(storage_buffer(context, "weights", &matrices))
 }
 
 /// The operator of a layer, including the max-pool that follows if the variant can.

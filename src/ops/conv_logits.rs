@@ -10,6 +10,7 @@ use super::convolution::{Convolution, PackedWeights, Tiling, Variant};
 use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
 use super::packing::{Taps, bias_table, storage_buffer, weight_texture};
+use super::tiled_weights::tiled_weights;
 use super::{conv3x3, need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
@@ -90,7 +91,7 @@ fn tiled(
     taps: &Taps<'_>,
     logits: &[f32],
 ) -> (Variant, PackedWeights) {
-    let weights = conv3x3::tiled_weights(context, taps);
+    let weights = tiled_weights(context, tiling, &[taps]);
     let variant = Variant::tiled(tiled_spec(tiling), tiling, weights, 1);
     (variant, logits_buffer(context, logits, taps.outputs))
 }

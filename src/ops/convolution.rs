@@ -10,30 +10,37 @@ use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::shader::ShaderRoot;
 
-/// The pixels of a workgroup of the tiled kernels.
+/// What a workgroup of the tiled kernels computes, and how.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tiling {
     /// 16×16 pixels; four input channels are staged at a time.
     Square,
     /// 32×8 pixels; eight input channels are staged at a time.
     Wide,
+    /// `Square` in 16-bit floats: those of four staged input channels are multiplied and added up in
+    /// 16 bits, and the sums in 32.
+    Half,
 }
 
 impl Tiling {
-    /// Both.
-    pub const ALL: [Self; 2] = [Self::Square, Self::Wide];
+    /// All.
+    pub const ALL: [Self; 3] = [Self::Square, Self::Wide, Self::Half];
 
     /// That of a kernel set. Sets without tiled kernels of their own run the square ones.
     #[must_use]
     pub fn of(kernels: KernelSet) -> Self {
-        if kernels == KernelSet::Wide { Self::Wide } else { Self::Square }
+        match kernels {
+            KernelSet::Wide => Self::Wide,
+            KernelSet::Half => Self::Half,
+            _ => Self::Square,
+        }
     }
 
     /// Width and height.
     #[must_use]
     pub fn size(self) -> [u32; 2] {
         match self {
-            Self::Square => [16, 16],
+            Self::Square | Self::Half => [16, 16],
             Self::Wide => [32, 8],
         }
     }
@@ -47,8 +54,12 @@ impl Tiling {
         bindings: impl Into<Cow<'static, [Binding]>>,
         overrides: &'static [&'static str],
     ) -> KernelSpec {
-        features.extend((self == Self::Wide).then_some("wide"));
-        let tiling = if self == Self::Wide { "wide" } else { "tiled" };
+        let tiling = match self {
+            Self::Square => "tiled",
+            Self::Wide => "wide",
+            Self::Half => "half",
+        };
+        features.extend((self != Self::Square).then_some(tiling));
         KernelSpec {
             name: format!("{name}_{tiling}").into(),
             source: ShaderRoot::Module(module),

@@ -6,13 +6,13 @@
 //!
 //! [`input_process`]: mod@super::input_process
 
-use super::conv3x3;
 use super::convolution::{PackedWeights, Tiling};
 use super::image::{ImageFormat, source_features};
 use super::input_process::{self, Sources, resources, source_names};
 use super::matrix::{self, MatrixKernel};
 use super::need::{self, Need};
 use super::packing::{Taps, bias_table};
+use super::tiled_weights::tiled_weights;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::gpu::matrix_shape::MatrixShape;
@@ -70,7 +70,7 @@ pub fn begins(network: &Network, encoding: Encoding, kernels: KernelSet) -> bool
     let first = network.layers.first().is_some_and(|l| l.op == Op::Conv3x3 { relu: true });
     let alone = network.layers.iter().filter(|l| l.inputs.contains(&INPUT)).count() == 1;
     let narrow = network.shapes[1].channels <= CHANNELS;
-    let stages = matches!(kernels, KernelSet::Tiled | KernelSet::Wide | KernelSet::Matrix(_));
+    let stages = kernels.is_for_gpus();
     stages && !encoding.zero_padding && first && alone && narrow
 }
 
@@ -99,7 +99,7 @@ impl InputConv {
         let taps = Taps { outputs, taps: 9, map: &map, weight: &weight };
         let weights = match kernels {
             KernelSet::Matrix(shape) => matrix::pack(context, shape, &[&taps]),
-            _ => conv3x3::tiled_weights(context, &taps),
+            tiled_set => tiled_weights(context, Tiling::of(tiled_set), &[&taps]),
         };
         let bias = bias_table(context, &params.bias, outputs);
         Self { kernels, weights, bias, macs: params.weight.len() }

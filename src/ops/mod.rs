@@ -28,6 +28,7 @@ pub mod pyramid;
 pub mod sigmoid;
 pub mod simd;
 pub mod tile;
+mod tiled_weights;
 pub mod up_conv;
 pub mod upsample;
 

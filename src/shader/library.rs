@@ -20,7 +20,7 @@ const MODULES: &[(&str, &str)] = modules![
     "common/half", "common/head", "common/history", "common/images", "common/inputs", "common/layer", "common/layout",
     "common/light", "common/limits", "common/logits", "common/matrix", "common/motion", "common/need", "common/normal",
     "common/output", "common/patch", "common/place", "common/repair", "common/result", "common/scale", "common/seen",
-    "common/simd", "common/simd_input", "common/tensor", "common/tile", "common/weighted",
+    "common/simd", "common/simd_input", "common/sums", "common/tensor", "common/tile", "common/weighted",
     "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
     "conv_logits_simd", "conv_logits_tiled",
     "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",
@@ -62,6 +62,8 @@ const FEATURES: &[&str] = &[
     // A workgroup of the tiled kernels computes 32×8 pixels instead of 16×16 and stages eight input
     // channels at a time instead of four.
     "wide",
+    // The tiled kernels multiply in 16-bit floats, and add up in them for a chunk of input channels.
+    "half",
     // The kernel is the one of this name, with bindings of its own.
     "accumulate",
     "gather",

@@ -17,9 +17,11 @@ fn a_device_without_features_and_with_default_limits_will_do() {
     let denoiser = Denoiser::new(&device, &queue, &tiny(), &Options::default()).unwrap();
     let found = denoiser.denoise(&frame).unwrap();
     same_bits(&found, &run(&Options::default().kernels(KernelSet::Tiled), &frame)).unwrap();
-    let simd = Options::default().kernels(KernelSet::Simd);
-    let error = Denoiser::new(&device, &queue, &tiny(), &simd).unwrap_err().to_string();
-    assert!(error.contains("SUBGROUP"), "{error}");
+    for (kernels, feature) in [(KernelSet::Simd, "SUBGROUP"), (KernelSet::Half, "SHADER_F16")] {
+        let options = Options::default().kernels(kernels);
+        let error = Denoiser::new(&device, &queue, &tiny(), &options).unwrap_err().to_string();
+        assert!(error.contains(&format!("the feature {feature}; choose Auto")), "{error}");
+    }
 }
 
 #[test]

@@ -11,7 +11,7 @@ use wgdenoise::{
 };
 
 use crate::support::{denoiser, frame, images, run, same_bits, tiny};
-use wgdenoise_testing::gpu::{factors, gpu, variants};
+use wgdenoise_testing::gpu::{factors, gpu, has_halves, variants};
 use wgdenoise_testing::run_cases;
 
 /// A device of its own, which the test may lose.
@@ -102,6 +102,9 @@ fn results_of_every_variant_are_verified() {
     });
 }
 
+const TILED_F32: (KernelSet, Precision) = (KernelSet::Tiled, Precision::F32);
+const TILED_F16: (KernelSet, Precision) = (KernelSet::Tiled, Precision::F16);
+
 /// A picture, its denoised result, and the denoiser.
 struct Case {
     denoiser: Denoiser,
@@ -110,8 +113,8 @@ struct Case {
 }
 
 impl Case {
-    fn new(weights: &Weights, precision: Precision) -> Self {
-        let options = Options::default().precision(precision).kernels(KernelSet::Tiled);
+    fn new(weights: &Weights, (kernels, precision): (KernelSet, Precision)) -> Self {
+        let options = Options::default().precision(precision).kernels(kernels);
         let denoiser = Denoiser::new(&gpu().device, &gpu().queue, weights, &options).unwrap();
         let images = images(70, 50);
         let result = denoiser.denoise(&frame(&images, Inputs::ALL)).unwrap();
@@ -142,8 +145,9 @@ fn assert_refused(what: &str, result: Result<()>) {
 
 #[test]
 fn wrong_results_are_refused() {
-    for precision in [Precision::F32, Precision::F16] {
-        let case = Case::new(&tiny(), precision);
+    let half = has_halves().then_some((KernelSet::Half, Precision::F16));
+    for variant in [TILED_F32, TILED_F16].into_iter().chain(half) {
+        let case = Case::new(&tiny(), variant);
         case.changed(|_, pixel| pixel).expect("nothing is changed");
         let verified = case.denoiser.verify(&case.frame(), &case.result).unwrap().expect("noise");
         let block = |at: [u32; 2]| {
@@ -152,7 +156,7 @@ fn wrong_results_are_refused() {
         };
         let corner = |at: [u32; 2]| at == verified.rect.begin;
         let refused = |what, change: &dyn Fn([u32; 2], [f32; 3]) -> [f32; 3]| {
-            assert_refused(&format!("{what}, {precision:?}"), case.changed(change));
+            assert_refused(&format!("{what}, {variant:?}"), case.changed(change));
         };
         refused("5 % too bright", &|_, p| p.map(|v| v * 1.05));
         refused("5 % too dark", &|_, p| p.map(|v| v * 0.95));
@@ -179,9 +183,9 @@ fn spoiled(tensor: &str) -> Weights {
 
 #[test]
 fn one_wrong_weight_is_found() {
-    let right = Case::new(&tiny(), Precision::F16);
+    let right = Case::new(&tiny(), TILED_F16);
     for tensor in ["enc_conv0a.weight", "mid_conva.weight", "dec_conv0b.weight", "out_conv.bias"] {
-        let wrong = Case::new(&spoiled(tensor), Precision::F16);
+        let wrong = Case::new(&spoiled(tensor), TILED_F16);
         let found = right.denoiser.verify(&right.frame(), &wrong.result);
         assert_refused(tensor, found.map(|_| ()));
     }

@@ -59,9 +59,13 @@ fn layers_equal_the_reference() {
         let found = denoised(&options, &plain.input_scale(scale), &[&first, &second]);
         for (found, expected) in found[1..].iter().zip(&expected) {
             let off = largest_difference(|i, c| found.pixels()[i][c], expected);
-            let is_f16 = precision == Precision::F16 || matches!(kernels, KernelSet::Matrix(_));
-            // Logits are rounded; measured 7e-3 and 2e-6.
-            if off > if is_f16 { 2e-2 } else { 1e-5 } {
+            // Logits are rounded; measured 7e-3 and 2e-6. As for pixels, √19 times as far by `Half`.
+            let most = match (kernels, precision) {
+                (KernelSet::Half, _) => 8.7e-2,
+                (KernelSet::Matrix(_), _) | (_, Precision::F16) => 2e-2,
+                _ => 1e-5,
+            };
+            if off > most {
                 return Err(format!("off by {off}"));
             }
         }

@@ -22,9 +22,7 @@ fn check(kernels: KernelSet, profile: &[CallProfile]) {
     let convs = names.iter().filter(|name| name.contains("conv") && !name.starts_with("kernel"));
     assert_eq!(convs.count(), 18, "{names:?}");
     let (first, last) = match kernels {
-        KernelSet::Tiled | KernelSet::Wide | KernelSet::Matrix(_) => {
-            ("input+enc_conv0a", "dec_conv0b+kernel_conv0")
-        }
+        set if set.is_for_gpus() => ("input+enc_conv0a", "dec_conv0b+kernel_conv0"),
         _ => ("input_process", "dec_conv0b+kernel_conv0"),
     };
     let logits = names.iter().rposition(|name| name.contains("conv")).expect("there are some");

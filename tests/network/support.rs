@@ -72,10 +72,14 @@ pub(crate) fn encoded(image: &Image, scale: f32) -> Tensor {
 pub(crate) const F32: Tolerance = Tolerance { absolute: 4e-6, relative: 0.0 };
 /// Each of twelve stores rounds a value of about 1 by 2⁻¹¹. Measured: 2e-3.
 pub(crate) const F16: Tolerance = Tolerance { absolute: 6e-3, relative: 0.0 };
+/// A chunk of 36 products that are added up in 16 bits is off by √(36/2) times 2⁻¹¹ of its sum (see
+/// `src/denoiser/verify.rs`), and its store by 2⁻¹¹: √19 times as much as the store alone.
+pub(crate) const HALF: Tolerance = Tolerance { absolute: 26e-3, relative: 0.0 };
 
 /// The tolerance for a set: 16-bit factors round a layer's input like 16-bit tensors.
 pub(crate) fn tolerance(kernels: KernelSet, precision: Precision) -> Tolerance {
     match (kernels, precision) {
+        (KernelSet::Half, _) => HALF,
         (KernelSet::Matrix(_), _) | (_, Precision::F16) => F16,
         _ => F32,
     }

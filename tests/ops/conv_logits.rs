@@ -9,7 +9,9 @@ use wgdenoise::internals::plan::halo;
 use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{KernelSet, Precision};
 
-use wgdenoise_testing::gpu::{context, factors, fused_sets, stored, sum_tolerance, variants_of};
+use wgdenoise_testing::gpu::{
+    context, convolution_tolerance, factors, fused_sets, stored, sum_tolerance, variants_of,
+};
 use wgdenoise_testing::run::{activity_map, run, run_where};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
@@ -60,7 +62,7 @@ fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
             let mut problem = Problem::new(CASES[1], variant.1);
             let expected = problem.expected(variant.0);
             *of(&mut problem.params) += 0.5;
-            compare(&problem.run(variant), &expected, problem.tolerance(variant.1)).unwrap_err();
+            compare(&problem.run(variant), &expected, problem.tolerance(variant)).unwrap_err();
         }
     }
 }
@@ -77,7 +79,7 @@ fn what_stays_in_registers_has_the_range_of_32_bits() {
         problem.params.bias = vec![0.0; 3];
         let expected = problem.expected(variant.0);
         problem.params.weight[18..36].fill(3e38);
-        compare(&problem.run(variant), &expected, problem.tolerance(variant.1)).unwrap();
+        compare(&problem.run(variant), &expected, problem.tolerance(variant)).unwrap();
     }
 }
 
@@ -109,7 +111,7 @@ fn the_tensor_that_it_reads_is_needed_as_far_as_the_plan_says() {
             let input = run_where(context, &operator, &[(&image, &map)], [4, 16, 80], need(reach));
             let logits = conv_logits(context, kernels, &problem.params, &map);
             let found = run_where(context, &logits, &[(&input, &map)], [3, 16, 80], need(0));
-            let tolerance = sum_tolerance(200, Precision::F32);
+            let tolerance = convolution_tolerance(200, (kernels, Precision::F32));
             let unwritten = found.at(0, 0, 0) == -77.0 && found.at(2, 15, 79) == -77.0;
             assert!(unwritten, "{kernels} computed what nobody needs");
             compare(&middle(&found), &expected, tolerance)
@@ -158,15 +160,16 @@ impl Problem {
     /// A channel between the convolutions may be off by the rounding of its sum, and is as large as
     /// a sum of that many products. The errors of `c` channels add up like `√c`, and the 1×1
     /// convolution rounds a sum of `c` such channels.
-    fn tolerance(&self, precision: Precision) -> Tolerance {
+    fn tolerance(&self, (kernels, precision): (KernelSet, Precision)) -> Tolerance {
         let channels = self.input.channels;
-        let sum = |terms| sum_tolerance(terms, Precision::F32).absolute;
+        let channel = convolution_tolerance(9 * channels, (kernels, Precision::F32)).absolute;
+        let sum = sum_tolerance(channels, Precision::F32).absolute;
         let [root, terms] = [channels, 9 * channels].map(|count| (count as f32).sqrt());
-        let absolute = root * sum(9 * channels) + terms * sum(channels);
+        let absolute = root * channel + terms * sum;
         Tolerance { absolute, ..sum_tolerance(1, precision) }
     }
 
     fn check(&self, variant: (KernelSet, Precision)) -> Result<(), String> {
-        compare(&self.run(variant), &self.expected(variant.0), self.tolerance(variant.1))
+        compare(&self.run(variant), &self.expected(variant.0), self.tolerance(variant))
     }
 }

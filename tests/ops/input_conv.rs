@@ -12,7 +12,8 @@ use wgdenoise::internals::reference::{self, Tensor};
 use wgdenoise::{Image, Inputs, KernelSet, Precision};
 
 use wgdenoise_testing::gpu::{
-    buffer, context, download, factors, kernel_sets, submit, sum_tolerance, upload, variants_of,
+    buffer, context, convolution_tolerance, download, factors, kernel_sets, submit, upload,
+    variants_of,
 };
 use wgdenoise_testing::run::{activity_map, run};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
@@ -125,7 +126,7 @@ impl Problem {
     /// then the sum is rounded.
     fn tolerance(&self, (kernels, precision): (KernelSet, Precision)) -> Tolerance {
         let terms = self.params.weight.len() / self.outputs();
-        let sum = sum_tolerance(terms, precision);
+        let sum = convolution_tolerance(terms, (kernels, precision));
         let is_rounded = factors(kernels, &[1.0 / 3.0]) != [1.0 / 3.0];
         let input = if is_rounded { 2e-6 + 1.0 / 2048.0 } else { 2e-6 };
         Tolerance { absolute: sum.absolute + input * (terms as f32).sqrt(), ..sum }
@@ -134,9 +135,7 @@ impl Problem {
 
 /// The kernel sets that have this operator.
 fn sets(precision: Precision) -> Vec<KernelSet> {
-    let has =
-        |set: &KernelSet| matches!(set, KernelSet::Tiled | KernelSet::Wide | KernelSet::Matrix(_));
-    kernel_sets(precision).into_iter().filter(has).collect()
+    kernel_sets(precision).into_iter().filter(|set| set.is_for_gpus()).collect()
 }
 
 fn check(problem: &Problem, variant: (KernelSet, Precision)) -> Result<(), String> {

@@ -2,12 +2,17 @@ use wgdenoise::internals::model::{Op, Params};
 use wgdenoise::internals::self_test::{Tested, self_test};
 use wgdenoise::{KernelSet, Precision};
 
-use wgdenoise_testing::gpu::{context, kernel_sets, variants};
+use wgdenoise_testing::gpu::{context, kernel_sets, variants_of};
 use wgdenoise_testing::run_cases;
+
+/// The sets whose sums have 32 bits, as those of the matrices that the test is for.
+fn sets(precision: Precision) -> Vec<KernelSet> {
+    kernel_sets(precision).into_iter().filter(|&set| set != KernelSet::Half).collect()
+}
 
 #[test]
 fn every_set_that_runs_here_passes() {
-    run_cases(variants(), |&(kernels, precision)| {
+    run_cases(variants_of(sets), |&(kernels, precision)| {
         let context = context(precision);
         let build =
             |tested: &Tested, params: &_, maps: &[&_]| tested.build(context, kernels, params, maps);
@@ -24,7 +29,7 @@ fn a_kernel_that_computes_something_else_fails() {
         |tested, _| tested.op = without_relu(tested.op),
     ];
     let kinds = [("conv3x3", false), ("conv3x3", true), ("up_conv", false), ("conv_logits", false)];
-    for kernels in kernel_sets(Precision::F16) {
+    for kernels in sets(Precision::F16) {
         for (i, kind) in kinds.into_iter().enumerate() {
             // The ReLU inside `conv_logits` cannot be left out.
             let count = if i == 3 { 2 } else { 3 };

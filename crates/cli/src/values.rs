@@ -53,6 +53,8 @@ pub(crate) enum KernelsArg {
     Tiled,
     /// For GPUs, with other tiles
     Wide,
+    /// For GPUs, in 16-bit arithmetic
+    Half,
     /// For CPU drivers
     Simd,
     /// For GPUs with matrix units
@@ -95,6 +97,7 @@ impl From<KernelsArg> for Kernels {
             KernelsArg::Plain => Self::Set(KernelSet::Plain),
             KernelsArg::Tiled => Self::Set(KernelSet::Tiled),
             KernelsArg::Wide => Self::Set(KernelSet::Wide),
+            KernelsArg::Half => Self::Set(KernelSet::Half),
             KernelsArg::Simd => Self::Set(KernelSet::Simd),
             KernelsArg::Matrix => Self::Matrix,
         }

@@ -16,7 +16,8 @@ use super::Tolerance;
 /// reports no matrices, as before Mesa 25.
 pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let gpu = gpu();
-    let mut all = vec![KernelSet::Plain, KernelSet::Tiled, KernelSet::Wide, KernelSet::Simd];
+    let mut all = vec![KernelSet::Plain, KernelSet::Tiled, KernelSet::Wide];
+    all.extend([KernelSet::Half, KernelSet::Simd]);
     all.extend(MatrixShape::of(&gpu.adapter, precision).map(KernelSet::Matrix));
     let found: Vec<_> = all.into_iter().filter(|set| set.runs_on(&gpu.device)).collect();
     let lavapipe = gpu.info.name.contains("256 bits");
@@ -24,9 +25,14 @@ pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let matrices = matrices.iter().any(|p| p.cr_type == wgpu::CooperativeScalarType::F32);
     // The matrix kernels need subgroups of a single size.
     let usable = matrices && gpu.info.subgroup_min_size == gpu.info.subgroup_max_size;
-    let expected = 3 + usize::from(lavapipe) + usize::from(usable);
+    let expected = 3 + usize::from(has_halves()) + usize::from(lavapipe) + usize::from(usable);
     assert_eq!(found.len(), expected, "{found:?} on {}", gpu.info.name);
     found
+}
+
+/// Whether the adapter computes in 16-bit floats, as `Half` needs.
+pub fn has_halves() -> bool {
+    gpu().adapter.features().contains(wgpu::Features::SHADER_F16)
 }
 
 /// The kernel sets that run the network with fused operators.
@@ -39,12 +45,12 @@ pub fn variants() -> Vec<(KernelSet, Precision)> {
     variants_of(kernel_sets)
 }
 
-/// The factors as the kernels of a set multiply them: rounded to 16-bit floats if its matrices hold
+/// The factors as the kernels of a set multiply them: rounded to 16-bit floats if it multiplies
 /// those.
 pub fn factors(kernels: KernelSet, values: &[f32]) -> Vec<f32> {
     let half = |v: &f32| half::f16::from_f32(*v).to_f32();
     match kernels {
-        KernelSet::Matrix(MatrixShape { factor: Factor::F16, .. }) => {
+        KernelSet::Half | KernelSet::Matrix(MatrixShape { factor: Factor::F16, .. }) => {
             values.iter().map(half).collect()
         }
         _ => values.to_vec(),
@@ -70,6 +76,21 @@ pub fn sum_tolerance(terms: usize, precision: Precision) -> Tolerance {
         // A store rounds by 2⁻¹¹ of the value; one more bit covers sums at a rounding boundary.
         Precision::F16 => Tolerance { absolute, relative: 1.0 / 1024.0 },
     }
+}
+
+/// Rounding of a convolution's sum of `terms` products, as in [`sum_tolerance`], by the kernels of a
+/// set. `Half` adds up chunks of `c` = 36 products in 16 bits: rounding each sum to the nearest is off
+/// by `u/√3` of it, `u` = 2⁻¹¹, and the sums of a chunk grow like `√k/3`, which adds up to
+/// `u/√3 · √(c · terms/2)/3` over all chunks. Seven times that, about `u · √(c · terms)`, covers
+/// the unluckiest of a few million values.
+pub fn convolution_tolerance(
+    terms: usize,
+    (kernels, precision): (KernelSet, Precision),
+) -> Tolerance {
+    let sum = sum_tolerance(terms, precision);
+    let chunk = (36.min(terms) * terms) as f32;
+    let in_chunks = if kernels == KernelSet::Half { chunk.sqrt() / 2048.0 } else { 0.0 };
+    Tolerance { absolute: sum.absolute + in_chunks, ..sum }
 }
 
 /// The device under test, opened once.

@@ -17,7 +17,8 @@ use super::channel_map::ChannelMap;
 use super::convolution::{Convolution, PackedWeights, TILED_QUADS, Tiling, Variant};
 use super::matrix::{self, MatrixKernel};
 use super::operator::LayerRequest;
-use super::packing::{Taps, bias_table, storage_buffer};
+use super::packing::{Taps, bias_table};
+use super::tiled_weights::tiled_weights;
 use super::{need, simd};
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
@@ -111,13 +112,9 @@ fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     Variant::simd(simd_spec(shape.quads(outputs)), shape, weights, outputs)
 }
 
-/// `[block][skip quad][9 taps][4 output quads]` matrices, followed by the low-resolution tensor's,
-/// with 16 taps.
 fn tiled(context: &Context, tiling: Tiling, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let blocks = skip.out_quads().div_ceil(TILED_QUADS);
-    let data: Vec<f32> =
-        [skip, low].into_iter().flat_map(|taps| taps.tiled(blocks, TILED_QUADS)).collect();
-    let weights = PackedWeights::Buffer(storage_buffer(context, "weights", &data));
+    let weights = tiled_weights(context, tiling, &[skip, low]);
     Variant::tiled(tiled_spec(tiling), tiling, weights, blocks)
 }
 

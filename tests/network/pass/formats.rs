@@ -8,7 +8,7 @@ use wgdenoise::{
 };
 
 use super::{F32, Scene};
-use crate::support::{denoiser, encoded, frame, images, run, same_bits};
+use crate::support::{HALF, denoiser, encoded, frame, images, run, same_bits};
 use wgdenoise_testing::gpu::kernel_sets;
 use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantized};
 use wgdenoise_testing::{Tolerance, compare, run_cases};
@@ -98,7 +98,12 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
     let expected = run(&options, &frame(&images, Inputs::ALL));
     let expected = held_by(&expected, output.0);
     let srgb = albedo.0 == ImageFormat::Texture(Texture::Rgba8UnormSrgb);
-    let tolerance = if srgb { SRGB } else { TOLERANCE };
+    let tolerance = match (srgb, kernels) {
+        // After other inputs, sums in 16 bits round otherwise: as far off as from the reference.
+        (true, KernelSet::Half) => HALF,
+        (true, _) => SRGB,
+        (false, _) => TOLERANCE,
+    };
     let [result, expected] = [cpu_image(&found, SIZE), expected].map(|image| encoded(&image, 1e-3));
     compare(&result, &expected, tolerance)?;
     let alpha = |pixels: &[Pixel]| pixels.iter().map(|p| p[3]).collect::<Vec<_>>();

@@ -192,7 +192,7 @@ fn bench_reports_what_it_measured() {
 fn kernels_are_what_the_flag_names() {
     let folder = Folder::new();
     let bench = ["bench", "--width", "32", "--height", "32", "--runs", "1", "--quality", "fast"];
-    for (flag, name) in [("plain", "Plain"), ("tiled", "Tiled")] {
+    for (flag, name) in [("plain", "Plain"), ("tiled", "Tiled"), ("half", "Half")] {
         let json = folder.run(&[&bench[..], &["--json", "--kernels", flag]].concat()).json();
         assert_eq!(json["kernels"], name, "{json}");
     }

@@ -3,7 +3,7 @@
 use wgdenoise::Rect;
 use wgdenoise::internals::plan::halo::constant_radius;
 use wgdenoise::internals::reference::{self, Images, TileOfImage};
-use wgdenoise::{Denoiser, Frame, Gpu, Image, Inputs, Options, Precision, Weights};
+use wgdenoise::{Denoiser, Frame, Gpu, Image, Inputs, KernelSet, Options, Precision, Weights};
 
 /// The engine on the first adapter, with tiles of at most `tile` pixels a side.
 pub fn engine(
@@ -12,8 +12,20 @@ pub fn engine(
     precision: Precision,
     tile: Option<u32>,
 ) -> impl Fn(&Image) -> Image + use<> {
-    let options = Options::default().precision(precision).tile(tile);
-    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, weights, &options);
+    engine_with(gpu, weights, &Options::default().precision(precision).tile(tile))
+}
+
+/// The engine on the first adapter in 16-bit arithmetic.
+pub fn half_engine(gpu: &Gpu, weights: &Weights) -> impl Fn(&Image) -> Image + use<> {
+    engine_with(gpu, weights, &Options::default().kernels(KernelSet::Half))
+}
+
+fn engine_with(
+    gpu: &Gpu,
+    weights: &Weights,
+    options: &Options,
+) -> impl Fn(&Image) -> Image + use<> {
+    let denoiser = Denoiser::new(&gpu.device, &gpu.queue, weights, options);
     let denoiser = denoiser.expect("the device works");
     move |color| denoiser.denoise(&Frame::new(color)).expect("the image is fine")
 }
