@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use crate::sample::Four;
 use crate::shot::Feature;
+use crate::trend::{Changes, trend};
 use crate::{Offsets, Shot};
 
 /// Differences at which agreement falls to 1/e: pixels between a surface and where its motion back
@@ -13,6 +14,8 @@ const MOTION: f32 = 1.0;
 const ALBEDO: f32 = 0.1;
 const NORMAL: f32 = 0.2;
 const LIGHT: f32 = 0.4;
+/// The same for the mean change of light in the 15×15 pixels around, which noise hardly has.
+const TREND: f32 = 0.13;
 
 /// Light below this share of the picture's mean counts as equal.
 const DARK: f32 = 0.02;
@@ -34,17 +37,40 @@ pub fn agreement(own: &Shot, other: &Shot, to: &Offsets, back: Option<&Offsets>)
     let features: Vec<_> = features.filter(|(feature, _)| shared(*feature)).collect();
     let dark = DARK * own.light().max(f32::MIN_POSITIVE);
     let at = |i: usize| {
-        let Some(four) = to.four(i) else { return 0.0 };
+        let Some(four) = to.four(i) else { return Difference::default() };
         let pixel = own.compare(i, other, &four);
-        let mut squares = (pixel.light_change(dark) / LIGHT).powi(2);
+        let mut squares = 0.0;
         for (feature, scale) in &features {
             squares += (pixel.difference(*feature) / scale).powi(2);
         }
         squares += back.map_or(0.0, |back| (detour(to.pixels()[i], back, &four) / MOTION).powi(2));
-        // NaN agrees with nothing.
-        if squares.is_finite() { (-squares).exp() } else { 0.0 }
+        let light = (pixel.light_difference(dark) / LIGHT).powi(2);
+        Difference::new(pixel.light_change(dark), [squares, squares + light])
     };
-    (0..to.pixels().len()).into_par_iter().map(at).collect()
+    let found: Vec<_> = (0..to.pixels().len()).into_par_iter().map(at).collect();
+    let changes: Vec<_> = found.iter().map(|difference| difference.changes).collect();
+    let trends = trend(&changes, own.size().0 as usize, TREND);
+    found.iter().zip(&trends).map(|(found, trend)| found.agreement * (-trend).exp()).collect()
+}
+
+/// What a pixel differs by from what another frame shows of it.
+#[derive(Clone, Copy, Debug, Default)]
+struct Difference {
+    /// That of light, as far as all else agrees.
+    changes: Changes,
+    /// From 0 to 1.
+    agreement: f32,
+}
+
+impl Difference {
+    /// From the change of light, and the squares of differences without and with that of light.
+    fn new(change: f32, [others, all]: [f32; 2]) -> Self {
+        // NaN agrees with nothing.
+        if !(all.is_finite() && change.is_finite()) {
+            return Self::default();
+        }
+        Self { changes: Changes::new(change, (-others).exp()), agreement: (-all).exp() }
+    }
 }
 
 /// How far the way there and back ends from its start, in pixels.
@@ -113,9 +139,27 @@ mod tests {
             let bare = |color| Shot::new(color, None, None);
             agreement(&bare(&own), &bare(&other), &all([0.0; 2]), None)[0]
         };
-        assert!((agree(1.0, 1.5) - agree(1e4, 1.5e4)).abs() < 1e-6);
-        assert!(agree(1.0, 1.1) > 0.9 && agree(1.0, 3.0) < 0.1);
+        assert!((agree(1.0, 1.05) - agree(1e4, 1.05e4)).abs() < 1e-4);
+        assert!(agree(1.0, 1.02) > 0.9 && agree(1.0, 1.3) < 0.1);
         assert_eq!(agree(0.0, 0.0), 1.0);
         assert_eq!(agree(1.0, f32::NAN), 0.0);
+    }
+
+    #[test]
+    fn light_that_changes_over_an_area_agrees_less_than_noise_of_that_size() {
+        let (width, height) = (45, 30);
+        let is_light = |i: u32| (i % width / 3 + i / width / 3).is_multiple_of(2);
+        let sign = |i: u32| if is_light(i) { 1.0 } else { -1.0 };
+        let shot = |change: &dyn Fn(u32) -> f32| {
+            let pixels = (0..width * height).map(|i| [1.0 + change(i); 3]).collect();
+            Shot::new(&Image::new(width, height, pixels).expect("a valid image"), None, None)
+        };
+        let mean = |other: &Shot| {
+            let still = Offsets::still(width, height);
+            let found = agreement(&shot(&|_| 0.0), other, &still, None);
+            found.iter().sum::<f32>() / found.len() as f32
+        };
+        let (noise, brighter) = (mean(&shot(&|i| 0.25 * sign(i))), mean(&shot(&|_| 0.25)));
+        assert!(noise > 0.7 && brighter < 0.1, "{noise}, {brighter}");
     }
 }

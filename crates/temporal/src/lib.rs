@@ -13,6 +13,7 @@ mod offsets;
 mod sample;
 mod sharp;
 mod shot;
+mod trend;
 
 pub use agreement::agreement;
 pub use convention::{Convention, Motion};

@@ -81,11 +81,21 @@ impl Compared {
         own.iter().zip(other).map(|(a, b)| (a - b).abs()).sum::<f32>() / 3.0
     }
 
-    /// The difference of light relative to the mean of both, which is at least `least`.
-    pub(crate) fn light_change(&self, least: f32) -> f32 {
+    /// The difference of light relative to the mean of both and `dark`.
+    pub(crate) fn light_difference(&self, dark: f32) -> f32 {
+        self.difference(Feature::Light) / (self.mean_light() + dark)
+    }
+
+    /// The same, with the sign of the change and without what channels change against each other.
+    pub(crate) fn light_change(&self, dark: f32) -> f32 {
         let [own, other] = self.of(Feature::Light);
-        let mean = own.iter().chain(other).map(|v| v.max(0.0)).sum::<f32>() / 6.0;
-        self.difference(Feature::Light) / (mean + least)
+        let change = own.iter().zip(other).map(|(a, b)| a - b).sum::<f32>() / 3.0;
+        change / (self.mean_light() + dark)
+    }
+
+    fn mean_light(&self) -> f32 {
+        let [own, other] = self.of(Feature::Light);
+        own.iter().chain(other).map(|v| v.max(0.0)).sum::<f32>() / 6.0
     }
 
     fn of(&self, feature: Feature) -> [&[f32]; 2] {
