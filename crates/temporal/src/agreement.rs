@@ -162,4 +162,17 @@ mod tests {
         let (noise, brighter) = (mean(&shot(&|i| 0.25 * sign(i))), mean(&shot(&|_| 0.25)));
         assert!(noise > 0.7 && brighter < 0.1, "{noise}, {brighter}");
     }
+
+    #[test]
+    fn what_changes_beside_a_surface_does_not_count_for_it() {
+        let halves = |left: f32, right: f32| {
+            let pixels = (0..40 * 20).map(|i| [if i % 40 < 20 { left } else { right }; 3]);
+            Image::new(40, 20, pixels.collect()).expect("a valid image")
+        };
+        let own = Shot::new(&halves(1.0, 1.0), Some(&halves(0.2, 0.2)), None);
+        let other = Shot::new(&halves(3.0, 1.0), Some(&halves(0.9, 0.2)), None);
+        let found = agreement(&own, &other, &Offsets::still(40, 20), None);
+        let beside = found.chunks(40).map(|row| row[22]);
+        assert!(beside.clone().all(|v| v > 0.9), "{:?}", beside.collect::<Vec<_>>());
+    }
 }
