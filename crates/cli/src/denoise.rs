@@ -16,9 +16,10 @@ use crate::interrupt::{self, Tally};
 use crate::plan::{self, Job, Plan};
 use crate::request::Denoise;
 use crate::session::Session;
+use crate::stages::{Laps, Read, Ready, Written, read, write};
 use crate::temporal::{Animation, Held};
 use wgdenoise::Frame;
-use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, exposed, fit};
+use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, fit};
 
 /// Carries out a request. Signals end the process, unless a host gives a flag to stop the run by.
 pub(crate) fn run(
@@ -50,53 +51,11 @@ pub(crate) fn run(
     batch.finish(&jobs)
 }
 
-/// An image that has been read.
-struct Read {
-    picture: Picture,
-    laps: Laps,
-}
-
-/// An image that can be written.
-struct Ready {
-    picture: Arc<Picture>,
-    /// By view.
-    results: Vec<Denoised>,
-    laps: Laps,
-}
-
-/// Messages about an image that has been written.
-struct Written {
-    notices: Vec<String>,
-    laps: Laps,
-}
-
-fn read(job: &Job) -> Result<Read, Failure> {
-    let mut laps = Laps::start();
-    let picture = Picture::open(&job.input, &job.layers)?;
-    laps.lap("read");
-    Ok(Read { picture, laps })
-}
-
 /// A finished frame of an animation.
 fn ready(frame: Held<(&Job, Laps)>) -> Option<(&Job, Ready)> {
     let Held { picture, results, tag, .. } = frame;
     let (job, laps) = tag?;
     Some((job, Ready { picture, results, laps }))
-}
-
-fn write(job: &Job, image: Ready, exposure: Option<f32>) -> Result<Written, Failure> {
-    let Ready { picture, mut results, mut laps } = image;
-    laps.resume();
-    if job.format.is_display_referred() {
-        let expose = |image: Denoised| Denoised {
-            color: exposed(image.color, exposure.unwrap_or(0.0)),
-            ..image
-        };
-        results = results.into_iter().map(expose).collect();
-    }
-    let notices = picture.save_as(&job.output, job.format, &results, job.replace)?;
-    laps.lap("written");
-    Ok(Written { notices, laps })
 }
 
 /// The images of one run.
@@ -392,36 +351,6 @@ fn seconds(time: Duration) -> String {
 /// The result of a thread.
 fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| resume_unwind(panic))
-}
-
-/// How long the steps of an image took.
-struct Laps {
-    last: Instant,
-    notes: Vec<String>,
-}
-
-impl Laps {
-    fn start() -> Self {
-        Self { last: Instant::now(), notes: Vec::new() }
-    }
-
-    /// Leaves out the time since the last step.
-    fn resume(&mut self) {
-        self.last = Instant::now();
-    }
-
-    /// Notes the time since the last step.
-    fn lap(&mut self, what: &str) {
-        let now = Instant::now();
-        let lap = now.duration_since(std::mem::replace(&mut self.last, now));
-        self.notes.push(format!("{what} in {lap:.1?}"));
-    }
-}
-
-impl std::fmt::Display for Laps {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(&self.notes.join(", "))
-    }
 }
 
 #[cfg(test)]

@@ -18,6 +18,7 @@ mod plan;
 mod report;
 mod request;
 mod session;
+mod stages;
 mod temporal;
 mod values;
 mod weights;

@@ -1,0 +1,80 @@
+//! The stages of an image: read, denoised and written, and how long each took.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use crate::failure::Failure;
+use crate::plan::Job;
+use wgdenoise_files::{Denoised, Picture, exposed};
+
+/// An image that has been read.
+pub(crate) struct Read {
+    pub(crate) picture: Picture,
+    pub(crate) laps: Laps,
+}
+
+/// An image that can be written.
+pub(crate) struct Ready {
+    pub(crate) picture: Arc<Picture>,
+    /// By view.
+    pub(crate) results: Vec<Denoised>,
+    pub(crate) laps: Laps,
+}
+
+/// Messages about an image that has been written.
+pub(crate) struct Written {
+    pub(crate) notices: Vec<String>,
+    pub(crate) laps: Laps,
+}
+
+pub(crate) fn read(job: &Job) -> Result<Read, Failure> {
+    let mut laps = Laps::start();
+    let picture = Picture::open(&job.input, &job.layers)?;
+    laps.lap("read");
+    Ok(Read { picture, laps })
+}
+
+pub(crate) fn write(job: &Job, image: Ready, exposure: Option<f32>) -> Result<Written, Failure> {
+    let Ready { picture, mut results, mut laps } = image;
+    laps.resume();
+    if job.format.is_display_referred() {
+        let expose = |image: Denoised| Denoised {
+            color: exposed(image.color, exposure.unwrap_or(0.0)),
+            ..image
+        };
+        results = results.into_iter().map(expose).collect();
+    }
+    let notices = picture.save_as(&job.output, job.format, &results, job.replace)?;
+    laps.lap("written");
+    Ok(Written { notices, laps })
+}
+
+/// How long the steps of an image took.
+pub(crate) struct Laps {
+    last: Instant,
+    notes: Vec<String>,
+}
+
+impl Laps {
+    fn start() -> Self {
+        Self { last: Instant::now(), notes: Vec::new() }
+    }
+
+    /// Leaves out the time since the last step.
+    pub(crate) fn resume(&mut self) {
+        self.last = Instant::now();
+    }
+
+    /// Notes the time since the last step.
+    pub(crate) fn lap(&mut self, what: &str) {
+        let now = Instant::now();
+        let lap = now.duration_since(std::mem::replace(&mut self.last, now));
+        self.notes.push(format!("{what} in {lap:.1?}"));
+    }
+}
+
+impl std::fmt::Display for Laps {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(&self.notes.join(", "))
+    }
+}
