@@ -2,13 +2,15 @@
 
     pip install bpy==5.0.1 numpy   needs Python 3.11
     python render_animations.py --out animations --scenes 95001:95009
-    python render_animations.py --out animations --scenes 96010:96015 --frames 12 --changes
+    python render_animations.py --out changes --frames 12 --size 160 --scenes 96010-lens 96011-cut 96012-rotation \
+        96013-light 96013-dusk 96014-mirror 96015-blur 96016
 
 Writes OUT/SCENE/n8.####.exr for 8 samples, and so on, and OUT/SCENE/reference.####.exr. Frames that exist are skipped,
 so the same command continues an interrupted run. A frame of 192x192 pixels takes about a minute of one core.
 """
 
 import argparse
+import itertools
 import sys
 from pathlib import Path
 
@@ -16,13 +18,20 @@ from render.job import parse_size
 from render_dataset import number_range
 
 
+def scenes_of(text):
+    """[(scene, change)] of `3:5`, scenes 3 and 4, or of `3` or `3-cut`, a single one."""
+    if ":" in text:
+        return [(scene, None) for scene in number_range(text)]
+    scene, _, change = text.partition("-")
+    return [(int(scene), change or None)]
+
+
 def arguments():
     p = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     p.add_argument("--out", type=Path, required=True, help="folder for the animations")
-    p.add_argument("--scenes", type=number_range, required=True, metavar="A:B", help="random scenes A to B-1")
+    p.add_argument("--scenes", type=scenes_of, nargs="+", required=True, metavar="A:B|A-CHANGE",
+                   help="random scenes A to B-1, or scene A with one of the changes of render/animation.py")
     p.add_argument("--frames", type=int, default=5)
-    p.add_argument("--changes", action="store_true",
-                   help="also a wide lens, a cut, turning objects, moving lamps or a mirror, by the scene's number")
     p.add_argument("--size", type=parse_size, default=(192, 192), help="192 or 480x270")
     p.add_argument("--samples", default="2,8,32", help="of the noisy frames")
     p.add_argument("--reference", type=int, default=128, help="samples of the references")
@@ -32,12 +41,11 @@ def arguments():
 
 def main():
     o = arguments()
-    from render.animation import CHANGES, Animation  # needs bpy
+    from render.animation import Animation  # needs bpy
 
     images = [(f"n{count}", count, count) for count in map(int, o.samples.split(","))]
     images.append(("reference", o.reference, 999))  # name, samples, seed
-    for scene in o.scenes:
-        change = CHANGES[scene % len(CHANGES)] if o.changes else None
+    for scene, change in itertools.chain(*o.scenes):
         folder = o.out / "-".join(filter(None, (str(scene), change)))
         folder.mkdir(parents=True, exist_ok=True)
         animation = None

@@ -1,7 +1,8 @@
 """Animations of the random scenes by Cycles: a moving camera, smaller objects that move, and if asked for, one change
 that motion vectors do not show or that is hard to follow.
 
-Nothing moves while the shutter is open, since Cycles has motion vectors only without motion blur.
+Cycles has motion vectors only without motion blur. So nothing moves while the shutter is open, or the vectors of blurred
+frames come from renders without blur.
 """
 
 import dataclasses
@@ -10,21 +11,24 @@ import bpy
 import numpy as np
 
 from render import kinds
-from render.cycles import Renderer
+from render.cycles import OpenImageIO, Renderer
 
 MOVING = 0.3  # share of the smaller objects
 SMALL = 1.5  # extent of these, metres
-CHANGES = "lens", "cut", "rotation", "light", "mirror"
+CHANGES = "lens", "cut", "rotation", "light", "dusk", "mirror", "blur"
+LAMP_STEP = 0.12  # metres a frame, along each axis
 
 
 class Animation(Renderer):
     """The scene `seed` for `frames` frames. Each file also has the passes `Vector` and `Depth`.
 
-    `change` is one of CHANGES: a wide lens, a cut to another camera halfway, smaller objects that turn, lamps that move,
-    or a mirror in place of the largest object.
+    `change` is one of CHANGES: a wide lens, a cut to another camera halfway, smaller objects that turn, lamps that move
+    or that dim by 3 % a frame, a mirror in place of the largest object, or motion blur of half a frame.
     """
 
     def __init__(self, seed, frames, size, threads=1, change=None):
+        if change not in (None, *CHANGES):
+            raise SystemExit(f"no change \"{change}\": there are {', '.join(CHANGES)}")
         rng = np.random.default_rng(seed + 7)
         scene = kinds.random_scene(seed)
         if change == "mirror":
@@ -35,7 +39,9 @@ class Animation(Renderer):
             instance.motion = self._motion(rng, instance, frames)
         super().__init__(scene, size, threads)
         self.kind = scene.kind
-        bpy.context.scene.render.use_motion_blur = False
+        self.blurred = change == "blur"
+        render = bpy.context.scene.render
+        render.motion_blur_position, render.motion_blur_shutter = "CENTER", 0.5
         bpy.context.view_layer.use_pass_vector = bpy.context.view_layer.use_pass_z = True
         self._spread(frames)
         self.cut = frames // 2 if change == "cut" else frames
@@ -45,6 +51,8 @@ class Animation(Renderer):
             self._turn(rng, scene.instances, frames)
         if change == "light":
             self._move_lamps(rng, frames)
+        if change == "dusk":
+            self._dim_lamps(frames)
 
     @staticmethod
     def _motion(rng, instance, frames):
@@ -91,15 +99,57 @@ class Animation(Renderer):
     def _move_lamps(rng, frames):
         """Moves point lights by up to 20 cm a frame."""
         for lamp in (o for o in bpy.data.objects if o.type == "LIGHT"):
-            start, step = np.array(lamp.location), rng.uniform(-0.12, 0.12, 3)
+            start, step = np.array(lamp.location), rng.uniform(-LAMP_STEP, LAMP_STEP, 3)
             for frame in (-1, frames):
                 lamp.location = start + step * frame
                 lamp.keyframe_insert("location", frame=frame)
 
+    @staticmethod
+    def _dim_lamps(frames):
+        """Dims point lights by 3 % of their first power a frame."""
+        for lamp in (o.data for o in bpy.data.objects if o.type == "LIGHT"):
+            first = lamp.energy
+            for frame in (0, frames):
+                lamp.energy = first * (1 - 0.03 * frame)
+                lamp.keyframe_insert("energy", frame=frame)
+
     def render_frame(self, frame, samples, seed, path):
         """Writes the frame, counted from 0, as EXR."""
         bpy.context.scene.frame_set(frame)
-        self.render(int(frame >= self.cut), samples, seed, keep=path)
+        camera = int(frame >= self.cut)
+        sharp = path.with_suffix(".sharp") if self.blurred else path
+        bpy.context.scene.render.use_motion_blur = False
+        self.render(camera, 1 if self.blurred else samples, seed, keep=sharp)
+        if self.blurred:
+            bpy.context.scene.render.use_motion_blur = True
+            self.render(camera, samples, seed, keep=path)
+            copy_vectors(sharp, path)
+            sharp.unlink()
+
+
+def copy_vectors(source, path):
+    """Replaces the passes `Vector` and `Depth` of the EXR file `path` by those of `source`."""
+    (spec, pixels), (sharp_spec, sharp_pixels) = read_image(path), read_image(source)
+    kept = [i for i, name in enumerate(spec.channelnames) if not is_vector(name)]
+    added = [i for i, name in enumerate(sharp_spec.channelnames) if is_vector(name)]
+    spec.channelnames = [spec.channelnames[i] for i in kept] + [sharp_spec.channelnames[i] for i in added]
+    spec.nchannels = len(spec.channelnames)
+    file = OpenImageIO.ImageOutput.create("exr")
+    file.open(str(path), spec)
+    file.write_image(np.ascontiguousarray(np.concatenate([pixels[..., kept], sharp_pixels[..., added]], -1)))
+    file.close()
+
+
+def is_vector(name):
+    return ".Vector." in name or ".Depth." in name
+
+
+def read_image(path):
+    """The header and the pixels [H,W,C] of an EXR file."""
+    file = OpenImageIO.ImageInput.open(str(path))
+    spec, pixels = file.spec(), file.read_image("float")
+    file.close()
+    return spec, pixels
 
 
 def extent_of(instance):

@@ -26,7 +26,8 @@ pub(crate) enum Feature {
 }
 
 impl Shot {
-    /// From linear light, linear albedo in [0, 1] and normals in [−1, 1].
+    /// From linear light, linear albedo in [0, 1] and normals in [−1, 1]. Features are clamped to these
+    /// ranges: renderers store the light of lamps as their albedo, which would outweigh all surfaces.
     ///
     /// # Panics
     /// If the sizes differ.
@@ -110,6 +111,9 @@ fn mean_of(image: &Image) -> f32 {
     sum as f32 / (3 * image.pixels().len()) as f32
 }
 
+/// The ranges of light, albedo and normal.
+const RANGES: [[f32; 2]; 3] = [[f32::NEG_INFINITY, f32::INFINITY], [0.0, 1.0], [-1.0, 1.0]];
+
 /// Means of 3×3 pixels, edges repeated.
 fn smoothed((width, height): (u32, u32), images: [Option<&Image>; 3]) -> Vec<[f32; 9]> {
     let (width, last) = (width as usize, height as usize - 1);
@@ -118,9 +122,9 @@ fn smoothed((width, height): (u32, u32), images: [Option<&Image>; 3]) -> Vec<[f3
         || vec![[0.0; 3]; width],
         |columns, (y, row)| {
             let rows = [y.saturating_sub(1), y, (y + 1).min(last)];
-            for (index, image) in images.iter().enumerate() {
+            for (index, (image, range)) in images.iter().zip(RANGES).enumerate() {
                 let Some(image) = image else { continue };
-                add_up(rows.map(|y| &image.pixels()[y * width..][..width]), columns);
+                add_up(rows.map(|y| &image.pixels()[y * width..][..width]), range, columns);
                 for (x, pixel) in row.iter_mut().enumerate() {
                     let near = [x.saturating_sub(1), x, (x + 1).min(width - 1)];
                     let mean = sum(near.map(|x| columns[x])).map(|v| v / 9.0);
@@ -132,10 +136,10 @@ fn smoothed((width, height): (u32, u32), images: [Option<&Image>; 3]) -> Vec<[f3
     result
 }
 
-/// The sums of three rows' pixels above each other.
-fn add_up(rows: [&[[f32; 3]]; 3], columns: &mut [[f32; 3]]) {
+/// The sums of three rows' pixels above each other, each clamped to a range.
+fn add_up(rows: [&[[f32; 3]]; 3], [least, most]: [f32; 2], columns: &mut [[f32; 3]]) {
     for (x, column) in columns.iter_mut().enumerate() {
-        *column = sum(rows.map(|row| row[x]));
+        *column = sum(rows.map(|row| row[x].map(|v| v.clamp(least, most))));
     }
 }
 
@@ -159,6 +163,18 @@ mod tests {
             let light = if is_near { 3.0 } else { 2.0 };
             assert_eq!(*pixel, [light, light, light, 0.0, 0.0, 0.0, 0.5, 0.5, 0.5], "{i}");
         }
+    }
+
+    #[test]
+    fn lamps_that_store_their_light_as_albedo_count_as_white() {
+        let [black, lamp] = [0.0, 1e4].map(|v| Image::filled(4, 4, [v; 3]).expect("a valid image"));
+        let mut wall = black.clone();
+        wall.pixels_mut()[5] = [1e4; 3];
+        let found = Shot::new(&lamp, Some(&wall), Some(&lamp));
+        assert_eq!(found.pixels[5], [1e4, 1e4, 1e4, 1.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0, 1.0, 1.0, 1.0]);
+        let mut broken = black.clone();
+        broken.pixels_mut()[5] = [f32::NAN; 3];
+        assert!(Shot::new(&black, Some(&broken), None).pixels[5][3].is_nan());
     }
 
     #[test]
