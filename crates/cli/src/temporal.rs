@@ -89,6 +89,13 @@ impl Towards {
             Self::Next => "next",
         }
     }
+
+    fn opposite(self) -> Self {
+        match self {
+            Self::Previous => Self::Next,
+            Self::Next => Self::Previous,
+        }
+    }
 }
 
 impl<T> Animation<T> {
@@ -122,7 +129,9 @@ impl<T> Animation<T> {
         let rest = self.finished..self.held.len();
         let done = rest.filter_map(|_| self.finish_one()).collect();
         for (vectors, _) in self.evidence.iter().filter(|(_, evidence)| evidence.is_lacking()) {
-            console.notice_once("", &vectors.unreadable());
+            if !self.is_reversed(vectors) {
+                console.notice_once("", &vectors.unreadable());
+            }
         }
         *self = Self::new(self.reach);
         done
@@ -214,32 +223,67 @@ impl<T> Animation<T> {
         if !follows || !shows_the_same([first, second], view) {
             return None;
         }
-        Some(Ways {
-            next: self.way([first, second], view, Towards::Next, console),
-            previous: self.way([second, first], view, Towards::Previous, console),
-        })
+        let next = self.read([first, second], view, Towards::Next);
+        let previous = self.read([second, first], view, Towards::Previous);
+        if next.vectors.is_none() || previous.vectors.is_none() {
+            console.notice_once("", WITHOUT_MOTION);
+        }
+        Some(self.settled(next, previous, console))
     }
 
-    fn way(
-        &mut self,
-        [own, other]: [&Waiting<T>; 2],
-        view: usize,
-        towards: Towards,
-        console: &Console,
-    ) -> Offsets {
+    /// The offsets that the motion vectors of a frame stand for, if they lead towards another.
+    fn read(&mut self, [own, other]: [&Waiting<T>; 2], view: usize, towards: Towards) -> Reading {
         let seen = &own.frame.picture.views()[view];
         let Some((layer, motion)) = motion(seen) else {
-            console.notice_once("", WITHOUT_MOTION);
-            return Offsets::still(seen.color().width(), seen.color().height());
+            let offsets = Offsets::still(seen.color().width(), seen.color().height());
+            return Reading { offsets, vectors: None };
         };
         let vectors = Vectors { towards, layer: layer.into(), count: motion.vectors() };
         let new = || Evidence::new(motion.vectors());
         let evidence = self.evidence.entry(vectors.clone()).or_insert_with(new);
         evidence.add(&motion, &own.views[view].shot, &other.views[view].shot);
-        if let Some(convention) = evidence.convention() {
-            console.notice_once("", &vectors.read_as(convention));
+        Reading { offsets: evidence.offsets(&motion), vectors: Some(vectors) }
+    }
+
+    /// The ways that two readings stand for. A single vector a pixel leads to one of both frames: the
+    /// other reading of it is wrong, and its way is the right one's, reversed.
+    fn settled(&self, next: Reading, previous: Reading, console: &Console) -> Ways {
+        let [ahead, back] = [&next, &previous].map(|reading| self.difference_of_single(reading));
+        let is_less = |a: Option<f64>, b: Option<f64>| a.zip(b).is_some_and(|(a, b)| a < b);
+        if is_less(back, ahead) {
+            self.tell(&previous, Some(REVERSED_NEXT), console);
+            Ways { next: previous.offsets.reversed(), previous: previous.offsets }
+        } else if is_less(ahead, back) {
+            self.tell(&next, Some(REVERSED_PREVIOUS), console);
+            Ways { previous: next.offsets.reversed(), next: next.offsets }
+        } else {
+            self.tell(&next, None, console);
+            self.tell(&previous, None, console);
+            Ways { next: next.offsets, previous: previous.offsets }
         }
-        evidence.offsets(&motion)
+    }
+
+    /// What following single vectors leaves of the differences.
+    fn difference_of_single(&self, reading: &Reading) -> Option<f64> {
+        let vectors = reading.vectors.as_ref().filter(|vectors| vectors.count == 1)?;
+        Some(self.evidence.get(vectors)?.difference())
+    }
+
+    /// Whether vectors are not followed because reversed ones are.
+    fn is_reversed(&self, vectors: &Vectors) -> bool {
+        let other = Vectors { towards: vectors.towards.opposite(), ..vectors.clone() };
+        let is_clear = |evidence: &Evidence| evidence.convention().is_some();
+        vectors.count == 1 && self.evidence.get(&other).is_some_and(is_clear)
+    }
+
+    fn tell(&self, reading: &Reading, reversed: Option<&str>, console: &Console) {
+        let Some(vectors) = &reading.vectors else { return };
+        if let Some(convention) = self.evidence.get(vectors).and_then(Evidence::convention) {
+            console.notice_once("", &vectors.read_as(convention));
+            if let Some(sentence) = reversed {
+                console.notice_once("", sentence);
+            }
+        }
     }
 }
 
@@ -261,6 +305,16 @@ struct Other {
     back: Offsets,
     agreement: Vec<f32>,
 }
+
+/// A frame's motion vectors, read as leading towards another frame.
+struct Reading {
+    offsets: Offsets,
+    /// `None` if there are none: nothing moves.
+    vectors: Option<Vectors>,
+}
+
+const REVERSED_NEXT: &str = "motion to the next frame: that to the previous frame, reversed";
+const REVERSED_PREVIOUS: &str = "motion to the previous frame: that to the next frame, reversed";
 
 const WITHOUT_MOTION: &str =
     "no motion vectors: only what stays in place is averaged with the frames around it";

@@ -16,6 +16,8 @@ use crate::{Offsets, Shot};
 pub struct Evidence {
     /// The sum of the pairs' mean differences at the ends of the offsets.
     differences: Vec<(Convention, f64)>,
+    /// How many pairs have been compared.
+    pairs: u32,
     /// Whether a pair was clear.
     is_clear: bool,
     /// Whether a pair moves so far that its convention matters.
@@ -39,7 +41,7 @@ impl Evidence {
     #[must_use]
     pub fn new(vectors: usize) -> Self {
         let differences = Convention::all(vectors).map(|convention| (convention, 0.0)).collect();
-        Self { differences, is_clear: false, matters: false }
+        Self { differences, pairs: 0, is_clear: false, matters: false }
     }
 
     /// Adds what a pair of frames shows: whether the motion of `own` leads to the same surfaces in
@@ -56,6 +58,7 @@ impl Evidence {
         if places.is_empty() {
             return;
         }
+        self.pairs += 1;
         self.differences.par_iter_mut().for_each(|(convention, sum)| {
             let ends = places.iter().map(|place| f64::from(place.end(*convention, motion, &seen)));
             *sum += ends.sum::<f64>() / places.len() as f64;
@@ -86,9 +89,21 @@ impl Evidence {
         if self.is_clear { offsets } else { offsets.up_to(HARMLESS) }
     }
 
+    /// What following the vectors leaves of the differences, as a mean of the pairs; infinite while the
+    /// convention is open. Vectors that may lead to the previous or to the next frame lead to the one with
+    /// the smaller difference.
+    #[must_use]
+    pub fn difference(&self) -> f64 {
+        if self.is_clear { self.least().1 / f64::from(self.pairs) } else { f64::INFINITY }
+    }
+
     fn best(&self) -> Convention {
-        let best = self.differences.iter().min_by(|a, b| a.1.total_cmp(&b.1));
-        best.expect("there are conventions").0
+        self.least().0
+    }
+
+    fn least(&self) -> (Convention, f64) {
+        let least = self.differences.iter().min_by(|a, b| a.1.total_cmp(&b.1));
+        *least.expect("there are conventions")
     }
 }
 
@@ -231,12 +246,23 @@ mod tests {
     fn vectors_that_lead_nowhere_are_followed_less_than_a_pixel() {
         let found = of(&[3.0, 4.0], [-5, 1]);
         assert_eq!(found.convention(), None);
+        assert_eq!(found.difference(), f64::INFINITY);
         assert!(found.offsets(&motion(&[3.0, 4.0])).pixels()[0][0].is_nan());
         let found = of(&[0.0, 0.0], [0, 0]);
         assert_eq!(found.convention(), None);
         assert_eq!(found.offsets(&motion(&[0.0, 0.0])), Offsets::still(48, 32));
         let found = of(&[f32::NAN, f32::INFINITY], [0, 0]);
         assert!(found.offsets(&motion(&[f32::NAN, 0.0])).pixels()[0][0].is_nan());
+    }
+
+    #[test]
+    fn the_right_reading_leaves_the_smaller_difference_however_many_pairs_there_are() {
+        let (mut right, wrong) = (of(&[5.0, 3.0], [5, 3]), of(&[5.0, 4.0], [5, 3]));
+        for _ in 0..50 {
+            add(&mut right, &[5.0, 3.0], [5, 3]);
+        }
+        let [right, wrong] = [right, wrong].map(|evidence| evidence.difference());
+        assert!(right < wrong && wrong.is_finite(), "{right}, {wrong}");
     }
 
     #[test]

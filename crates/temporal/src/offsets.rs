@@ -75,6 +75,23 @@ impl Offsets {
         Self { pixels, ..*self }
     }
 
+    /// The way back: from each pixel of the other frame to the pixel whose offset leads closest to it, by
+    /// the same motion. NaN where no offset leads.
+    #[must_use]
+    pub fn reversed(&self) -> Self {
+        let mut pixels = vec![[f32::NAN; 2]; self.pixels.len()];
+        let mut shares = vec![0.0; self.pixels.len()];
+        for (i, offset) in self.pixels.iter().enumerate() {
+            let around = self.four(i).into_iter().flat_map(Four::shares);
+            for (at, share) in around {
+                if share > shares[at] {
+                    (pixels[at], shares[at]) = (offset.map(|o| -o), share);
+                }
+            }
+        }
+        Self { pixels, ..*self }
+    }
+
     /// The pixels of the other frame around the surface of a pixel; `None` if it is not in the
     /// picture.
     pub(crate) fn four(&self, i: usize) -> Option<Four> {
@@ -121,6 +138,31 @@ mod tests {
             found.pixels().iter().map(|o| o[0].is_nan()).collect::<Vec<_>>(),
             [false, true, true, false]
         );
+    }
+
+    #[test]
+    fn motion_leads_back_from_wherever_it_leads() {
+        let found = all([2.0, -1.0]).reversed();
+        for (i, offset) in found.pixels().iter().enumerate() {
+            if i % 6 >= 2 && i / 6 < 3 {
+                assert_eq!(*offset, [-2.0, 1.0], "{i}");
+            } else {
+                assert!(offset[0].is_nan() && offset[1].is_nan(), "{i}: {offset:?}");
+            }
+        }
+        assert!(all([f32::NAN, 0.0]).reversed().pixels().iter().flatten().all(|o| o.is_nan()));
+    }
+
+    #[test]
+    fn growing_surfaces_leave_no_gaps_and_of_shrinking_ones_the_closest_offset_counts() {
+        let scaled = |scale: f32| {
+            let pixels = (0..12u8).map(|i| [(scale - 1.0) * f32::from(i), 0.0]).collect();
+            Offsets::new(12, 1, pixels).expect("it fits").reversed()
+        };
+        let grown = scaled(1.9);
+        assert!(grown.pixels().iter().all(|offset| offset[0].is_finite()), "{grown:?}");
+        // Pixels 3, 4 and 5 lead to 1.5, 2.0 and 2.5.
+        assert_eq!(scaled(0.5).pixels()[2], [2.0, 0.0]);
     }
 
     #[test]

@@ -29,6 +29,11 @@ impl Four {
         })
     }
 
+    /// The pixels and their shares.
+    pub(crate) fn shares(self) -> impl Iterator<Item = (usize, f32)> {
+        self.at.into_iter().zip(self.shares)
+    }
+
     /// The bilinear mean of values by pixel. A pixel without a share does not count, even if it is NaN.
     pub(crate) fn mean<const N: usize>(&self, pixels: &[[f32; N]]) -> [f32; N] {
         self.mean_of(self.at.map(|at| pixels[at]))

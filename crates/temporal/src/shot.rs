@@ -171,7 +171,10 @@ mod tests {
         let mut wall = black.clone();
         wall.pixels_mut()[5] = [1e4; 3];
         let found = Shot::new(&lamp, Some(&wall), Some(&lamp));
-        assert_eq!(found.pixels[5], [1e4, 1e4, 1e4, 1.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0, 1.0, 1.0, 1.0]);
+        assert_eq!(
+            found.pixels[5],
+            [1e4, 1e4, 1e4, 1.0 / 9.0, 1.0 / 9.0, 1.0 / 9.0, 1.0, 1.0, 1.0]
+        );
         let mut broken = black.clone();
         broken.pixels_mut()[5] = [f32::NAN; 3];
         assert!(Shot::new(&black, Some(&broken), None).pixels[5][3].is_nan());

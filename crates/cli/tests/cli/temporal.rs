@@ -261,26 +261,48 @@ fn vectors_that_lead_elsewhere_are_not_followed() {
     assert!((1..=5).all(|n| folder.result(n) == alone[n - 1]));
 }
 
-#[test]
-fn a_tilt_after_a_pan_is_followed() {
+/// Five walls that turn from a pan into a tilt at the third, and the steps before and after each.
+fn turning() -> [(Wall, [f32; 2], [f32; 2]); 5] {
     let (right, down) = ([3.0, 0.0], [0.0, 3.0]);
-    let walls = [
+    [
         (Wall::moved(1, [3.0, 0.0]), right, right),
         (Wall::moved(2, [6.0, 0.0]), right, right),
         (Wall::moved(3, [9.0, 0.0]), right, down),
         (Wall::moved(4, [9.0, 3.0]), down, down),
         (Wall::moved(5, [9.0, 6.0]), down, down),
-    ];
+    ]
+}
+
+/// The errors of the walls, with some of Blender's four values a pixel, and what the program wrote.
+fn errors_with(values: std::ops::Range<usize>, arguments: &[&str]) -> ([f32; 5], String) {
     let folder = animation(STEP, None);
-    for (wall, before, after) in walls {
-        wall.write(&folder.path(&noisy(wall.frame)), Some(blender_between(before, after)));
+    for (wall, before, after) in turning() {
+        let motion = &blender_between(before, after)[values.clone()];
+        wall.write_with(&folder.path(&noisy(wall.frame)), motion);
     }
-    folder.run(&RUN).assert_done();
-    let errors = || walls.map(|(wall, ..)| wall.error(&folder.clean(wall.frame)));
-    let alone = errors();
-    folder.run(&TEMPORAL).assert_done();
-    for (found, alone) in errors().into_iter().zip(alone) {
+    let run = folder.run(arguments);
+    run.assert_done();
+    (turning().map(|(wall, ..)| wall.error(&folder.clean(wall.frame))), run.stderr)
+}
+
+#[test]
+fn a_tilt_after_a_pan_is_followed() {
+    let [(alone, _), (found, told)] =
+        [&RUN[..], &TEMPORAL].map(|arguments| errors_with(0..4, arguments));
+    assert!(!told.contains("reversed"), "{told}");
+    for (found, alone) in found.into_iter().zip(alone) {
         assert!(found < 0.95 * alone, "{found}, alone {alone}");
+    }
+}
+
+#[test]
+fn one_vector_to_either_side_is_as_good_as_two() {
+    let both = errors_with(0..4, &TEMPORAL).0;
+    for (values, [there, back]) in [(0..2, ["previous", "next"]), (2..4, ["next", "previous"])] {
+        let (found, told) = errors_with(values, &TEMPORAL);
+        assert_eq!(found, both, "{there}");
+        let reversed = format!("motion to the {back} frame: that to the {there} frame, reversed");
+        assert!(told.contains(&reversed), "{told}");
     }
 }
 
