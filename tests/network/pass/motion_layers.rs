@@ -15,6 +15,9 @@ use wgdenoise_testing::{Random, compare, image_tensor, run_cases};
 const WIDTH: usize = SIZE[0] as usize;
 const PIXELS: usize = WIDTH * SIZE[1] as usize;
 
+/// With or without motion.
+type Choose = fn(&Film) -> PassDescriptor<'_>;
+
 /// A frame, and its layers.
 type Layered = (Contents, Vec<Vec<Pixel>>);
 
@@ -35,12 +38,8 @@ impl LayeredFilm {
         Self::new(layers, F32, Layout::packed_rgba(SIZE[0]))
     }
 
-    /// A pass with what `choose` makes of its film.
-    fn pass<'a>(
-        &'a self,
-        denoiser: &Denoiser,
-        choose: impl FnOnce(&'a Film) -> PassDescriptor<'a>,
-    ) -> Pass {
+    /// A pass with what `choose` makes of the film.
+    fn pass(&self, denoiser: &Denoiser, choose: Choose) -> Pass {
         let layers = self
             .layers
             .iter()
@@ -130,7 +129,7 @@ fn layers_are_averaged_by_the_weights_of_the_color() {
         [None, Some(80)].into_iter().flat_map(|t| [(t, 0.0), (t, 0.25)]),
         |&(tile, blend)| {
             let denoiser = denoiser_of(&tiny_kernels(), &Options::default().tile(tile));
-            let run = |choose| {
+            let run = |choose: Choose| {
                 let film = LayeredFilm::in_buffers(3);
                 let pass = film.pass(&denoiser, choose);
                 pass.set_blend(blend);
