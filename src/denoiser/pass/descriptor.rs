@@ -99,8 +99,8 @@ pub struct PassDescriptor<'a> {
     pub output: PassImage<'a>,
     /// The factor for the color the network reads.
     pub input_scale: InputScale<'a>,
-    /// Further images to denoise by the color's weights, and with motion to average by the color's, so
-    /// that those that add up to the color still do. The network's weights must predict a kernel
+    /// Further images to denoise as the color is denoised, and with motion to average as it is
+    /// averaged, so that layers that add up to the color still do. The weights must predict a kernel
     /// pyramid, as the built-in ones do.
     pub layers: &'a [PassLayer<'a>],
 }
