@@ -164,15 +164,25 @@ fn a_layer_that_is_broken_neither_spreads_nor_breaks_the_others() {
     assert_eq!(found[2][40], [1.125, 1.125, 1.125, 1.5]);
 }
 
-/// Where the color is broken, nothing is kept of the layers either.
+/// Where the color is broken, nothing is kept of the layers either: beside it, both read what is left.
 #[test]
-fn layers_start_anew_where_the_color_does() {
+fn layers_have_no_history_where_the_color_has_none() {
     let size = [9, 9];
+    let split = |frame: Frame| {
+        let share = |v: f32| frame.denoised.iter().map(|pixel| pixel.map(|p| v * p)).collect();
+        Frame { layers: vec![share(0.25), share(0.75)], ..frame.clone() }
+    };
     let mut first = constant(size, 1.0);
-    first.layers = vec![vec![[0.25; 4]; 81]];
-    let second = first.clone();
+    first.denoised[49] = [1.02; 4];
+    let mut first = split(first);
     first.denoised[40][1] = f32::INFINITY;
-    first.layers[0].fill([0.75; 4]);
-    let found = results(&[first, second], size).remove(1);
-    assert_eq!((found[1][40][0], found[1][43][0]), (0.25, 0.5));
+    first.layers[0][40] = [0.75; 4];
+    for right in [0.0, 0.5] {
+        let mut second = split(constant(size, 1.04));
+        second.motion.fill([right, 0.0, 0.0, 0.0]);
+        let found = results(&[first.clone(), second.clone()], size).remove(1);
+        assert_eq!(found[1][40] == second.layers[0][40], right == 0.0);
+        assert_ne!(found[1][39], second.layers[0][39]);
+        sums(&found, 1e-6).unwrap();
+    }
 }

@@ -260,13 +260,19 @@ fn submit_frame(
 ) {
     let context = context(Precision::F32);
     submit(context, |pass| {
-        layers.iter().for_each(|layer| layer.soften.record_at(pass, 0));
+        for layer in layers {
+            layer.soften.record_at(pass, 0);
+        }
         call.record_at(pass, 0);
-        layers.iter().for_each(|layer| layer.average.record_at(pass, 0));
+        for layer in layers {
+            layer.average.record_at(pass, 0);
+        }
     });
     let mut encoder = context.device.create_command_encoder(&Default::default());
     history.advance(&mut encoder);
-    histories.iter().for_each(|history| history.advance(&mut encoder));
+    for history in histories {
+        history.advance(&mut encoder);
+    }
     context.queue.submit([encoder.finish()]);
 }
 
