@@ -120,12 +120,12 @@ impl Denoiser {
         let tile = whole_tile(d.size(), &images);
         let tiles = uniform(device, &tile_bytes(&tile, plan));
         let histories = accumulation::layer_histories(device, d);
-        let denoised = denoised_layers(d, &images, &histories);
-        let layer_tiles = images.layers.iter().zip(&denoised).map(|([noisy, _], (layout, _))| {
+        let stored = stored_layers(d, &images, &histories);
+        let layer_tiles = images.layers.iter().zip(&stored).map(|([noisy, _], (layout, _))| {
             uniform(device, &tile_bytes(&layer_tile(&tile, noisy, *layout), plan))
         });
         let layer_tiles: Vec<_> = layer_tiles.collect();
-        let layers = images.layers.iter().zip(&denoised).zip(&layer_tiles);
+        let layers = images.layers.iter().zip(&stored).zip(&layer_tiles);
         let layers = layers.map(|(([noisy, _], &(_, output)), tiles)| BoundLayer {
             tiles,
             color: noisy.binding(),
@@ -239,7 +239,7 @@ fn layer_tile(beauty: &Tile, noisy: &Held, output: Layout) -> Tile {
 }
 
 /// Where the network stores each layer: in its output, or in its history, if there is one.
-fn denoised_layers<'a>(
+fn stored_layers<'a>(
     d: &PassDescriptor<'_>,
     images: &'a BoundImages,
     histories: &'a [LayerHistory],
