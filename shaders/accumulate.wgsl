@@ -1,13 +1,15 @@
 // The mean of a denoised frame and the last ones, along the motion of what a pixel sees, as far as
 // both see the same. One pixel of the picture per invocation.
 
-import package::common::history::keep;
+import package::common::history::{keep, keep_softness, softness_at};
 import package::common::inputs::{has_albedo, has_normal};
-import package::common::light::{GREY, INFINITE, is_finite};
-import package::common::motion::load_motion;
+import package::common::light::{GREY, is_finite};
+import package::common::mean::mean_with;
+import package::common::motion::last_place;
 import package::common::output::store;
 import package::common::patch::{Past, past_at};
 import package::common::seen::{Seen, denoised, has_depth, seen_around};
+import package::common::spline::{sharpened, sharpness};
 import package::common::tile::tile;
 
 struct Settings {
@@ -25,17 +27,6 @@ const LIGHT = 0.3;
 const DEPTH = 0.1;
 const DARK = 0.005 * GREY;   // light far below the picture's mean counts as equal
 const DIFFERENT = 100.0;     // exp(-DIFFERENT) times any count changes no mean
-
-// Where the surface was in the last frame, from the center of the first pixel; in z whether that is
-// in the picture, whose border is half a pixel outside the outermost centers.
-fn last_place(at: vec2<u32>) -> vec3<f32> {
-    let bits = load_motion(tile.motion, at);
-    let is_number = all((bits & vec2(INFINITE)) != vec2(INFINITE));
-    let motion = bitcast<vec2<f32>>(select(vec2(0u), bits, is_number));
-    let place = vec2<f32>(at) + motion;
-    let is_inside = all(place >= vec2(-0.5)) && all(place <= vec2<f32>(tile.image_size) - 0.5);
-    return select(vec3(0.0), vec3(place, 1.0), is_number && is_inside);
-}
 
 fn mean_of(channels: vec3<f32>) -> f32 {
     return dot(channels, vec3(1.0 / 3.0));
@@ -79,11 +70,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let place = last_place(id.xy);
     let past = past_at(place.xy);
     let frames = frames_of(place, past, own);
-    let mean = frame.rgb + frames / (1.0 + frames) * (past.color - frame.rgb);
-    let is_mean = frames > 0.0 && is_finite(bitcast<vec3<u32>>(mean));
-    let color = select(frame.rgb, mean, is_mean);
-    store(id.xy, color, frame.a);
-    let is_number = is_finite(bitcast<vec3<u32>>(color));
-    let count = select(0.0, 1.0 + select(0.0, frames, is_mean), is_number);
-    keep(id.xy, select(vec3(0.0), color, is_number), count, own);
+    let share = min(sharpness(past.color), 1.0 - softness_at(id.xy));
+    let mean = mean_with(sharpened(past.color, share), frames, frame.rgb);
+    store(id.xy, mean.rgb, frame.a);
+    let is_number = is_finite(bitcast<vec3<u32>>(mean.rgb));
+    let count = select(0.0, 1.0 + mean.w, is_number);
+    keep(id.xy, select(vec3(0.0), mean.rgb, is_number), count, own);
+    keep_softness(id.xy, 1.0 - share);
 }

@@ -62,7 +62,7 @@
 //! - [`Denoiser::warm_up`] compiles the kernels ahead of the first frame, and [`PipelineFile`] keeps
 //!   them on disk between runs.
 //! - A pass with [motion](PassDescriptor::motion) averages its frames along it, so that they
-//!   flicker less.
+//!   flicker less, and its layers by the same weights.
 //! - A [`Schedule`] decides how often a progressive renderer denoises and how much noisy color to
 //!   blend in as samples accumulate.
 //! - A [`Calibration`] measures the built-in weights on a device and picks the best ones for a time

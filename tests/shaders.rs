@@ -324,7 +324,7 @@ fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
     assert!(shaders.len() >= 16, "{shaders:?}");
     for shader in shaders {
         // A variant has its operator's name plus its own: `conv3x3_tiled`.
-        let mut variants = ["_tiled", "_simd", "_matrix"].into_iter();
+        let mut variants = ["_tiled", "_simd", "_matrix", "_layer"].into_iter();
         let operator = variants.find_map(|variant| shader.strip_suffix(variant));
         let operator = operator.unwrap_or(&shader).to_string();
         for folder in ["src/ops", "src/reference", "tests/ops"] {

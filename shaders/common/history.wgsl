@@ -1,10 +1,13 @@
 // What a frame leaves for the next one. Each 32-bit word of a pixel has a plane of its own: red,
 // green, blue and how many frames their mean counts, 0 for none; then as many of albedo, normal and
-// depth as the pass has.
+// depth as the pass has. With further layers of the picture, one more is for those of this frame: the
+// share of what splines add to the bilinear mean that was left out.
 
 import package::common::inputs::{has_albedo, has_normal};
 import package::common::seen::{Seen, has_depth, packed_albedo, packed_normal};
 import package::common::tile::tile;
+
+override has_layers: bool;
 
 @group(0) @binding(8) var<storage, read> last: array<u32>;
 @group(0) @binding(9) var<storage, read_write> next: array<u32>;
@@ -21,6 +24,10 @@ fn normal_plane() -> u32 {
 
 fn depth_plane() -> u32 {
     return normal_plane() + u32(has_normal);
+}
+
+fn softness_plane() -> u32 {
+    return depth_plane() + u32(has_depth);
 }
 
 fn number(plane: u32, at: vec2<u32>) -> f32 {
@@ -57,5 +64,19 @@ fn keep(at: vec2<u32>, color: vec3<f32>, count: f32, seen: Seen) {
     }
     if has_depth {
         next[word_of(depth_plane(), at)] = bitcast<u32>(seen.depth);
+    }
+}
+
+// What the layers need.
+fn softness_at(at: vec2<u32>) -> f32 {
+    if has_layers {
+        return bitcast<f32>(next[word_of(softness_plane(), at)]);
+    }
+    return 0.0;
+}
+
+fn keep_softness(at: vec2<u32>, softness: f32) {
+    if has_layers {
+        next[word_of(softness_plane(), at)] = bitcast<u32>(softness);
     }
 }

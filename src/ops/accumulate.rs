@@ -36,7 +36,7 @@ pub fn spec(sources: [ImageFormat; 4], output: ImageFormat) -> KernelSpec {
             Binding::Uniform { bytes: size_of::<Settings>() as u64, dynamic: false },
         ]
         .into(),
-        overrides: &["has_albedo", "has_depth", "has_normal", "unorm_normal"],
+        overrides: &["has_albedo", "has_depth", "has_layers", "has_normal", "unorm_normal"],
         workgroup: [8, 8, 1],
     }
 }
@@ -70,29 +70,31 @@ impl Features {
     }
 }
 
+/// Bytes of a pixel that this frame takes beside its history if there are further layers.
+pub const SOFTNESS_BYTES: u64 = 4;
+
 /// What is known of the last frames, and what will be after the next one.
 #[derive(Debug)]
 pub struct History {
     last: wgpu::Buffer,
+    /// With layers, longer than `last` by what they need of this frame.
     next: wgpu::Buffer,
     settings: wgpu::Buffer,
+    features: Features,
 }
 
 impl History {
-    /// No frame yet, for pictures of `pixels` pixels.
+    /// No frame yet, for pictures of `pixels` pixels with these features, with or without further
+    /// layers.
     #[must_use]
-    pub fn new(device: &wgpu::Device, pixels: u64, features: Features) -> Self {
+    pub fn new(device: &wgpu::Device, pixels: u64, features: Features, has_layers: bool) -> Self {
         use wgpu::BufferUsages as Usage;
-        let buffer = |label, size, usage| {
-            let label = Some(label);
-            let mapped_at_creation = false;
-            device.create_buffer(&wgpu::BufferDescriptor { label, size, usage, mapped_at_creation })
-        };
-        let bytes = pixels * features.bytes();
+        let softness = if has_layers { SOFTNESS_BYTES } else { 0 };
         let settings = Settings { longest: LONGEST, starts_anew: 0 };
         Self {
-            last: buffer("last frames", bytes, Usage::STORAGE | Usage::COPY_DST),
-            next: buffer("this frame", bytes, Usage::STORAGE | Usage::COPY_SRC),
+            last: last_frames(device, pixels * features.bytes()),
+            next: this_frame(device, pixels * (features.bytes() + softness)),
+            features,
             settings: super::packing::filled_buffer(
                 device,
                 "history",
@@ -102,9 +104,22 @@ impl History {
         }
     }
 
-    /// Records what makes this frame the last one, after the [`accumulate`] call.
+    /// What this frame leaves for its layers.
+    pub(super) fn of_this_frame(&self) -> &wgpu::Buffer {
+        &self.next
+    }
+
+    fn has_layers(&self) -> bool {
+        self.next.size() > self.last.size()
+    }
+
+    /// Records what makes this frame the last one, after the [`accumulate`] call and those of its
+    /// layers.
     pub fn advance(&self, encoder: &mut wgpu::CommandEncoder) {
-        encoder.copy_buffer_to_buffer(&self.next, 0, &self.last, 0, self.next.size());
+        encoder.copy_buffer_to_buffer(&self.next, 0, &self.last, 0, self.last.size());
+        if self.has_layers() {
+            encoder.clear_buffer(&self.next, self.last.size(), None);
+        }
         encoder.clear_buffer(&self.settings, ANEW, Some(size_of::<u32>() as u64));
     }
 
@@ -117,6 +132,31 @@ impl History {
     pub fn reset(&self, queue: &wgpu::Queue) {
         queue.write_buffer(&self.settings, ANEW, bytemuck::bytes_of(&1_u32));
     }
+}
+
+/// A buffer for what is known of the last frames.
+pub(super) fn last_frames(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
+    buffer(device, "last frames", size, wgpu::BufferUsages::COPY_DST)
+}
+
+/// A buffer for what this frame leaves.
+pub(super) fn this_frame(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
+    let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
+    buffer(device, "this frame", size, usage)
+}
+
+fn buffer(
+    device: &wgpu::Device,
+    label: &str,
+    size: u64,
+    usage: wgpu::BufferUsages,
+) -> wgpu::Buffer {
+    device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size,
+        usage: usage | wgpu::BufferUsages::STORAGE,
+        mapped_at_creation: false,
+    })
 }
 
 /// Byte offset of [`Settings::starts_anew`].
@@ -146,16 +186,6 @@ pub struct FrameImages<'a> {
 }
 
 impl<'a> FrameImages<'a> {
-    /// The features there are.
-    #[must_use]
-    pub fn features(&self) -> Features {
-        Features {
-            albedo: self.albedo.is_some(),
-            normal: self.normal.is_some(),
-            depth: self.depth.is_some(),
-        }
-    }
-
     /// What to bind for motion, albedo, normal and depth. An absent image is never read, but its
     /// binding cannot stay empty.
     fn sources(&self) -> [ImageBinding<'a>; 4] {
@@ -163,12 +193,13 @@ impl<'a> FrameImages<'a> {
         [self.motion, or_motion(self.albedo), or_motion(self.normal), or_motion(self.depth)]
     }
 
-    fn constants(&self) -> [(&'static str, f64); 4] {
-        let Features { albedo, normal, depth } = self.features();
+    fn constants(&self, history: &History) -> [(&'static str, f64); 5] {
+        let Features { albedo, normal, depth } = history.features;
         let flag = |name, value| (name, f64::from(u8::from(value)));
         [
             flag("has_albedo", albedo),
             flag("has_depth", depth),
+            flag("has_layers", history.has_layers()),
             flag("has_normal", normal),
             flag("unorm_normal", self.unorm_normal),
         ]
@@ -176,7 +207,8 @@ impl<'a> FrameImages<'a> {
 }
 
 /// The call for a picture of `size` pixels. Record it with [`Dispatch::record_at`] and the offset of
-/// the tile, then [`History::advance`].
+/// the tile, then [`History::advance`]. The features of the history must be there; further layers
+/// have [calls of their own](super::accumulate_layer) around this one.
 #[must_use]
 pub fn accumulate(
     context: &Context,
@@ -186,7 +218,7 @@ pub fn accumulate(
 ) -> Dispatch {
     let sources = images.sources();
     let spec = spec(sources.map(|image| image.format()), images.output.format());
-    let kernel = context.kernel(&spec, &images.constants());
+    let kernel = context.kernel(&spec, &images.constants(history));
     let [motion, albedo, normal, depth] = sources.map(|image| image.resource());
     let resources = [
         tile_binding(images.tile),

@@ -205,6 +205,16 @@ pub(crate) fn accumulate_features(
     features.into_iter().flatten().collect()
 }
 
+/// The features of the kernel that averages a further layer, for motion and result in these formats.
+#[must_use]
+pub(crate) fn accumulate_layer_features(
+    motion: ImageFormat,
+    output: ImageFormat,
+) -> Vec<&'static str> {
+    let motion = motion.source_feature("motion_f16", "motion_texture");
+    motion.into_iter().chain(output.target_feature()).collect()
+}
+
 /// The feature of kernels that write textures of this format; `None` if they cannot.
 #[must_use]
 pub fn storage(format: wgpu::TextureFormat) -> Option<&'static str> {

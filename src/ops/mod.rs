@@ -2,6 +2,7 @@
 //! know of its kernels, for the planner, the tests and the benches.
 
 pub mod accumulate;
+pub mod accumulate_layer;
 pub mod activity;
 pub mod autoexposure;
 pub mod build;
@@ -92,6 +93,10 @@ fn image_specs() -> Vec<KernelSpec> {
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(accumulate::spec([color, source, f16, color], output));
             specs.push(accumulate::spec([color, ImageFormat::F32, source, f16], output));
+            specs.extend(
+                [accumulate_layer::soften_spec, accumulate_layer::average_spec]
+                    .map(|s| s(color, output)),
+            );
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
             specs.extend(

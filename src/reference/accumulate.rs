@@ -9,6 +9,8 @@ const ALBEDO: f64 = 0.1;
 const NORMAL: f64 = 0.2;
 const LIGHT: f64 = 0.3;
 const DEPTH: f64 = 0.1;
+/// What leaves the range of the nearest pixels by this, relative to them, is only rounded.
+const ROUNDING: f64 = 3e-6;
 /// Exposed light that counts as dark: half a percent of the average.
 const DARK: f64 = 0.005 * GREY;
 
@@ -17,6 +19,8 @@ const DARK: f64 = 0.005 * GREY;
 pub struct Frame<'a> {
     /// Linear light, finite.
     pub denoised: &'a Image,
+    /// Further layers of the picture, denoised too, finite.
+    pub layers: &'a [&'a Image],
     /// Where each pixel's surface was in the last frame, relative to the pixel: right and down.
     pub motion: &'a [[f32; 2]],
     /// Albedo in `[0, 1]`.
@@ -34,10 +38,12 @@ pub struct Frame<'a> {
 pub struct History(pub Vec<Past>);
 
 /// A pixel of the history.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Past {
     /// The mean of the frames, which is the result.
     pub color: [f64; 3],
+    /// The same mean of each layer.
+    pub layers: Vec<[f64; 3]>,
     /// The number of frames that it counts: 1 and more.
     pub count: f64,
     seen: Seen,
@@ -64,7 +70,8 @@ struct Seen {
 /// 1/127, and they are compared so.
 ///
 /// The color at `q` is read by Catmull-Rom splines, as far as these stay in the range of the four
-/// nearest pixels, and bilinearly beyond that. The history counts nothing where `q` is no number or
+/// nearest pixels, and bilinearly beyond that. Layers are averaged by the same weights and read in the
+/// same way: all images take the largest share of the splines that each can take. The history counts nothing where `q` is no number or
 /// outside the picture, half a pixel beyond the outermost centers. Beyond the picture's edge, its
 /// pixels repeat.
 ///
@@ -76,16 +83,23 @@ pub fn accumulate(frame: &Frame<'_>, history: Option<&History>, longest: f64) ->
     let grid = Grid { width: i64::from(width), height: i64::from(height) };
     let pixel = |i: usize| {
         let own = seen(frame, grid, i);
-        let color = frame.denoised.pixels()[i].map(f64::from);
-        let fresh = Past { color, count: 1.0, seen: own };
+        let light = |image: &Image| image.pixels()[i].map(f64::from);
+        let color = light(frame.denoised);
+        let layers: Vec<_> = frame.layers.iter().map(|layer| light(layer)).collect();
         let place = grid.end(i, frame.motion[i]);
-        let Some((place, history)) = place.zip(history) else { return fresh };
+        let Some((place, history)) = place.zip(history) else {
+            return Past { color, layers, count: 1.0, seen: own };
+        };
         let taps = Taps::new(grid, place, &history.0);
         let v = agreement(&own, &taps.seen(f64::from(frame.input_scale)));
         let frames = v * taps.linear(|past| past.count).min(longest);
-        let past = taps.color();
-        let mean = |c: usize| (color[c] + frames * past[c]) / (1.0 + frames);
-        Past { color: std::array::from_fn(mean), count: 1.0 + frames, seen: own }
+        let mean = |own: [f64; 3], past: [f64; 3]| {
+            [0, 1, 2].map(|c| (own[c] + frames * past[c]) / (1.0 + frames))
+        };
+        let past = taps.lights(layers.len());
+        let means = layers.iter().zip(&past[1..]).map(|(own, past)| mean(*own, *past));
+        let (color, layers) = (mean(color, past[0]), means.collect());
+        Past { color, layers, count: 1.0 + frames, seen: own }
     };
     History((0..frame.motion.len()).map(pixel).collect())
 }
@@ -151,6 +165,16 @@ impl Grid {
     }
 }
 
+/// An image between its pixels.
+struct Reading {
+    /// Bilinearly.
+    linear: [f64; 3],
+    /// What splines add.
+    change: [f64; 3],
+    /// The largest share of that with which the image stays in the range of the four nearest pixels.
+    share: f64,
+}
+
 /// The 4×4 pixels of the history around a place.
 struct Taps<'a> {
     pixels: [&'a Past; 16],
@@ -175,23 +199,33 @@ impl<'a> Taps<'a> {
         self.sum(|t| [0.0, 1.0 - t, t, 0.0], value)
     }
 
-    fn color(&self) -> [f64; 3] {
+    /// The color, and then each layer.
+    fn lights(&self, layers: usize) -> Vec<[f64; 3]> {
+        let color = self.reading(|past| past.color);
+        let layers = (0..layers).map(|l| self.reading(move |past| past.layers[l]));
+        let all: Vec<_> = [color].into_iter().chain(layers).collect();
+        let share = all.iter().map(|reading| reading.share).fold(1.0, f64::min);
+        let light = |of: &Reading| [0, 1, 2].map(|c| of.linear[c] + share * of.change[c]);
+        all.iter().map(light).collect()
+    }
+
+    fn reading(&self, light: impl Fn(&Past) -> [f64; 3]) -> Reading {
         let spline = |t: f64| {
             let cube = [-t + 2.0 * t * t - t.powi(3), 2.0 - 5.0 * t * t + 3.0 * t.powi(3)];
             let rest = [t + 4.0 * t * t - 3.0 * t.powi(3), t.powi(3) - t * t];
             [cube[0] / 2.0, cube[1] / 2.0, rest[0] / 2.0, rest[1] / 2.0]
         };
-        let linear = [0, 1, 2].map(|c| self.linear(|past| past.color[c]));
+        let linear = [0, 1, 2].map(|c| self.linear(|past| light(past)[c]));
         let change: [f64; 3] =
-            [0, 1, 2].map(|c| self.sum(spline, |past| past.color[c]) - linear[c]);
+            [0, 1, 2].map(|c| self.sum(spline, |past| light(past)[c]) - linear[c]);
         let share = |c: usize| {
-            let four = [5, 6, 9, 10].map(|k| self.pixels[k].color[c]);
+            let four = [5, 6, 9, 10].map(|k| light(self.pixels[k])[c]);
             let bound = four.into_iter().reduce(if change[c] > 0.0 { f64::max } else { f64::min });
             let room = (bound.expect("there are four") - linear[c]).abs();
-            if change[c].abs() > room { room / change[c].abs() } else { 1.0 }
+            let rounding = ROUNDING * four.into_iter().map(f64::abs).fold(0.0, f64::max);
+            if change[c].abs() > room + rounding { room / change[c].abs() } else { 1.0 }
         };
-        let share = (0..3).map(share).fold(1.0, f64::min);
-        std::array::from_fn(|c| linear[c] + share * change[c])
+        Reading { linear, change, share: (0..3).map(share).fold(1.0, f64::min) }
     }
 
     fn seen(&self, input_scale: f64) -> Seen {
@@ -219,7 +253,8 @@ mod tests {
     }
 
     fn frame<'a>(denoised: &'a Image, motion: &'a [[f32; 2]]) -> Frame<'a> {
-        Frame { denoised, motion, albedo: None, normal: None, depth: None, input_scale: 1.0 }
+        let (albedo, normal, depth) = (None, None, None);
+        Frame { denoised, layers: &[], motion, albedo, normal, depth, input_scale: 1.0 }
     }
 
     const STILL: [[f32; 2]; 24] = [[0.0; 2]; 24];
@@ -289,5 +324,34 @@ mod tests {
         let last = accumulate(&with(&none), None, 8.0);
         let counts = [&none, &some].map(|d| accumulate(&with(d), Some(&last), 8.0).0[0].count);
         assert_eq!(counts, [2.0, 1.0]);
+    }
+
+    /// A peak, and an edge beside which splines overshoot unless they are left out.
+    #[test]
+    fn layers_are_as_soft_as_the_softest_image() {
+        let row = |values: [f32; 6]| {
+            let pixels = (0..24).map(|i| [values[i % 6]; 3]).collect();
+            Image::new(SIZE.0, SIZE.1, pixels).expect("a valid image")
+        };
+        let (peak, edge) =
+            (row([0.5, 0.5, 1.0, 0.5, 0.5, 0.5]), row([0.0, 0.0, 1.0, 1.0, 1.0, 1.0]));
+        let motion = [[0.25, 0.0]; 24];
+        let mean = |layers: &[&Image]| {
+            let frame = |motion| Frame { layers, ..frame(&peak, motion) };
+            let first = accumulate(&frame(&STILL), None, 8.0);
+            let Past { color, layers, count, .. } =
+                accumulate(&frame(&motion), Some(&first), 8.0).0.swap_remove(8);
+            let past = |mean: f64, own: f64| (mean * count - own) / (count - 1.0);
+            (past(color[0], 1.0), layers.iter().map(|mean| past(mean[0], 1.0)).collect::<Vec<_>>())
+        };
+        let close = |a: f64, b: f64| assert!((a - b).abs() < 1e-9, "{a}, expected {b}");
+        // The spline's weight of the peak: 1 + t² (1.5 t − 2.5) with t = 0.25.
+        let (color, layers) = mean(&[&peak]);
+        close(color, 0.5 + 0.5 * 0.8671875);
+        close(layers[0], color);
+        let (color, layers) = mean(&[&peak, &edge]);
+        close(color, 0.5 + 0.5 * 0.75);
+        close(layers[0], color);
+        close(layers[1], 1.0);
     }
 }

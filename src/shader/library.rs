@@ -13,14 +13,14 @@ pub const LIBRARY: Library<'static> = Library { modules: MODULES, features: FEAT
 
 #[rustfmt::skip]
 const MODULES: &[(&str, &str)] = modules![
-    "accumulate", "activity", "autoexposure", "common/albedo", "common/beauty", "common/block", "common/clean", "common/color",
+    "accumulate", "accumulate_layer", "activity", "autoexposure", "common/albedo", "common/beauty", "common/block", "common/clean", "common/color",
     "common/conv_bias", "common/conv_input", "common/conv_logits", "common/conv_output",
     "common/conv_sums", "common/conv_tile", "common/depth",
     "common/encoded", "common/encoding", "common/fill", "common/finest", "common/gathered",
     "common/half", "common/head", "common/history", "common/images", "common/inputs", "common/layer", "common/layout",
-    "common/light", "common/limits", "common/logits", "common/matrix", "common/motion", "common/need", "common/normal",
+    "common/light", "common/limits", "common/logits", "common/matrix", "common/mean", "common/motion", "common/need", "common/normal",
     "common/output", "common/patch", "common/place", "common/repair", "common/result", "common/scale", "common/seen",
-    "common/simd", "common/simd_input", "common/sums", "common/tensor", "common/tile", "common/weighted",
+    "common/simd", "common/simd_input", "common/spline", "common/sums", "common/tensor", "common/tile", "common/weighted",
     "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
     "conv_logits_simd", "conv_logits_tiled",
     "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",

@@ -1,6 +1,7 @@
 //! Compares every operator on the adapter with its CPU reference.
 
 mod accumulate;
+mod accumulate_layer;
 mod activity;
 mod autoexposure;
 mod concat;
@@ -8,6 +9,7 @@ mod conv1x1;
 mod conv3x3;
 mod conv_logits;
 mod conv_transpose;
+mod film;
 mod finest;
 mod gather;
 mod head;

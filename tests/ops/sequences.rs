@@ -2,7 +2,7 @@
 
 use proptest::prelude::*;
 
-use crate::accumulate::{Formats, Frame, Sequence};
+use crate::film::{Formats, Frame, Sequence};
 use wgdenoise_testing::Random;
 use wgdenoise_testing::image::Pixel;
 
@@ -47,7 +47,7 @@ fn what_is_left_beside_a_broken_pixel_is_averaged() {
     assert!((found - expected).abs() < 1e-3, "{found} is not {expected}");
 }
 
-fn constant(size: [u32; 2], light: f32) -> Frame {
+pub(crate) fn constant(size: [u32; 2], light: f32) -> Frame {
     let pixels = |v: f32| vec![[v; 4]; (size[0] * size[1]) as usize];
     Frame {
         denoised: pixels(light),
@@ -55,6 +55,7 @@ fn constant(size: [u32; 2], light: f32) -> Frame {
         albedo: pixels(0.5),
         normal: pixels(0.5),
         depth: pixels(3.0),
+        layers: Vec::new(),
     }
 }
 

@@ -61,7 +61,8 @@ pub(crate) struct Reading {
     /// What Catmull-Rom splines add to it.
     detail: [f32; 3],
     /// The largest share of the detail that stays in the range of the four nearest pixels, next to
-    /// whose edges splines overshoot. 0 for detail that is not finite.
+    /// whose edges splines overshoot. 0 for detail that is not finite, 1 for what is only rounded: a
+    /// constant image, such as full alpha, must not soften the others.
     pub(crate) sharpness: f32,
 }
 
@@ -75,12 +76,17 @@ impl Reading {
     }
 }
 
+/// What a spline rounds, relative to the light: the sizes of its 16 weights add up to at most 1.25²,
+/// and sums, products and weights have 26 roundings of 2⁻²⁴.
+const ROUNDING: f32 = 3e-6;
+
 fn sharpness(mean: [f32; 3], detail: [f32; 3], [least, most]: [[f32; 3]; 2]) -> f32 {
     let share = |c: usize| {
-        let room = (if detail[c] > 0.0 { most } else { least })[c] - mean[c];
+        let room = ((if detail[c] > 0.0 { most } else { least })[c] - mean[c]).abs();
+        let rounding = ROUNDING * least[c].abs().max(most[c].abs());
         match detail[c].abs() {
-            size if size <= room.abs() => 1.0,
-            size if size.is_finite() => room.abs() / size,
+            size if size <= room + rounding => 1.0,
+            size if size.is_finite() => room / size,
             _ => 0.0,
         }
     };
@@ -151,5 +157,17 @@ mod tests {
     #[test]
     fn a_pixel_that_is_not_a_number_does_not_reach_beyond_its_neighbors() {
         assert_eq!(at(&[f32::NAN, 1.0, 2.0, 3.0], 1.5), Some(1.5));
+    }
+
+    #[test]
+    fn constant_light_leaves_the_detail_of_others() {
+        for value in [1.0, 0.7, -3.3] {
+            let constant = vec![[value; 3]; 6 * 6];
+            for i in 0..1600_u16 {
+                let point = [i % 40, i / 40].map(|k| 0.1277 * f32::from(k));
+                let patch = Patch::around(point, (6, 6)).expect("it is inside");
+                assert_eq!(patch.read(&constant).sharpness, 1.0, "{value} at {point:?}");
+            }
+        }
     }
 }

@@ -1,10 +1,11 @@
-//! The mean of a pass's frames: its memory, its call and its checks.
+//! The mean of a pass's frames: its memory, its calls and its checks.
 
 use super::PassDescriptor;
 use super::held::{first_layer, texture};
 use crate::error::{Error, Result};
 use crate::gpu::kernel::{Context, Dispatch};
-use crate::ops::accumulate::{Features, FrameImages, History, accumulate};
+use crate::ops::accumulate::{Features, FrameImages, History, SOFTNESS_BYTES, accumulate};
+use crate::ops::accumulate_layer::{self, LayerCalls, LayerHistory, LayerImages, accumulate_layer};
 
 /// Bytes of a pixel of the denoised frame.
 const DENOISED_BYTES: u64 = 16;
@@ -12,18 +13,49 @@ const DENOISED_BYTES: u64 = 16;
 /// The format of the denoised frame.
 const DENOISED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
-/// The call after a frame's last tile, and the history that it continues.
+/// The calls after a frame's last tile, and the histories that they continue.
 #[derive(Debug)]
 pub(super) struct Accumulation {
-    pub(super) call: Dispatch,
+    call: Dispatch,
     pub(super) history: History,
+    layers: Vec<(LayerCalls, LayerHistory)>,
 }
 
 impl Accumulation {
-    pub(super) fn new(context: &Context, size: [u32; 2], images: &FrameImages<'_>) -> Self {
-        let pixels = size.into_iter().map(u64::from).product();
-        let history = History::new(&context.device, pixels, images.features());
-        Self { call: accumulate(context, size, images, &history), history }
+    /// With the layers' images and histories, in order.
+    pub(super) fn new(
+        context: &Context,
+        d: &PassDescriptor<'_>,
+        images: &FrameImages<'_>,
+        layers: Vec<(LayerImages<'_>, LayerHistory)>,
+    ) -> Self {
+        let has_layers = !layers.is_empty();
+        let history = History::new(&context.device, d.pixels(), d.features(), has_layers);
+        let calls = |(images, own): (LayerImages<'_>, LayerHistory)| {
+            (accumulate_layer(context, d.size(), &images, &own, &history), own)
+        };
+        let layers = layers.into_iter().map(calls).collect();
+        Self { call: accumulate(context, d.size(), images, &history), history, layers }
+    }
+
+    /// Records the calls, with the tile at byte `offset` of the uniform buffer; then comes
+    /// [`advance`](Self::advance).
+    pub(super) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
+        for (calls, _) in &self.layers {
+            calls.soften.record_at(pass, offset);
+        }
+        self.call.record_at(pass, offset);
+        for (calls, _) in &self.layers {
+            calls.average.record_at(pass, offset);
+        }
+    }
+
+    /// Records what makes this frame the last one.
+    pub(super) fn advance(&self, encoder: &mut wgpu::CommandEncoder) {
+        self.history.advance(encoder);
+        for (_, history) in &self.layers {
+            history.advance(encoder);
+        }
     }
 }
 
@@ -33,17 +65,29 @@ pub(super) fn denoised(device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureVi
     first_layer(&texture(device, size, DENOISED, usage))
 }
 
+/// The histories of the layers, which also receive the denoised ones; none without motion.
+pub(super) fn layer_histories(device: &wgpu::Device, d: &PassDescriptor<'_>) -> Vec<LayerHistory> {
+    let averaged = if d.motion.is_some() { d.layers } else { &[] };
+    averaged.iter().map(|_| LayerHistory::new(device, d.pixels())).collect()
+}
+
 impl PassDescriptor<'_> {
     /// Bytes that averaging frames takes; 0 without motion.
     pub(super) fn accumulation_bytes(&self) -> u64 {
-        let pixels = u64::from(self.width) * u64::from(self.height);
-        self.motion.map_or(0, |_| pixels * (DENOISED_BYTES + 2 * self.features().bytes()))
+        let layers = self.layers.len() as u64 * accumulate_layer::BYTES;
+        let color = DENOISED_BYTES + 2 * self.features().bytes() + self.softness_bytes();
+        self.motion.map_or(0, |_| self.pixels() * (color + layers))
     }
 
-    /// Rejects pictures whose history the device cannot hold in one piece.
+    fn softness_bytes(&self) -> u64 {
+        if self.layers.is_empty() { 0 } else { SOFTNESS_BYTES }
+    }
+
+    /// Rejects pictures whose history the device cannot hold in one piece. That of the color is
+    /// larger than those of its layers.
     pub(super) fn check_accumulation(&self, limits: &wgpu::Limits) -> Result<()> {
         let [width, height] = self.size();
-        let bytes = u64::from(width) * u64::from(height) * self.features().bytes();
+        let bytes = self.pixels() * (self.features().bytes() + self.softness_bytes());
         let most = limits.max_storage_buffer_binding_size.min(limits.max_buffer_size);
         let side = limits.max_texture_dimension_2d;
         let limit = if self.motion.is_none() {
@@ -63,6 +107,10 @@ impl PassDescriptor<'_> {
         )))
     }
 
+    fn pixels(&self) -> u64 {
+        u64::from(self.width) * u64::from(self.height)
+    }
+
     fn features(&self) -> Features {
         Features {
             albedo: self.albedo.is_some(),
@@ -74,12 +122,16 @@ impl PassDescriptor<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::super::PassImage;
+    use super::super::{PassImage, PassLayer};
     use super::*;
     use crate::{Element, Gpu, Layout};
 
-    /// With color, motion, and the features given.
-    fn check(size: [u32; 2], features: usize, limits: &wgpu::Limits) -> (u64, Result<()>) {
+    /// With color, as many as given of motion, albedo, normal and depth, and this many layers.
+    fn check(
+        size: [u32; 2],
+        [features, layers]: [usize; 2],
+        limits: &wgpu::Limits,
+    ) -> (u64, Result<()>) {
         let Gpu { device, .. } = Gpu::open(None).expect("the tests need an adapter");
         let buffer = device.create_buffer(&wgpu::BufferDescriptor {
             label: None,
@@ -90,7 +142,9 @@ mod tests {
         let layout = Layout::packed(size[0]);
         let image = PassImage::Buffer { buffer: &buffer, element: Element::F32, layout };
         let given = |i: usize| (i < features).then_some(image);
+        let layers = vec![PassLayer::new(image, image); layers];
         let descriptor = PassDescriptor::new(size[0], size[1], image, image)
+            .layers(&layers)
             .motion(given(0))
             .albedo(given(1))
             .normal(given(2))
@@ -100,21 +154,25 @@ mod tests {
 
     #[test]
     fn memory_is_taken_for_what_a_scene_has_and_for_nothing_without_motion() {
-        let bytes = |features| check([10, 7], features, &wgpu::Limits::default()).0 / 70;
-        assert_eq!([0, 1, 2, 3, 4].map(bytes), [0, 48, 56, 64, 72]);
+        let bytes = |images| check([10, 7], images, &wgpu::Limits::default()).0 / 70;
+        assert_eq!([0, 1, 2, 3, 4].map(|features| bytes([features, 0])), [0, 48, 56, 64, 72]);
+        assert_eq!([0, 1, 4].map(|features| bytes([features, 1])), [0, 84, 108]);
+        assert_eq!(bytes([4, 3]), 172);
     }
 
     #[test]
     fn a_history_beyond_the_devices_limits_is_refused_with_what_to_raise() {
         let limits = wgpu::Limits::default();
-        let refusal = |size, features| {
-            check(size, features, &limits).1.err().map_or(String::new(), |e| e.to_string())
+        let refusal = |size, images| {
+            check(size, images, &limits).1.err().map_or(String::new(), |e| e.to_string())
         };
-        assert_eq!(refusal([2560, 1440], 4), "");
-        assert_eq!(refusal([9000, 4000], 0), "");
-        let text = refusal([3840, 2160], 4);
+        assert_eq!(refusal([2560, 1440], [4, 3]), "");
+        assert_eq!(refusal([9000, 4000], [0, 3]), "");
+        let text = refusal([3840, 2160], [4, 0]);
         assert!(text.contains("binds at most 134217728 bytes") && text.contains("232243200"));
-        let text = refusal([9000, 10], 1);
+        let text = refusal([3840, 2160], [4, 3]);
+        assert!(text.contains("265420800"), "{text}");
+        let text = refusal([9000, 10], [1, 0]);
         assert!(text.contains("at most 8192 pixels a side"), "{text}");
     }
 }

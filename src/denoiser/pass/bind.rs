@@ -11,11 +11,12 @@ use crate::gpu::scopes::catch;
 use crate::network::bind::{Bound, BoundLayer, TileCalls};
 use crate::network::compile::CompiledNetwork;
 use crate::ops::accumulate::FrameImages;
+use crate::ops::accumulate_layer::{LayerHistory, LayerImages};
 use crate::ops::autoexposure::{Autoexposure, Band, autoexposure};
 use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, scale_binding};
 use crate::ops::packing::filled_buffer;
-use crate::ops::tile::Tile;
+use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::{PlacedTile, TilePlan};
 
 /// A multiple of every adapter's alignment of dynamic uniform offsets.
@@ -118,11 +119,17 @@ impl Denoiser {
         let blend = uniform(device, bytemuck::bytes_of(&0.0_f32));
         let tile = whole_tile(d.size(), &images);
         let tiles = uniform(device, &tile_bytes(&tile, plan));
-        let layer_tiles = images.layers.iter().map(|images| layer_tile(&tile, images));
-        let layer_tiles: Vec<_> =
-            layer_tiles.map(|tile| uniform(device, &tile_bytes(&tile, plan))).collect();
-        let layers = images.layers.iter().zip(&layer_tiles).map(|([noisy, output], tiles)| {
-            BoundLayer { tiles, color: noisy.binding(), output: output.binding() }
+        let histories = accumulation::layer_histories(device, d);
+        let stored = stored_layers(d, &images, &histories);
+        let layer_tiles = images.layers.iter().zip(&stored).map(|([noisy, _], (layout, _))| {
+            uniform(device, &tile_bytes(&layer_tile(&tile, noisy, *layout), plan))
+        });
+        let layer_tiles: Vec<_> = layer_tiles.collect();
+        let layers = images.layers.iter().zip(&stored).zip(&layer_tiles);
+        let layers = layers.map(|(([noisy, _], &(_, output)), tiles)| BoundLayer {
+            tiles,
+            color: noisy.binding(),
+            output,
         });
         let layers: Vec<_> = layers.collect();
         let sources = Sources {
@@ -135,8 +142,6 @@ impl Denoiser {
             encoding: network.encoding,
         };
         let denoised = d.motion.map(|_| accumulation::denoised(device, d.size()));
-        let accumulation = images.frame(&sources, denoised.as_ref());
-        let accumulation = accumulation.map(|images| Accumulation::new(context, d.size(), &images));
         let bound = Bound {
             tile: plan.tile,
             sources,
@@ -146,6 +151,15 @@ impl Denoiser {
             layers: &layers,
         };
         let graph = TileCalls::new(context, network, &bound);
+        let frame = images.frame(&sources, denoised.as_ref());
+        let accumulation =
+            frame.map(|frame| {
+                let tiles = averaged_layer_tiles(device, &tile, &images);
+                let layers = images.layers.iter().zip(&tiles).map(|([_, output], tile)| {
+                    LayerImages { tile, motion: frame.motion, output: output.binding() }
+                });
+                Accumulation::new(context, d, &frame, layers.zip(histories).collect())
+            });
         let exposure = self.exposure(d, &images.color, &scale);
         let tiles = (0..plan.tiles.len()).map(|i| (i * TILE_STRIDE) as u32).collect();
         let queue = context.queue.clone();
@@ -219,9 +233,32 @@ fn whole_tile(image_size: [u32; 2], images: &BoundImages) -> Tile {
     }
 }
 
-/// The same tile of a layer of the picture.
-fn layer_tile(beauty: &Tile, [noisy, output]: &[Held; 2]) -> Tile {
-    Tile { color: noisy.layout, output: output.layout, beauty: beauty.color, ..*beauty }
+/// The same tile of a layer of the picture, for a result of this layout.
+fn layer_tile(beauty: &Tile, noisy: &Held, output: Layout) -> Tile {
+    Tile { color: noisy.layout, output, beauty: beauty.color, ..*beauty }
+}
+
+/// Where the network stores each layer: in its output, or in its history, if there is one.
+fn stored_layers<'a>(
+    d: &PassDescriptor<'_>,
+    images: &'a BoundImages,
+    histories: &'a [LayerHistory],
+) -> Vec<(Layout, ImageBinding<'a>)> {
+    let outputs = images.layers.iter().map(|[_, output]| (output.layout, output.binding()));
+    let histories =
+        histories.iter().map(|history| (LayerHistory::layout(d.width), history.denoised()));
+    if d.motion.is_some() { histories.collect() } else { outputs.collect() }
+}
+
+/// For the mean of each layer, a uniform with the whole picture.
+fn averaged_layer_tiles(
+    device: &wgpu::Device,
+    beauty: &Tile,
+    images: &BoundImages,
+) -> Vec<wgpu::Buffer> {
+    let tile = |[noisy, output]: &[Held; 2]| layer_tile(beauty, noisy, output.layout);
+    let tiles = images.layers.iter().map(tile);
+    tiles.map(|tile| uniform(device, bytemuck::bytes_of(&tile))).collect()
 }
 
 /// All tiles of a plan, one every [`TILE_STRIDE`] bytes.

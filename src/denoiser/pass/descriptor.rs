@@ -88,7 +88,8 @@ pub struct PassDescriptor<'a> {
     /// Where each pixel's surface was in the last frame, relative to the pixel: in pixels, x right,
     /// y down. With it, the pass averages each frame with the last ones, so that they flicker less.
     /// NaN, infinite, or leading out of the picture: the surface was not seen. The pass then owns 48
-    /// bytes per pixel more, and 8 for each of albedo, normal and depth.
+    /// bytes per pixel more, 8 for each of albedo, normal and depth, and with layers 4 and 32 for each
+    /// of them.
     pub motion: Option<PassImage<'a>>,
     /// Distance of the surface from the camera's plane, linear, in any unit; 0, infinite or NaN
     /// where nothing was hit. Tells surfaces apart that motion confuses; only read with motion.
@@ -98,8 +99,9 @@ pub struct PassDescriptor<'a> {
     pub output: PassImage<'a>,
     /// The factor for the color the network reads.
     pub input_scale: InputScale<'a>,
-    /// Further images to denoise by the color's weights. The weights must predict a kernel pyramid,
-    /// as the built-in ones do. A pass with motion takes none.
+    /// Further images to denoise as the color is denoised, and with motion to average as it is
+    /// averaged, so that layers that add up to the color still do. The weights must predict a kernel
+    /// pyramid, as the built-in ones do.
     pub layers: &'a [PassLayer<'a>],
 }
 
@@ -213,11 +215,6 @@ impl<'a> PassDescriptor<'a> {
         refuse_unless(self.motion.is_some() || self.depth.is_none(), || {
             "depth only tells whether the last frame shows the same surface, which needs motion; \
              set motion too or leave out depth"
-                .into()
-        })?;
-        refuse_unless(self.motion.is_none() || self.layers.is_empty(), || {
-            "a pass with motion averages the color only and takes no layers; denoise them in a \
-             pass without motion"
                 .into()
         })
     }

@@ -211,24 +211,35 @@ mod tests {
             .normal(ImageFormat::Texture(Rgba8Snorm))
     }
 
-    /// The number of kernels that a pass of this size compiles on top of the existing ones.
-    fn compiles(denoiser: &Denoiser, [width, height]: [u32; 2], moves: bool) -> usize {
+    /// The number of kernels that a pass of this size compiles on top of the existing ones, with or
+    /// without motion, and with this many layers.
+    fn compiles(
+        denoiser: &Denoiser,
+        [width, height]: [u32; 2],
+        moves: bool,
+        layers: usize,
+    ) -> usize {
         let before = denoiser.context.compiled();
         let create =
             |format, usage| texture(&denoiser.context.device, [width, height], format, usage);
         let input = |format| create(format, wgpu::TextureUsages::TEXTURE_BINDING);
         let [color, albedo, normal] = [Rgba32Float, Rgba8Unorm, Rgba8Snorm].map(input);
         let [motion, depth] = [Rg16Float, R32Float].map(input);
-        let output = create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
+        let output = || create(Rgba16Float, wgpu::TextureUsages::STORAGE_BINDING);
+        let outputs: Vec<_> = (0..layers).map(|_| output()).collect();
+        let output = output();
         let [color, albedo, normal, output] =
             [&color, &albedo, &normal, &output].map(PassImage::Texture);
         let [motion, depth] =
             [&motion, &depth].map(|texture| moves.then_some(PassImage::Texture(texture)));
+        let layer = |output| PassLayer::new(color, PassImage::Texture(output));
+        let layers: Vec<_> = outputs.iter().map(layer).collect();
         let descriptor = PassDescriptor::new(width, height, color, output)
             .albedo(albedo)
             .normal(normal)
             .motion(motion)
-            .depth(depth);
+            .depth(depth)
+            .layers(&layers);
         denoiser.pass(&descriptor).expect("the images fit");
         denoiser.context.compiled() - before
     }
@@ -240,7 +251,7 @@ mod tests {
         let denoiser = || Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default());
         let [cold, warm] = [denoiser(), denoiser()].map(|denoiser| denoiser.expect("it works"));
         warm.warm_up(&formats()).expect("a pass takes them");
-        let compiles = |denoiser, size| compiles(denoiser, size, false);
+        let compiles = |denoiser, size| compiles(denoiser, size, false, 0);
         assert_eq!([compiles(&warm, [40, 30]), compiles(&warm, [64, 16])], [0, 0]);
         assert!(compiles(&cold, [40, 30]) > 0);
         assert_eq!(compiles(&cold, [64, 16]), 0);
@@ -254,12 +265,21 @@ mod tests {
             .expect("it works");
         denoiser.warm_up(&formats()).expect("a pass takes them");
         // The kernel that averages frames, and the last one of the network, for another output.
-        assert_eq!(compiles(&denoiser, [40, 30], true), 2);
+        assert_eq!(compiles(&denoiser, [40, 30], true, 0), 2);
         let formats =
             formats().motion(ImageFormat::Texture(Rg16Float)).depth(ImageFormat::Texture(R32Float));
         let warm = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
             .expect("it works");
         warm.warm_up(&formats).expect("a pass takes them");
-        assert_eq!(compiles(&warm, [40, 30], true), 0);
+        assert_eq!(compiles(&warm, [40, 30], true, 0), 0);
+        // The first and the last kernel of a layer, the two that average it, and the one that averages
+        // the color beside it.
+        assert_eq!(compiles(&warm, [40, 30], true, 3), 5);
+        let [color, output] = [Rgba32Float, Rgba16Float].map(ImageFormat::Texture);
+        let formats = formats.layer(LayerFormats { noisy: color, output });
+        let warm = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
+            .expect("it works");
+        warm.warm_up(&formats).expect("a pass takes them");
+        assert_eq!(compiles(&warm, [40, 30], true, 3), 0);
     }
 }

@@ -5,6 +5,7 @@ mod formats;
 mod in_place;
 mod layers;
 mod motion;
+mod motion_layers;
 mod refusals;
 mod warm_up;
 

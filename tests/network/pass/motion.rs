@@ -12,14 +12,14 @@ use crate::support::{denoiser, denoiser_of, frame, images, tiny_kernels};
 use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image};
 use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
-const SIZE: [u32; 2] = [90, 70];
+pub(super) const SIZE: [u32; 2] = [90, 70];
 const SCALE: f32 = 0.7;
 
 /// Each frame's images: color, albedo, normal, motion and depth.
-type Contents = [Vec<Pixel>; 5];
+pub(super) type Contents = [Vec<Pixel>; 5];
 
 /// Frames of a scene whose features stay, with other noise in each.
-fn sequence(count: usize) -> Vec<Contents> {
+pub(super) fn sequence(count: usize) -> Vec<Contents> {
     let [color, albedo, normal] = images(SIZE[0], SIZE[1]);
     let mut random = Random::new(21);
     let mut pixels = |value: &mut dyn FnMut(&mut Random) -> Pixel| -> Vec<Pixel> {
@@ -40,9 +40,9 @@ fn sequence(count: usize) -> Vec<Contents> {
 }
 
 /// The images of a pass with motion, to be filled frame by frame.
-struct Film {
-    scene: Scene,
-    motion: GpuImage,
+pub(super) struct Film {
+    pub(super) scene: Scene,
+    pub(super) motion: GpuImage,
     depth: GpuImage,
 }
 
@@ -57,11 +57,11 @@ impl Film {
         Self { scene, motion, depth }
     }
 
-    fn in_buffers() -> Self {
+    pub(super) fn in_buffers() -> Self {
         Self::new(F32, Layout::packed_rgba(SIZE[0]))
     }
 
-    fn write(&self, [color, albedo, normal, motion, depth]: &Contents) {
+    pub(super) fn write(&self, [color, albedo, normal, motion, depth]: &Contents) {
         self.scene.color.write(color);
         self.scene.albedo.as_ref().expect("there is one").write(albedo);
         self.scene.normal.as_ref().expect("there is one").write(normal);
@@ -70,11 +70,11 @@ impl Film {
     }
 
     /// Without motion.
-    fn alone(&self) -> PassDescriptor<'_> {
+    pub(super) fn alone(&self) -> PassDescriptor<'_> {
         self.scene.descriptor().input_scale(InputScale::Value(SCALE))
     }
 
-    fn descriptor(&self) -> PassDescriptor<'_> {
+    pub(super) fn descriptor(&self) -> PassDescriptor<'_> {
         self.alone().motion(self.motion.as_pass()).depth(self.depth.as_pass())
     }
 
@@ -100,22 +100,23 @@ fn bits(pixels: &[Pixel]) -> Vec<[u32; 4]> {
     pixels.iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
-fn same(found: &[Pixel], expected: &[Pixel]) -> Result<(), String> {
+pub(super) fn same(found: &[Pixel], expected: &[Pixel]) -> Result<(), String> {
     let differ = bits(found).into_iter().zip(bits(expected)).filter(|(a, b)| a != b).count();
     if differ == 0 { Ok(()) } else { Err(format!("{differ} pixels differ")) }
 }
 
-/// What the reference makes of denoised frames.
-fn averaged(denoised: &[Vec<Pixel>], frames: &[Contents]) -> Vec<Image> {
+/// What the reference makes of denoised frames: each has a color, and then its layers.
+pub(super) fn averaged(denoised: &[Vec<Vec<Pixel>>], frames: &[Contents]) -> Vec<Vec<Image>> {
     let mut history: Option<reference::History> = None;
     let mut means = Vec::new();
     for (denoised, [_, albedo, normal, motion, depth]) in denoised.iter().zip(frames) {
-        let [denoised, albedo, normal] =
-            [denoised, albedo, normal].map(|pixels| cpu_image(pixels, SIZE));
+        let [albedo, normal] = [albedo, normal].map(|pixels| cpu_image(pixels, SIZE));
+        let denoised: Vec<_> = denoised.iter().map(|pixels| cpu_image(pixels, SIZE)).collect();
         let motion: Vec<_> = motion.iter().map(|&[x, y, ..]| [x, y]).collect();
         let depth: Vec<_> = depth.iter().map(|pixel| pixel[0]).collect();
         let frame = reference::Frame {
-            denoised: &denoised,
+            denoised: &denoised[0],
+            layers: &denoised[1..].iter().collect::<Vec<_>>(),
             motion: &motion,
             albedo: Some(&albedo),
             normal: Some(&normal),
@@ -123,8 +124,13 @@ fn averaged(denoised: &[Vec<Pixel>], frames: &[Contents]) -> Vec<Image> {
             input_scale: SCALE,
         };
         let next = reference::accumulate(&frame, history.as_ref(), 8.0);
-        let pixels = next.0.iter().map(|past| past.color.map(|v| v as f32)).collect();
-        means.push(Image::new(SIZE[0], SIZE[1], pixels).expect("the count is right"));
+        let image = |k: usize| {
+            let light =
+                |past: &reference::Past| if k == 0 { past.color } else { past.layers[k - 1] };
+            let pixels = next.0.iter().map(|past| light(past).map(|v| v as f32)).collect();
+            Image::new(SIZE[0], SIZE[1], pixels).expect("the count is right")
+        };
+        means.push((0..denoised.len()).map(image).collect());
         history = Some(next);
     }
     means
@@ -132,7 +138,7 @@ fn averaged(denoised: &[Vec<Pixel>], frames: &[Contents]) -> Vec<Image> {
 
 /// As for the operator, with albedo and normals of 32 bits: a mean of nine may be rounded to the other
 /// of two steps, which changes its difference by 1/3 · 1/255.
-const TOLERANCE: Tolerance = Tolerance { absolute: 1e-4, relative: 1e-3 };
+pub(super) const TOLERANCE: Tolerance = Tolerance { absolute: 1e-4, relative: 1e-3 };
 
 #[test]
 fn a_pass_with_motion_averages_what_one_without_denoises() {
@@ -147,14 +153,16 @@ fn a_pass_with_motion_averages_what_one_without_denoises() {
             film.run(&pass, &frames)
         };
         let (alone, found) = (run(&film.alone()), run(&film.descriptor()));
-        let expected = averaged(&alone, &frames);
+        let denoised: Vec<_> = alone.iter().map(|color| vec![color.clone()]).collect();
+        let expected = averaged(&denoised, &frames);
         let change = change(&alone[3], &found[3]);
         if change < 1e-3 {
             return Err(format!("the frames before change only {change}"));
         }
         for (i, (found, expected)) in found.iter().zip(&expected).enumerate() {
             let found = image_tensor(&cpu_image(found, SIZE));
-            compare(&found, &image_tensor(expected), TOLERANCE).map_err(|e| format!("{i}: {e}"))?;
+            compare(&found, &image_tensor(&expected[0]), TOLERANCE)
+                .map_err(|e| format!("{i}: {e}"))?;
         }
         let alphas = |pixels: &[Pixel]| pixels.iter().map(|pixel| pixel[3]).collect::<Vec<_>>();
         if alphas(&found[3]) == alphas(&frames[3][0]) { Ok(()) } else { Err("alpha".into()) }

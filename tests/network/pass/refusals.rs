@@ -167,9 +167,6 @@ fn motion_and_depth_that_no_pass_can_read_are_refused() {
     }
     let layers = [PassLayer::new(fine.color, wide)];
     fitting.refuses(&with.layers(&layers), &["output of layer 0"]);
-    let output = texture(Texture::Rgba16Float, ALL);
-    let layers = [PassLayer::new(fine.color, PassImage::Texture(&output))];
-    fitting.refuses(&with.layers(&layers), &["motion", "takes no layers"]);
     let descriptor = descriptor([5, 4], Texture::Rg16Float, TextureUsages::TEXTURE_BINDING);
     let large = gpu().device.create_texture(&descriptor);
     fitting.refuses(&fine.motion(PassImage::Texture(&large)), &["motion", "5×4 pixels"]);

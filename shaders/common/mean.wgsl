@@ -1,0 +1,10 @@
+// The mean of a frame, with weight 1, and what the last frames show.
+
+import package::common::light::is_finite;
+
+// In w how many of the last frames count: none if the mean is no number.
+fn mean_with(past: vec3<f32>, frames: f32, frame: vec3<f32>) -> vec4<f32> {
+    let mean = frame + frames / (1.0 + frames) * (past - frame);
+    let is_mean = frames > 0.0 && is_finite(bitcast<vec3<u32>>(mean));
+    return select(vec4(frame, 0.0), vec4(mean, frames), is_mean);
+}
