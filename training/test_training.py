@@ -1,11 +1,9 @@
 """Tests of the training code. Run `pytest` in this folder; they take seconds and need no data."""
 
-import json
 from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
-import OpenEXR
 import pytest
 import torch
 from safetensors.numpy import load_file
@@ -13,20 +11,15 @@ from safetensors.numpy import load_file
 from augment import Crops, splat, texture
 from average import average
 from export import provenance, save_weights
-from import_exr import FEATURES, main as import_exr
 from inference import denoise
 from losses import LOSSES
 from make_fixtures import bad_pixels, kernel_files
 from model import Gather, KernelPyramid, UNet, gather
 from optimizer import orthogonal
-from render import kinds
-from render.job import sample_counts, seed_sequence
 from quality import brisque, harm, ranking, rbf, scene_statistics
 from quality.networks import Network
 from run import load_checkpoint
 from transfer import autoexposure, fill, inverse, network_input, repair, transfer
-from views import part, read_view
-from write_view import write_view
 
 
 @pytest.fixture
@@ -269,89 +262,6 @@ def test_splatting_keeps_the_mean_and_correlates_neighbors(random):
 def test_the_transfer_function_has_its_inverse():
     y = torch.logspace(-6, 4.8, 200, dtype=torch.float64)
     torch.testing.assert_close(inverse(transfer(y)), y, rtol=1e-6, atol=1e-9)
-
-
-def test_a_view_is_read_as_it_was_written(tmp_path, random):
-    image = torch.rand(9, 24, 32, generator=random).numpy()
-    image[:3] *= 50
-    write_view(tmp_path / "room000003_v1.npz", image, [(4, image * 0.5)], kind="room", ref_relerr=0.1)
-    view = read_view(tmp_path / "room000003_v1.npz")
-    assert (view["scene"], view["kind"], view["relerr"], view["noisy"][0][0]) == ("room000003", "room", 0.1, 4)
-    np.testing.assert_allclose(view["ref"][:3], image[:3], rtol=2**-7)
-    np.testing.assert_allclose(view["ref"][3:], image[3:], atol=1 / 127)
-    np.testing.assert_allclose(view["noisy"][0][1][:3], image[:3] * 0.5, rtol=2**-6)
-
-
-@pytest.fixture
-def renders(tmp_path, random, monkeypatch):
-    """Two files with a color in `C` of one part and features in another, and a program that tells so."""
-    def layer(part, name, letters):
-        return dict(name=name, part=part, channels=[dict(name=letter) for letter in letters])
-
-    def write(name, planes):
-        header = dict(compression=OpenEXR.ZIP_COMPRESSION, type=OpenEXR.scanlineimage)
-        names = ["R", "G", "B"], ["albedo.R", "albedo.G", "albedo.B", "N.x", "N.y", "N.z"]
-        parts = [OpenEXR.Part(dict(header), dict(zip(own, planes[3 * i:])), f"part{i}") for i, own in enumerate(names)]
-        OpenEXR.File(parts).write(str(tmp_path / name))
-
-    told = dict(color="C", albedo="albedo", normal="N",
-                layers=[layer(0, "C", "BGR"), layer(1, "albedo", "BGR"), layer(1, "N", "xyz")])
-    images = torch.rand(2, 9, 130, 140, generator=random).numpy()
-    for name, image in zip(("ref.exr", "noisy.exr"), images):
-        write(name, image)
-
-    def run(*words):
-        program = tmp_path / "program"
-        program.write_text(f"#!/bin/sh\ncat <<'EOF'\n{json.dumps(told)}\nEOF\n")
-        program.chmod(0o755)
-        words = [str(tmp_path / word) if word.endswith((".npz", ".exr")) and "=" not in word else word for word in words]
-        monkeypatch.setattr("sys.argv", ["import_exr.py", *words, f"4={tmp_path / 'noisy.exr'}", "--program", str(program)])
-        import_exr()
-
-    return SimpleNamespace(images=images, told=told, run=run)
-
-
-def test_renders_of_any_renderer_become_a_view(tmp_path, renders):
-    renders.run("room_v3.npz", "--reference", "ref.exr", "--error", "0.02")
-    view = read_view(tmp_path / "room_v3.npz")
-    assert (view["scene"], view["relerr"], [count for count, _ in view["noisy"]]) == ("room", 0.02, [4])
-    for found, image in zip((view["ref"], view["noisy"][0][1]), renders.images):
-        np.testing.assert_allclose(found[:3], image[:3], rtol=2**-6, atol=1e-6)
-        np.testing.assert_allclose(found[3:], image[3:], atol=1 / 60)
-
-
-def test_renders_without_features_or_with_a_wrong_name_are_refused(tmp_path, renders):
-    with pytest.raises(SystemExit):
-        renders.run("room.npz", "--reference", "ref.exr")
-    for name in FEATURES:
-        renders.told[name] = None
-    with pytest.raises(SystemExit, match="no color and no albedo and no normal"):
-        renders.run("room_v3.npz", "--reference", "ref.exr")
-    assert not (tmp_path / "room_v3.npz").exists()
-
-
-def test_every_scene_is_in_one_part_and_stays_there():
-    views = [dict(scene=f"s{i:06d}") for i in range(1000)]
-    parts = {name: part(views, name) for name in ("train", "val", "test")}
-    assert sum(map(len, parts.values())) == 1000
-    assert [round(len(p), -2) for p in parts.values()] == [800, 100, 100]
-    assert part(views[:500], "test") == [v for v in parts["test"] if v in views[:500]]
-
-
-def test_no_two_renders_share_a_seed():
-    keys = [(s, v, p, i) for s in ("a1", "a2", "1a") for v in range(3) for p in range(3) for i in range(4)]
-    assert len({int(seed_sequence(*key).generate_state(1)[0]) for key in keys}) == len(keys)
-    assert sample_counts("random:3", "a1", 0) == sample_counts("random:3", "a1", 0)
-
-
-@pytest.mark.parametrize("kind", kinds.KINDS)
-def test_every_kind_makes_scenes_that_can_be_built(kind):
-    scene = kinds.random_scene(5, kind)
-    assert scene.kind == kind and scene.cameras
-    for i in scene.instances:
-        vertices, faces = i.mesh.vertices, i.mesh.faces
-        assert np.isfinite(vertices).all() and 0 <= faces.min() <= faces.max() < len(vertices)
-        assert i.material.texture is None or i.mesh.uvs is not None
 
 
 def test_the_features_of_brisque_are_those_that_the_program_is_tested_with():
