@@ -2,8 +2,7 @@
 
     pip install bpy==5.0.1 numpy   needs Python 3.11
     python render_animations.py --out animations --scenes 95001:95009
-    python render_animations.py --out changes --frames 12 --size 160 --scenes 96010-lens 96011-cut 96012-rotation \
-        96013-light 96013-dusk 96014-mirror 96015-blur 96016
+    python render_animations.py --out changes --frames 12 --size 160 --scenes 96022 96010-lens 96011-cut 96014-mirror
 
 Writes OUT/SCENE/n8.####.exr for 8 samples, and so on, and OUT/SCENE/reference.####.exr. Frames that exist are skipped,
 so the same command continues an interrupted run. A frame of 192x192 pixels takes about a minute of one core.
