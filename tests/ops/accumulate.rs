@@ -5,7 +5,7 @@ use wgdenoise::internals::ops::tile::Layout;
 use wgdenoise::internals::reference;
 use wgdenoise::wgpu::TextureFormat as Texture;
 
-use crate::film::{F16, F32, Formats, Frame, Sequence, texture};
+use crate::film::{F16, F32, Formats, Frame, Sequence, sizes_and_features, texture};
 use wgdenoise_testing::image::{Pixel, cpu_image};
 use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
@@ -133,16 +133,8 @@ fn accumulate_equals_the_reference_in_every_format() {
 
 #[test]
 fn accumulate_equals_the_reference_at_any_size_and_without_any_feature() {
-    let sizes = [[1, 1], [2, 5], [8, 8], [17, 9]];
-    let sets = |size: [u32; 2]| (0..8_u32).map(move |set| (size, set));
-    run_cases(sizes.into_iter().flat_map(sets), |&(size, set)| {
-        let all = Formats::all(size[0]);
-        let formats = Formats {
-            albedo: all.albedo.filter(|_| set & 1 != 0),
-            normal: all.normal.filter(|_| set & 2 != 0),
-            depth: all.depth.filter(|_| set & 4 != 0),
-            ..all
-        };
+    run_cases(sizes_and_features(), |&(size, set)| {
+        let formats = Formats::with_features(size[0], set);
         check(&frames(u64::from(set), size, 4), size, formats, 1.0)
     });
 }

@@ -50,7 +50,24 @@ pub(crate) struct Formats {
     pub(crate) layer: Stored,
 }
 
+/// Sizes of small pictures, each with every set of features for [`Formats::with_features`].
+pub(crate) fn sizes_and_features() -> impl Iterator<Item = ([u32; 2], u32)> {
+    let sizes = [[1, 1], [2, 5], [8, 8], [17, 9]];
+    sizes.into_iter().flat_map(|size| (0..8).map(move |set| (size, set)))
+}
+
 impl Formats {
+    /// As [`all`](Self::all), but of albedo, normal and depth only those whose bit is set.
+    pub(crate) fn with_features(width: u32, set: u32) -> Self {
+        let all = Self::all(width);
+        Self {
+            albedo: all.albedo.filter(|_| set & 1 != 0),
+            normal: all.normal.filter(|_| set & 2 != 0),
+            depth: all.depth.filter(|_| set & 4 != 0),
+            ..all
+        }
+    }
+
     /// All images, in buffers of 32-bit floats without gaps.
     pub(crate) fn all(width: u32) -> Self {
         let packed = |channels| (F32, Layout::packed_channels(width, channels));

@@ -11,7 +11,7 @@ import bpy
 import numpy as np
 
 from render import kinds
-from render.cycles import OpenImageIO, Renderer
+from render.cycles import OpenImageIO, Renderer, read_image
 
 MOVING = 0.3  # share of the smaller objects
 SMALL = 1.5  # extent of these, metres
@@ -74,7 +74,8 @@ class Animation(Renderer):
 
     @staticmethod
     def _move_camera(rng, camera, source, frames):
-        """Moves the camera sideways and a little forward, by about a percent of the target's distance a frame."""
+        """Moves the camera sideways and a little forward, by about a percent of the target's distance a frame. It starts
+        and stops softly, as Blender interpolates."""
         position = np.array(source.position)
         ahead = np.array(source.target) - position
         side = np.cross(ahead, (0, 0, 1))
@@ -142,14 +143,6 @@ def copy_vectors(source, path):
 
 def is_vector(name):
     return ".Vector." in name or ".Depth." in name
-
-
-def read_image(path):
-    """The header and the pixels [H,W,C] of an EXR file."""
-    file = OpenImageIO.ImageInput.open(str(path))
-    spec, pixels = file.spec(), file.read_image("float")
-    file.close()
-    return spec, pixels
 
 
 def extent_of(instance):

@@ -77,13 +77,19 @@ class Cycles:
         image.color_depth, image.exr_codec, image.use_exr_interleave = "32", "ZIP", True
 
 
+def read_image(path):
+    """The header and the pixels [H,W,C] of an EXR file."""
+    file = OpenImageIO.ImageInput.open(str(path))
+    header, pixels = file.spec(), file.read_image("float")
+    file.close()
+    return header, pixels
+
+
 def read_passes(path):
     """The nine channels of CHANNELS as [9,H,W]; in the file the view layer's name prefixes theirs."""
-    file = OpenImageIO.ImageInput.open(str(path))
-    names = file.spec().channelnames
+    header, pixels = read_image(path)
+    names = header.channelnames
     chosen = [next(i for i, name in enumerate(names) if name.endswith("." + channel)) for channel in CHANNELS]
-    pixels = file.read_image("float")
-    file.close()
     return np.ascontiguousarray(pixels[..., chosen].transpose(2, 0, 1))
 
 
