@@ -25,12 +25,16 @@ def share(text):
     return Path(path), value
 
 
+def _form(checkpoint):
+    return checkpoint["topology"], tuple(checkpoint["widths"]), {k: v.shape for k, v in checkpoint["ema"].items()}
+
+
 def average(checkpoints, shares):
     """The checkpoint whose weights and statistics are the weighted means of the others'."""
     first = checkpoints[0]
     for other in checkpoints[1:]:
-        if (other["topology"], tuple(other["widths"])) != (first["topology"], tuple(first["widths"])):
-            raise SystemExit("the networks differ in topology or widths: only those of one tier can be averaged")
+        if _form(other) != _form(first):
+            raise SystemExit("the networks differ in topology, widths or demodulation: only those of one form can be averaged")
     shares = [s / sum(shares) for s in shares]
     names = [k for k, v in first["ema"].items() if v.is_floating_point()]
     ema = {k: sum(s * c["ema"][k].float() for s, c in zip(shares, checkpoints)) for k in names}

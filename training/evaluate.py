@@ -14,7 +14,7 @@ import torch
 
 from inference import denoise
 from metrics import figures
-from model import TOPOLOGIES
+from model import network_for
 from quality.store import FIGURES, mean, save
 from run import load_checkpoint
 from views import load_views, part
@@ -26,7 +26,7 @@ GROUPS = ((1, 3), (4, 7), (8, 15), (16, 31), (32, 63), (64, 127), (128, 9999))  
 def load_model(path):
     """A checkpoint's EMA network in evaluation mode, and the checkpoint itself."""
     checkpoint = load_checkpoint(path)
-    model = TOPOLOGIES[checkpoint["topology"]](checkpoint["widths"])
+    model = network_for(checkpoint["topology"], checkpoint["widths"], checkpoint["ema"])
     model.load_state_dict(checkpoint["ema"])
     return model.eval(), checkpoint
 

@@ -18,6 +18,10 @@ TIERS = {
 }
 TAPS = 9  # of a 3x3 kernel
 LIMIT = 8.0  # of log confidence and log share
+COARSE = 3  # the level, if there are as many, whose pixels albedo is averaged over for its contrast
+FLOOR = 0.05  # added to the albedo, so that noise in black is no contrast
+GAIN = 8.0  # of the demodulation's logit, which learns faster for it
+UNDECIDED = -1 / GAIN  # its bias before training: a power of 0.27
 TINY = torch.finfo(torch.float32).tiny
 
 
@@ -104,33 +108,51 @@ class KernelPyramid(Trunk):
     validity and the validity; the weights come from the input [B,inputs,H,W].
 
     Each level has 3x3 kernels, a log confidence that a pixel is worth gathering, and a log share of the coarser level.
+    With `demodulates`, the last logit of full resolution is the power of the albedo's contrast by which light is divided
+    before it is gathered, and multiplied after.
     """
 
     topology = "kernel-pyramid"
     outlier = OUTLIER
 
-    def __init__(self, widths, inputs=INPUT_CHANNELS):
+    def __init__(self, widths, inputs=INPUT_CHANNELS, demodulates=False):
         super().__init__(widths, inputs)
+        self.demodulates = demodulates
         for l, width in enumerate(widths):
-            conv = nn.Conv2d(width, TAPS + (2 if l < self.levels else 1), 1)
+            conv = nn.Conv2d(width, self._logit_count(l), 1)
             nn.init.normal_(conv.weight, std=0.1 / width**0.5)
             nn.init.zeros_(conv.bias)
             self.add_module(f"kernel_conv{l}", conv)
+        if demodulates:
+            nn.init.zeros_(self.kernel_conv0.weight[-1])
+            nn.init.constant_(self.kernel_conv0.bias[-1], UNDECIDED)
+
+    def _logit_count(self, l):
+        if l == self.levels:
+            return TAPS + 1
+        return TAPS + (3 if self.demodulates and l == 0 else 2)
 
     def forward(self, x, light):
         features = self.features(x)
         # Sums of light need f32; so do logits, which bf16 would round to a percent of a weight.
         with torch.autocast(x.device.type, enabled=False):
             logits = [self._logits(l, f) for l, f in enumerate(features)]
-            levels = pyramid(light, logits)
-            total = None
-            for p, k in zip(reversed(levels), reversed(logits)):
-                total = gather(p, k, total)
-            weight = total[:, 3:]
-            return torch.where(weight > 0, total[:, :3] / weight.clamp(min=TINY), 0)
+            if not self.demodulates:
+                return mean_light(light, logits)
+            # How much brighter the surface's texture makes a pixel, as far as its light follows it.
+            texture = (torch.sigmoid(GAIN * logits[0][:, -1:]) * self._log_contrast(x)).exp()
+            demodulated = torch.cat([light[:, :3] / texture, light[:, 3:]], 1)
+            return texture * mean_light(demodulated, logits)
 
     def denoise(self, x, light):
         return self(x, light)
+
+    def _log_contrast(self, x):
+        """The logarithm of how much brighter the albedo is than its mean over 8x8 pixels around, both raised by 0.05:
+        [B,3,H,W], 0 where it is constant or absent. Networks with fewer than three levels take their coarsest pixels."""
+        albedo, side = x[:, 3:6].float(), 2**min(COARSE, self.levels)
+        means = F.interpolate(F.avg_pool2d(albedo, side), scale_factor=side, mode="bilinear", align_corners=False)
+        return (albedo + FLOOR).log() - (means + FLOOR).log()
 
     def _logits(self, l, features):
         """The level's conv1x1 in float32, as one matrix product with planar results, whatever the features' layout."""
@@ -141,6 +163,30 @@ class KernelPyramid(Trunk):
 
 
 TOPOLOGIES = {network.topology: network for network in (UNet, KernelPyramid)}
+
+
+def network_for(topology, widths, state):
+    """A network that the state dict fits."""
+    options = dict(demodulates=True) if len(state.get("kernel_conv0.bias", ())) > TAPS + 2 else {}
+    return TOPOLOGIES[topology](widths, **options)
+
+
+def with_demodulation(state):
+    """The state dict of a kernel pyramid, with the logit for demodulation added, untrained, if it has none."""
+    weight, bias = state["kernel_conv0.weight"], state["kernel_conv0.bias"]
+    if len(bias) > TAPS + 2:
+        return state
+    return state | {"kernel_conv0.weight": torch.cat([weight, torch.zeros_like(weight[:1])]),
+                    "kernel_conv0.bias": torch.cat([bias, torch.full_like(bias[:1], UNDECIDED)])}
+
+
+def mean_light(light, logits):
+    """The weighted mean [B,3,H,W] of `light` [B,4,H,W] by the logits of all levels; 0 where nothing has any weight."""
+    total = None
+    for p, k in zip(reversed(pyramid(light, logits)), reversed(logits)):
+        total = gather(p, k, total)
+    weight = total[:, 3:]
+    return torch.where(weight > 0, total[:, :3] / weight.clamp(min=TINY), 0)
 
 
 def pyramid(light, logits):
@@ -161,7 +207,7 @@ def gather(light, logits, coarser=None):
     sums = Gather.apply(light, F.softmax(logits[:, :TAPS], 1))
     if coarser is None:
         return sums
-    share = logits[:, TAPS + 1:].clamp(-LIMIT, LIMIT).exp()
+    share = logits[:, TAPS + 1:TAPS + 2].clamp(-LIMIT, LIMIT).exp()
     return sums + share * F.interpolate(coarser, scale_factor=2, mode="bilinear", align_corners=False)
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import torch
 
-from model import TOPOLOGIES, widths_of
+from model import network_for, widths_of
 from run import load_checkpoint, save_checkpoint
 
 
@@ -102,7 +102,7 @@ def main():
     if len(old) != len(o.widths) or any(a < b for a, b in zip(old, o.widths)):
         raise SystemExit(f"{o.checkpoint} has widths {old}, not {o.widths}: no width may grow")
     state = prune(checkpoint["ema"], o.widths)
-    TOPOLOGIES[checkpoint["topology"]](o.widths).load_state_dict(state)
+    network_for(checkpoint["topology"], o.widths, state).load_state_dict(state)
     history = [*checkpoint["history"], f"pruned from {','.join(map(str, old))} to {','.join(map(str, o.widths))}"]
     save_checkpoint(o.out, dict(checkpoint, widths=o.widths, history=history, ema=state))
 

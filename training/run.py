@@ -8,7 +8,7 @@ import torch
 
 from augment import Crops
 from losses import LOSSES
-from model import TIERS, KernelPyramid
+from model import TIERS, KernelPyramid, with_demodulation
 from optimizer import OPTIMIZERS
 from quality.networks import Network
 from transfer import transfer
@@ -58,7 +58,7 @@ class Run:
 
     def __init__(self, o, views):
         self.o, self.last, self.device = o, o.out / "last.pt", torch.device(o.device)
-        self.model = KernelPyramid(o.widths or TIERS[o.tier])
+        self.model = KernelPyramid(o.widths or TIERS[o.tier], demodulates=True)
         self.parents = self._start_from(o.init) if o.init else []
         self.model.to(self.device, memory_format=torch.channels_last)
         self.optimizer = OPTIMIZERS[o.optimizer](self.model, o.lr, o.weight_decay)
@@ -75,7 +75,7 @@ class Run:
         if tuple(checkpoint["widths"]) != self.model.widths:
             raise SystemExit(f"{path} has widths {checkpoint['widths']}, this run has {self.model.widths}: "
                              "use the same tier, or widen the checkpoint with widen.py")
-        self.model.load_state_dict(checkpoint["ema"])
+        self.model.load_state_dict(with_demodulation(checkpoint["ema"]))
         return checkpoint["history"]
 
     def _restore(self):

@@ -14,7 +14,7 @@ from export import provenance, save_weights
 from inference import denoise
 from losses import LOSSES
 from make_fixtures import bad_pixels, kernel_files
-from model import Gather, KernelPyramid, UNet, gather
+from model import Gather, KernelPyramid, UNet, gather, network_for, with_demodulation
 from optimizer import orthogonal
 from quality import brisque, harm, ranking, rbf, scene_statistics
 from quality.networks import Network
@@ -86,9 +86,9 @@ def scene(random, *shape):
     return x, torch.cat([color, torch.ones_like(color[..., :1, :, :])], -3)
 
 
-def network(widths, random):
+def network(widths, random, demodulates=False):
     """A KernelPyramid whose weights differ from pixel to pixel."""
-    model = KernelPyramid(widths).eval()
+    model = KernelPyramid(widths, demodulates=demodulates).eval()
     for name, p in model.named_parameters():
         if name.startswith("kernel_conv"):
             p.data.copy_(torch.randn(p.shape, generator=random))
@@ -120,6 +120,42 @@ def test_missing_light_is_not_gathered(random):
     light[..., 4:9, 5:20] = 0
     torch.testing.assert_close(model(x, light), torch.full((1, 3, 24, 32), 0.5))
     assert (model(x, torch.zeros_like(light)) == 0).all()
+
+
+def test_without_contrast_in_the_albedo_demodulation_changes_nothing(random):
+    demodulating, plain = network((4, 6, 8, 8), random, demodulates=True), KernelPyramid((4, 6, 8, 8)).eval()
+    state = demodulating.state_dict()
+    plain.load_state_dict(state | {k: state[k][:-1] for k in ("kernel_conv0.weight", "kernel_conv0.bias")})
+    x, light = scene(random, 1, 3, 24, 32)
+    for albedo in ([0.0, 0.0, 0.0], [1.0, 0.2, 0.0]):
+        x[:, 3:6] = torch.tensor(albedo).view(3, 1, 1)
+        torch.testing.assert_close(demodulating(x, light), plain(x, light), rtol=1e-5, atol=0)
+    x[:, 3:6, 8:12, 8:12] = 0.7
+    assert (demodulating(x, light) - plain(x, light)).abs().max() > 0.01
+
+
+def test_demodulated_light_takes_the_texture_of_the_albedo(random):
+    model = network((4, 6, 8, 8), random, demodulates=True)
+    model.kernel_conv0.weight.data[-1], model.kernel_conv0.bias.data[-1] = 0, 4  # a power of 1
+    x, light = scene(random, 1, 3, 24, 32)
+    means = x[:, 3:6].unflatten(3, (4, 8)).unflatten(2, (3, 8)).mean((3, 5))
+    means = torch.nn.functional.interpolate(means, scale_factor=8, mode="bilinear")
+    light[:, :3] = 3 * (x[:, 3:6] + 0.05) / (means + 0.05)
+    torch.testing.assert_close(model(x, light), light[:, :3])
+
+
+def test_a_demodulating_network_is_linear_in_the_light_and_recognized_by_its_tensors(random):
+    model = network((4, 6, 8), random, demodulates=True)
+    x, first = scene(random, 1, 3, 24, 32)
+    second = scene(random, 1, 3, 24, 32)[1]
+    mixed = torch.cat([3 * first[:, :3] + second[:, :3], first[:, 3:]], 1)
+    torch.testing.assert_close(model(x, mixed), 3 * model(x, first) + model(x, second))
+    for one in (model, network((4, 6, 8), random)):
+        found = network_for("kernel-pyramid", (4, 6, 8), one.state_dict())
+        assert found.demodulates == one.demodulates
+        added = with_demodulation(one.state_dict())
+        KernelPyramid((4, 6, 8), demodulates=True).load_state_dict(added)
+        assert torch.equal(added["kernel_conv0.weight"][:11], one.kernel_conv0.weight[:11])
 
 
 def test_gathering_repeats_the_border_and_has_the_right_derivative(random):
@@ -183,9 +219,9 @@ def test_an_average_has_the_weighted_means_of_all_weights_and_statistics(random)
         torch.testing.assert_close(value, 0.25 * first + 0.75 * second)
     KernelPyramid((4, 6, 10)).load_state_dict(found["ema"], strict=False)
     assert found["history"] == ["the average of 25% of (a) and 75% of (b)"]
-    other = KernelPyramid((4, 6, 8))
-    with pytest.raises(SystemExit, match="differ in topology or widths"):
-        average([of(networks[0], "a"), of(other, "c")], [1, 1])
+    for other in (KernelPyramid((4, 6, 8)), KernelPyramid((4, 6, 10), demodulates=True)):
+        with pytest.raises(SystemExit, match="differ in topology, widths or demodulation"):
+            average([of(networks[0], "a"), of(other, "c")], [1, 1])
 
 
 @pytest.mark.parametrize("name", LOSSES)

@@ -1,6 +1,7 @@
 """Tests of widen.py and prune.py. Run `pytest` in this folder; they take seconds and need no data."""
 
 import re
+from functools import partial
 
 import pytest
 import torch
@@ -22,7 +23,7 @@ def results(network, random):
     return network.eval().denoise(image, light)
 
 
-@pytest.mark.parametrize("kind", [UNet, KernelPyramid])
+@pytest.mark.parametrize("kind", [UNet, KernelPyramid, partial(KernelPyramid, demodulates=True)])
 def test_a_wider_network_is_the_same_function(kind, random):
     narrow, wide = kind((4, 6, 10)), kind((7, 6, 16))
     wide.load_state_dict(widen(narrow.state_dict(), narrow.widths, wide.widths, random))

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import torch
 
-from model import TIERS, TOPOLOGIES
+from model import TIERS, network_for
 from run import load_checkpoint, save_checkpoint
 
 
@@ -85,7 +85,7 @@ def main():
     if len(old) != len(new) or any(a > b for a, b in zip(old, new)):
         raise SystemExit(f"{o.checkpoint} has widths {old}, {o.tier} has {new}: no width may shrink")
     state = widen(checkpoint["ema"], old, new, torch.Generator().manual_seed(o.seed))
-    TOPOLOGIES[checkpoint["topology"]](new).load_state_dict(state)
+    network_for(checkpoint["topology"], new, state).load_state_dict(state)
     history = [*checkpoint["history"], f"widened from {','.join(map(str, old))} to {','.join(map(str, new))}"]
     save_checkpoint(o.out, dict(checkpoint, tier=o.tier, widths=new, history=history, ema=state))
 

@@ -8,7 +8,7 @@ import torch
 from safetensors import SafetensorError, safe_open
 
 from inference import denoise
-from model import TOPOLOGIES, parameter_count
+from model import TOPOLOGIES, network_for, parameter_count
 
 
 class Network:
@@ -19,7 +19,7 @@ class Network:
         metadata, state = _read(self.path)
         self.name, self.provenance = metadata["name"], metadata.get("provenance", "unknown provenance")
         topology = _topology(metadata, self.path)
-        self.model = topology([int(w) for w in metadata["widths"].split(",")]).eval()
+        self.model = network_for(topology, [int(w) for w in metadata["widths"].split(",")], state).eval()
         _fill(self.model, state, self.path)
         self.parameters, self.macs = parameter_count(self.model), macs_per_pixel(self.model)
         self.digest = hashlib.sha256(self.path.read_bytes()).hexdigest()[:12]
@@ -60,7 +60,7 @@ def _topology(metadata, path):
     topology = metadata.get("topology")
     if topology not in TOPOLOGIES:
         raise SystemExit(f"{path}: topology {topology}; expected one of {', '.join(TOPOLOGIES)}")
-    return TOPOLOGIES[topology]
+    return topology
 
 
 def _fill(model, state, path):
