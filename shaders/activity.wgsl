@@ -3,9 +3,10 @@
 // A block is clean if it and all blocks within `constant_radius` blocks, counting diagonal steps,
 // have exactly the same finite color everywhere; blocks outside the image or the tile do not count.
 // A kernel pyramid gathers color from no further and makes of a constant that same constant, so
-// skipping shows nowhere. Networks that output color see further and may be off a little; there the
-// radius is at most three. `classify` finds the constant blocks. One block per invocation, which stops at the first pixel
-// that differs. `settle` compares the blocks with each other.
+// skipping shows nowhere; one that demodulates would print a texture on it that the light does not
+// have. Networks that output color see further and may be off a little; there the radius is at most
+// three. `classify` finds the constant blocks. One block per invocation, which stops at the first
+// pixel that differs. `settle` compares the blocks with each other.
 //
 // A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
 // map. Layer 0: the distance in blocks, counting diagonal steps, to the nearest active block; FAR

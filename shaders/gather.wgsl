@@ -1,13 +1,14 @@
 // One level of a kernel pyramid's result: the sum of 3×3 pixels of the level by the softmax of its
 // logits, plus the coarser level's result, upsampled and times the share. Four pixels of a row per
 // invocation, which share what they read.
-// At the finest level, the color of that sum is the image; clean blocks keep their input. A further
-// layer, which need not be clean where the picture is, keeps level 0 of its pyramid there.
+// At the finest level, the color of that sum, modulated, is the image; clean blocks keep their input.
+// A further layer, which need not be clean where the picture is, keeps level 0 of its pyramid there.
 
 import package::common::gathered::{Nine, gathered};
 import package::common::tensor::TensorIn;
 import package::common::weighted::{LAST_QUAD, LightIn, share, sum_of_four, sum_of_two};
 @if(finest) import package::common::clean::is_clean;
+@if(finest) import package::common::demodulation::modulated;
 @if(finest) import package::common::finest::{finest, finest_logits};
 @if(finest) import package::common::result::store_linear;
 @if(finest && !layer) import package::common::result::store_noisy;
@@ -106,14 +107,16 @@ fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     if any(at < tile.begin) || any(at >= tile.end) {
         return;
     }
-    if is_clean(vec2<u32>(pixel), u32(size().x)) {
+    let here = vec2<u32>(pixel);
+    let logits = load_logits(pixel, LAST_QUAD);
+    if is_clean(here, u32(size().x)) {
         @if(layer)
-        store_linear(at, finest(vec2<u32>(pixel)).rgb);
+        store_linear(at, modulated(finest(here).rgb, here, logits));
         @else
         store_noisy(at);
         return;
     }
-    store_linear(at, sum.rgb);
+    store_linear(at, modulated(sum.rgb, here, logits));
 }
 @else
 fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {

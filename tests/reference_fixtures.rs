@@ -176,7 +176,51 @@ fn a_whole_kernel_pyramid_from_its_weights_file() -> Result<()> {
     let (network, params) = (weights.network(), |layer: &str| weights.params(layer));
     let logits = reference::run_by(network, params, &f.tensor("input"), reference::apply);
     let (color, valid) = color(&f.tensor("light"));
-    let found = image_tensor(&reference::kernel_pyramid(&logits, &color, &valid));
+    let found = image_tensor(&reference::kernel_pyramid(&logits, &color, &valid, None));
     f.expect("expected", &found, KERNEL_PYRAMID);
     Ok(())
+}
+
+/// `PyTorch` averages up to 64 values of at most 1 and subtracts logarithms in 32 bits. The mean may
+/// be off by 64 · 2⁻²⁴ of itself, and so by as much in its logarithm; each logarithm, below 4, by one
+/// rounding, 2⁻²³, and so their difference.
+const CONTRAST: Tolerance = Tolerance { absolute: 67.0 * f32::EPSILON / 2.0, relative: 0.0 };
+
+#[test]
+fn contrast() {
+    let f = Fixture::open("contrast");
+    for (side, expected) in [(2, "expected2"), (4, "expected4"), (8, "expected8")] {
+        f.expect(expected, &reference::contrast(&f.tensor("albedo"), side), CONTRAST);
+    }
+}
+
+/// The texture, of a color and then of its mean, is off by what the contrast is.
+const DEMODULATING: Tolerance =
+    Tolerance { absolute: 0.0, relative: KERNEL_PYRAMID.relative + 2.0 * CONTRAST.absolute };
+
+/// Three levels, so blocks of 8 pixels, and sides that are no multiples of that.
+#[test]
+fn a_demodulating_kernel_pyramid_from_its_weights_file() -> Result<()> {
+    let weights = Weights::from_bytes(&Fixture::open("demodulating_tiny").bytes)?;
+    let f = Fixture::open("demodulating_tiny_io");
+    let network = weights.network();
+    let input = padded(&f.tensor("input"), network.alignment() as usize);
+    let logits =
+        reference::run_by(network, |layer| weights.params(layer), &input, reference::apply);
+    let albedo = Tensor::from_fn(3, input.height, input.width, |c, y, x| input.at(3 + c, y, x));
+    let side = network.contrast_side().expect("it demodulates") as usize;
+    let contrast = reference::contrast(&albedo, side);
+    let (color, valid) = color(&f.tensor("light"));
+    let found = reference::kernel_pyramid(&logits, &color, &valid, Some(&contrast));
+    f.expect("expected", &image_tensor(&found), DEMODULATING);
+    Ok(())
+}
+
+/// The tensor with its last column and row repeated up to multiples of `alignment`.
+fn padded(tensor: &Tensor, alignment: usize) -> Tensor {
+    let [height, width] = [tensor.height, tensor.width];
+    let [rows, columns] = [height, width].map(|side| side.next_multiple_of(alignment));
+    Tensor::from_fn(tensor.channels, rows, columns, |c, y, x| {
+        tensor.at(c, y.min(height - 1), x.min(width - 1))
+    })
 }

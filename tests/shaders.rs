@@ -91,8 +91,19 @@ fn bindings_are_as_few_as_every_device_has() {
     for spec in all_specs() {
         let count = |is: fn(&&Binding) -> bool| spec.bindings.iter().filter(is).count();
         let textures = count(|binding| {
-            use Binding::{ActivityOut, ImageOut, TensorIn, TensorOut, WeightTexture};
-            matches!(binding, TensorIn | TensorOut | WeightTexture | ActivityOut | ImageOut(_))
+            use Binding::{
+                ActivityOut, ImageOut, LightIn, LightOut, TensorIn, TensorOut, WeightTexture,
+            };
+            matches!(
+                binding,
+                TensorIn
+                    | TensorOut
+                    | LightIn
+                    | LightOut
+                    | WeightTexture
+                    | ActivityOut
+                    | ImageOut(_)
+            )
         });
         let buffers = count(|binding| matches!(binding, Binding::Buffer | Binding::BufferMut));
         let most = [

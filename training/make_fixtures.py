@@ -24,6 +24,10 @@ inputs in float64 and rounded to float32. Images are [C,H,W]. Tensors by file:
 * unet_tiny.safetensors: a weights file of widths 4, 6, 10; unet_tiny_io.safetensors: input (network domain), expected
 * kernel_tiny.safetensors, a weights file of widths 4, 6, 8; kernel_tiny_io.safetensors: input (network domain), light,
   expected (exposed linear color)
+* contrast.safetensors: albedo; expected2, expected4, expected8 (the logarithm of its contrast to means over blocks of
+  so many pixels, computed in float32)
+* demodulating_tiny.safetensors, a weights file of widths 4, 6, 8, 10; demodulating_tiny_io.safetensors: input (network
+  domain), light, expected (exposed linear color). Sides are no multiples of 8: the last column and row are repeated
 """
 
 import sys
@@ -40,6 +44,7 @@ from transfer import X0, X1, Y0, Y1, PU_MAX, autoexposure, inverse, repair, tran
 
 TINY = (4, 6, 10)
 TINY_KERNEL = (4, 6, 8)
+TINY_DEMODULATING = (4, 6, 8, 10)
 
 
 def random(generator, *shape, scale=1.0):
@@ -157,6 +162,23 @@ def kernel_files(folder, g):
     return kernel_operators(g) | dict(kernel_tiny_io=io, repair=bad_pixels(g))
 
 
+def demodulation_files(folder, g):
+    """The tensors of the files of the demodulating network, which is saved too; from a generator of their own."""
+    model = tiny_net(KernelPyramid(TINY_DEMODULATING, demodulates=True), g)
+    save_tiny(folder / "demodulating_tiny.safetensors", model)
+    x = torch.rand((1, 9, 21, 30), generator=g).double()
+    x[:, 3:6, 8:, :8] = x[:, 3:6, 8:9, :1]  # no texture
+    x[:, 3:6, :5, 20:] = 0  # and black
+    light = torch.cat([random(g, 1, 3, 21, 30).exp().float().double(), torch.ones(1, 1, 21, 30)], 1)
+    light[..., 7:9, 11] = 0
+    whole = [F.pad(image, (0, -30 % 8, 0, -21 % 8), mode="replicate") for image in (x, light)]
+    io = dict(input=x[0], light=light[0], expected=model(*whole)[0, :, :21, :30])
+    albedo = whole[0][0, 3:6]
+    levels = {2**n: KernelPyramid((4,) * (n + 1), demodulates=True) for n in (1, 2, 3)}
+    contrast = {f"expected{side}": level._log_contrast(whole[0])[0] for side, level in levels.items()}
+    return dict(demodulating_tiny_io=io, contrast=dict(albedo=albedo) | contrast)
+
+
 def save_tiny(path, model):
     save_weights(path, model.state_dict(), model.topology, model.widths, "tiny", "random weights, for tests")
 
@@ -174,6 +196,7 @@ def main():
         if sys.argv[2:]:
             files["shipped"] = shipped(g, sys.argv[2:])
         files |= kernel_files(folder, torch.Generator().manual_seed(20261128))
+        files |= demodulation_files(folder, torch.Generator().manual_seed(20261130))
     save_tiny(folder / "unet_tiny.safetensors", model)
     for name, tensors in files.items():
         save_file({k: v.float().contiguous() for k, v in tensors.items()}, folder / f"{name}.safetensors")

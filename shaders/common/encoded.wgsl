@@ -2,8 +2,9 @@
 
 import package::common::encoding::{SIGNED, encode, transfer_function};
 import package::common::fill::filled;
-import package::common::images::{ALBEDO, NORMAL};
+import package::common::images::NORMAL;
 import package::common::inputs::unorm_normal;
+import package::common::reflectance::reflectance;
 import package::common::repair::repaired;
 import package::common::scale::input_scale;
 
@@ -14,7 +15,7 @@ fn encoded_color(at: vec2<u32>) -> vec4<f32> {
 }
 
 fn encoded_albedo(at: vec2<u32>) -> vec4<f32> {
-    return vec4(clamp(filled(ALBEDO, at).rgb, vec3(0.0), vec3(1.0)), 0.0);
+    return vec4(reflectance(at), 0.0);
 }
 
 fn encoded_normal(at: vec2<u32>) -> vec4<f32> {

@@ -1,10 +1,11 @@
-// The finest level of a kernel pyramid: the noisy color with its confidence as the weight. Kernels
-// for CPU drivers read it from memory; those for GPUs, where memory is slower than arithmetic,
-// compute it from the noisy color wherever it is needed.
+// The finest level of a kernel pyramid: the noisy color, demodulated, with its confidence as the
+// weight. Kernels for CPU drivers read it from memory; those for GPUs, where memory is slower than
+// arithmetic, compute it from the noisy color wherever it is needed.
 
 import package::common::tensor::TensorIn;
 @if(stored_finest) import package::common::weighted::LightIn;
 @else import package::common::place::place;
+@if(!stored_finest) import package::common::demodulation::demodulated;
 @if(!stored_finest && layer) import package::common::layer::repaired_layer;
 @if(!stored_finest && !layer) import package::common::repair::repaired;
 @if(!stored_finest) import package::common::weighted::{LAST_QUAD, confidence};
@@ -25,5 +26,6 @@ fn finest(pixel: vec2<u32>) -> vec4<f32> {
     let color = repaired_layer(place(pixel));
     @else
     let color = repaired(place(pixel));
-    return vec4(color.rgb, color.w * confidence(textureLoad(finest_logits, pixel, LAST_QUAD)));
+    let logits = textureLoad(finest_logits, pixel, LAST_QUAD);
+    return vec4(demodulated(color.rgb, pixel, logits), color.w * confidence(logits));
 }

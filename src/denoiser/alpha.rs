@@ -15,7 +15,7 @@ pub(super) fn with_alpha(
 ) -> Result<Denoised> {
     let gray = gray(alpha, frame.color.size())?;
     let layers: Vec<_> = frame.layers.iter().copied().chain([&gray]).collect();
-    let mut found = denoise(&frame.layers(&layers))?;
+    let mut found = denoise(&Frame { ends_in_alpha: true, ..frame.layers(&layers) })?;
     let found_alpha = found.layers.pop().expect("the alpha is a layer");
     found.alpha = Some(values(&found_alpha));
     let noisy: Vec<_> = [frame.color].into_iter().chain(frame.layers.iter().copied()).collect();

@@ -112,6 +112,7 @@ impl Denoiser {
             let wrapped = Wrapped::new(self, &frame)?;
             let layers = wrapped.layers();
             let flat = wrapped.frame().layers(&layers).stop(frame.stop);
+            let flat = Frame { ends_in_alpha: frame.ends_in_alpha, ..flat };
             let mut progress = |step: Progress<'_>| progress(wrapped.unwrap_step(step));
             return wrapped.unwrap(&self.denoise_flat(&flat, frame.color, &mut progress, run)?);
         }
@@ -184,8 +185,8 @@ impl Denoiser {
                 let finished = FinishedTile::new(&buffers.output, &tile, placed);
                 report(buffers.calls().len(), network_time, Some(finished))?;
                 buffers.download(&tile, &mut result.color, placed)?;
-                for (image, layer) in frame.layers.iter().zip(&mut result.layers) {
-                    buffers.run_layer(image, &rect)?;
+                for ((image, light), layer) in frame.kinds().zip(&mut result.layers) {
+                    buffers.run_layer(image, light, &rect)?;
                     buffers.download(&tile, layer, placed)?;
                 }
                 Ok(())

@@ -39,6 +39,8 @@ pub struct Frame<'a> {
     /// Once this is true, the blocking calls end with
     /// [`Error::Stopped`](crate::Error::Stopped) after at most two more submissions.
     pub stop: Option<&'a AtomicBool>,
+    /// Whether the last of the layers is alpha, which is no light.
+    pub(crate) ends_in_alpha: bool,
 }
 
 /// A denoised frame.
@@ -81,6 +83,7 @@ impl<'a> Frame<'a> {
             layers: &[],
             alpha: None,
             stop: None,
+            ends_in_alpha: false,
         }
     }
 
@@ -140,6 +143,12 @@ impl Frame<'_> {
     #[must_use]
     pub fn contents(&self) -> Contents {
         Contents { inputs: self.inputs(), layers: !self.layers.is_empty() || self.alpha.is_some() }
+    }
+
+    /// The layers in order, each with whether it is light.
+    pub(crate) fn kinds(&self) -> impl Iterator<Item = (&Image, bool)> {
+        let lights = self.layers.len() - usize::from(self.ends_in_alpha);
+        self.layers.iter().enumerate().map(move |(i, layer)| (*layer, i < lights))
     }
 
     /// Fails if the caller has asked to stop.

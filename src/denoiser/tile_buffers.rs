@@ -17,6 +17,9 @@ use crate::plan::tiles::{PlacedTile, TilePlan};
 /// Bytes of a pixel of an image.
 pub(super) const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
+/// The kinds of layers that a tile is bound to: light and what is none.
+const LIGHT: [bool; 2] = [true, false];
+
 /// The buffers of a tile and the kernel calls on them.
 pub(crate) struct TileBuffers<'a> {
     context: &'a Context,
@@ -80,10 +83,11 @@ impl<'a> TileBuffers<'a> {
         // New buffers are zero: no noisy color is blended in.
         let blend = uniform("blend", size_of::<f32>());
         let (output_image, blend) = ((&output).into(), &blend);
-        let layers: Vec<_> = layer
-            .iter()
-            .map(|layer| BoundLayer { tiles: &tile, color: layer.into(), output: output_image })
-            .collect();
+        let bind = |layer| {
+            let (tiles, output) = (&tile, output_image);
+            LIGHT.map(|light| BoundLayer { tiles, color: layer, output, light })
+        };
+        let layers: Vec<_> = layer.iter().flat_map(|layer| bind(layer.into())).collect();
         let bound = Bound {
             tile: plan.tile,
             sources,
@@ -129,11 +133,13 @@ impl<'a> TileBuffers<'a> {
 
     /// Uploads part of a layer and submits its calls. They read what the network has left for the
     /// tile, and replace its result.
-    pub(crate) fn run_layer(&self, image: &Image, rect: &Rect) -> Result<()> {
+    pub(crate) fn run_layer(&self, image: &Image, light: bool, rect: &Rect) -> Result<()> {
         let Some(buffer) = &self.layer else { return Ok(()) };
         self.upload(buffer, image, rect)?;
-        let calls = self.calls.layers().iter().flatten();
-        self.submit(|pass| calls.clone().for_each(|call| call.record_at(pass, 0)));
+        let calls = self.calls.layers().iter().zip(LIGHT).filter(|(_, is)| *is == light);
+        self.submit(|pass| {
+            calls.flat_map(|(calls, _)| calls).for_each(|call| call.record_at(pass, 0));
+        });
         Ok(())
     }
 

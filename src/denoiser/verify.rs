@@ -119,10 +119,10 @@ impl Denoiser {
         let Some(alpha) = frame.alpha else { return Ok((expected, crop)) };
         let alpha = values(&cut(&gray(alpha, frame.color.size())?, &crop));
         let settled = with_alpha(&Frame::new(color), &alpha, |frame| {
-            let layer = |layer: &&Image| reference::denoise_layer(&weights, images, layer, scale);
+            let layer = |layer| reference::denoise_layer(&weights, images, layer, scale);
             Ok(Denoised {
                 color: expected,
-                layers: frame.layers.iter().map(layer).collect(),
+                layers: frame.kinds().map(layer).collect(),
                 alpha: None,
             })
         });

@@ -5,11 +5,11 @@ use std::collections::HashSet;
 use safetensors::{Dtype, SafeTensorError, SafeTensors};
 
 use super::fold::{BatchNorm, fold};
-use super::metadata::Metadata;
+use super::metadata::{Metadata, Topology};
 use super::operators::Axes;
 use super::params::Params;
 use super::shown::shown;
-use super::topology::{Layer, Network};
+use super::topology::{LOGITS, Layer, Network};
 use crate::error::{Error, Result};
 
 /// The longest header that is read. The largest network needs 30 KiB; the rest is room for
@@ -39,6 +39,13 @@ impl<'a> WeightsFile<'a> {
         let pairs = pairs.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
         let unread = tensors.names().into_iter().map(str::to_string).collect();
         Ok(Self { metadata: Metadata::parse(&pairs)?, tensors, unread })
+    }
+
+    /// Whether the network is a kernel pyramid that demodulates: its first logits have one more.
+    pub(super) fn demodulates(&self) -> bool {
+        let logits = self.tensors.tensor("kernel_conv0.bias");
+        self.metadata.topology == Topology::KernelPyramid
+            && logits.is_ok_and(|bias| bias.shape() == [LOGITS + 1])
     }
 
     /// Weight and bias of a layer, with its batch norm folded in.

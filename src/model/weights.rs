@@ -78,7 +78,7 @@ impl Weights {
     pub fn from_bytes(bytes: &[u8]) -> Result<Self> {
         let mut file = WeightsFile::open(bytes)?;
         let metadata = file.metadata.clone();
-        let network = metadata.network();
+        let network = network(&metadata, file.demodulates());
         let mut params = BTreeMap::new();
         for (i, layer) in network.layers.iter().enumerate().filter(|(_, l)| l.op.has_weights()) {
             params.insert(layer.name.clone(), file.layer(&network, i)?);
@@ -181,7 +181,7 @@ impl Weights {
         }
         let mut sliced = self.clone();
         sliced.metadata.inputs = inputs;
-        sliced.network = sliced.metadata.network();
+        sliced.network = network(&sliced.metadata, self.network.contrast_side().is_some());
         let kept = kept_channels(&self.network, inputs.channels_of(trained));
         for layer in self.network.layers.iter().filter(|layer| layer.op.has_weights()) {
             let all = self.network.shapes[layer.inputs[0]].channels;
@@ -190,6 +190,12 @@ impl Weights {
         }
         Ok(sliced)
     }
+}
+
+/// The network that the metadata describe, with or without the logit of demodulation.
+fn network(metadata: &Metadata, demodulates: bool) -> Network {
+    let network = metadata.network();
+    if demodulates { network.demodulating() } else { network }
 }
 
 /// The channels of every tensor that remain when only channels `input` of the network's input do.

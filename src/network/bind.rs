@@ -10,6 +10,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::macs::layer_macs_per_pixel;
 use crate::model::{INPUT, TensorId};
 use crate::ops::activity::{Activity, activity};
+use crate::ops::contrast::{Contrast, contrast};
 use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, input_process};
 use crate::ops::need::Need;
@@ -49,12 +50,14 @@ pub(crate) struct BoundLayer<'a> {
     pub(crate) color: ImageBinding<'a>,
     /// The image to write.
     pub(crate) output: ImageBinding<'a>,
+    /// Whether it is light, which follows the texture of its surface, and not data such as alpha.
+    pub(crate) light: bool,
 }
 
 impl<'a> BoundLayer<'a> {
     /// The images of the layer instead of the beauty's.
     fn result_images(&self, bound: &Bound<'a>) -> ResultImages<'a> {
-        let Self { tiles, color, output } = *self;
+        let Self { tiles, color, output, .. } = *self;
         ResultImages { tiles, color, output, ..bound.result_images() }
     }
 }
@@ -149,13 +152,15 @@ fn last_calls(
     let outputs: Vec<_> = network.body.outputs.iter().map(|&output| &tensors[output]).collect();
     let (name, dispatch, macs) = match &network.ending {
         &Ending::Pyramid { stores_level0 } => {
-            let has_layers = !bound.layers.is_empty();
-            let pyramid = Pyramid::new(context, outputs, activity, stores_level0 || has_layers);
+            let stores = stores_level0 || !bound.layers.is_empty();
+            let (contrast, mut calls) = contrast_calls(context, network, bound);
+            let pyramid = Pyramid::new(context, outputs, activity, stores, contrast);
             let layer = |layer: &BoundLayer<'_>| {
-                pyramid.layer(&layer.result_images(bound), bound.sources.color)
+                pyramid.layer(&layer.result_images(bound), bound.sources.color, layer.light)
             };
             let layers = bound.layers.iter().map(layer);
-            return (pyramid.image(&images, stores_level0), layers.collect());
+            calls.extend(pyramid.image(&images, stores_level0));
+            return (calls, layers.collect());
         }
         Ending::Color => ("output_process", output_process(context, outputs[0], &images), 0.0),
         Ending::Head(head) => {
@@ -166,6 +171,24 @@ fn last_calls(
     let macs = macs * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
     let call = Call::per_tile(name, dispatch).computing(macs).moving(context, &outputs, &[]);
     (vec![call.touching(bound.tile, &[images.output])], Vec::new())
+}
+
+/// The albedo's contrast and the calls that compute it, if there is an albedo and the network
+/// demodulates.
+fn contrast_calls(
+    context: &Context,
+    network: &CompiledNetwork,
+    bound: &Bound<'_>,
+) -> (Option<Contrast>, Vec<Call>) {
+    let Sources { tiles, albedo, .. } = bound.sources;
+    let Some((side, albedo)) = network.contrast_side.zip(albedo) else {
+        return (None, Vec::new());
+    };
+    let (contrast, [average, compare]) = contrast(context, tiles, albedo, bound.tile, side);
+    let average = Call::per_tile("contrast", average);
+    let compare = Call::per_tile("contrast", compare).moving(context, &[&contrast.tensor], &[]);
+    let calls = [average, compare].map(|call| call.touching(bound.tile, &[albedo]));
+    (Some(contrast), calls.into())
 }
 
 /// Views of new textures, by tensor.

@@ -38,6 +38,9 @@ pub(crate) struct CompiledNetwork {
     pub(crate) operators: Vec<BoxedOperator>,
     /// How the image is made from the body's outputs.
     pub(crate) ending: Ending,
+    /// The side of the blocks for the albedo's contrast, if the network demodulates and reads an
+    /// albedo.
+    pub(crate) contrast_side: Option<u32>,
     /// Whether clean blocks can be left out.
     pub(crate) skips: bool,
 }
@@ -129,6 +132,7 @@ impl CompiledNetwork {
             encoding,
             operators: operators(context, kernels, &body, params, &maps),
             ending: ending(&maps[body.last()]),
+            contrast_side: network.contrast_side().filter(|_| weights.metadata().inputs.albedo),
             skips: kernels != KernelSet::Plain,
             stem,
             storage,
@@ -144,7 +148,10 @@ impl CompiledNetwork {
             }
             _ => 0,
         };
-        self.storage.bytes(tile[0], tile[1], texel_bytes) + ops::activity::bytes(tile) + pyramid
+        let contrast =
+            self.contrast_side.map_or(0, |side| ops::contrast::bytes(tile, side, texel_bytes));
+        let tensors = self.storage.bytes(tile[0], tile[1], texel_bytes);
+        tensors + ops::activity::bytes(tile) + pyramid + contrast
     }
 }
 

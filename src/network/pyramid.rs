@@ -5,6 +5,7 @@ use super::call::Call;
 use crate::gpu::kernel::{Context, Dispatch};
 use crate::gpu::tensor::GpuTensor;
 use crate::ops::activity::Activity;
+use crate::ops::contrast::Contrast;
 use crate::ops::gather::{gather, gather_finest, gather_layer};
 use crate::ops::image::ImageBinding;
 use crate::ops::output_process::ResultImages;
@@ -26,6 +27,8 @@ pub(super) struct Pyramid<'a> {
     /// By level.
     logits: Vec<&'a GpuTensor>,
     activity: &'a Activity,
+    /// Those of light and of other layers, if the network demodulates.
+    contrast: Option<[Contrast; 2]>,
     level0: Option<GpuTensor>,
     /// From level 1 on.
     levels: Vec<GpuTensor>,
@@ -33,46 +36,64 @@ pub(super) struct Pyramid<'a> {
 }
 
 impl<'a> Pyramid<'a> {
-    /// Creates the textures. `stores_level0` is needed for layers.
+    /// Creates the textures. `stores_level0` is needed for layers. With a `contrast`, light is
+    /// demodulated.
     pub(super) fn new(
         context: &'a Context,
         logits: Vec<&'a GpuTensor>,
         activity: &'a Activity,
         stores_level0: bool,
+        contrast: Option<Contrast>,
     ) -> Self {
         let light = |l: usize| GpuTensor::light(context, [logits[l].width, logits[l].height]);
         let level0 = stores_level0.then(|| light(0));
         let levels = (1..logits.len()).map(light).collect();
         let results = (1..logits.len()).map(light).collect();
-        Self { context, logits, activity, level0, levels, results }
+        let contrast = contrast.map(|of_light| [of_light, Contrast::none(context)]);
+        Self { context, logits, activity, contrast, level0, levels, results }
     }
 
     /// The calls that store the image. With `reads_level0`, they store level 0 of the pyramid and
     /// read it; otherwise they compute it where they need it.
     pub(super) fn image(&self, images: &ResultImages<'_>, reads_level0: bool) -> Vec<Call> {
-        let level0 = self.level0.as_ref().filter(|_| reads_level0);
+        let (level0, contrast) =
+            (self.level0.as_ref().filter(|_| reads_level0), self.contrast(true));
+        let noisy = noisy(images, contrast);
         let mut calls = match level0 {
-            Some(level0) => self.stored_beginning(images, level0),
-            None => vec![self.computed_beginning(images)],
+            Some(level0) => self.stored_beginning(&noisy, level0),
+            None => vec![self.computed_beginning(&noisy)],
         };
         calls.extend(self.levels_and_results());
-        let last = gather_finest(self.context, self.last_inputs(), level0, self.activity, images);
-        calls.push(self.last(last, level0, images));
+        let inputs = self.last_inputs();
+        let last = gather_finest(self.context, inputs, level0, contrast, self.activity, images);
+        calls.push(self.last(last, level0, contrast, images));
         calls
     }
 
-    /// The calls that store a further layer, the color of `images`, by the same weights. `beauty` is
-    /// the color that the network reads.
+    /// The calls that store a further layer, the color of `images`, by the same weights; demodulated
+    /// if it is `light`. `beauty` is the color that the network reads.
     ///
     /// # Panics
     /// Panics if there is no texture for level 0.
-    pub(super) fn layer(&self, images: &ResultImages<'_>, beauty: ImageBinding<'_>) -> Vec<Call> {
+    pub(super) fn layer(
+        &self,
+        images: &ResultImages<'_>,
+        beauty: ImageBinding<'_>,
+        light: bool,
+    ) -> Vec<Call> {
         let level0 = self.level0.as_ref().expect("there is one where there are layers");
-        let mut calls = self.layer_beginning(images, beauty, level0);
+        let contrast = self.contrast(light);
+        let mut calls = self.layer_beginning(&noisy(images, contrast), beauty, level0);
         calls.extend(self.levels_and_results());
-        let last = gather_layer(self.context, self.last_inputs(), level0, self.activity, images);
-        calls.push(self.last(last, Some(level0), images));
+        let inputs = self.last_inputs();
+        let last = gather_layer(self.context, inputs, level0, contrast, self.activity, images);
+        calls.push(self.last(last, Some(level0), contrast, images));
         calls
+    }
+
+    /// What demodulates light, or leaves what is no light as it is.
+    fn contrast(&self, light: bool) -> Option<&Contrast> {
+        self.contrast.as_ref().map(|[of_light, none]| if light { of_light } else { none })
     }
 
     fn last_inputs(&self) -> [&GpuTensor; 2] {
@@ -84,11 +105,12 @@ impl<'a> Pyramid<'a> {
         &self,
         dispatch: Dispatch,
         level0: Option<&GpuTensor>,
+        contrast: Option<&Contrast>,
         images: &ResultImages<'_>,
     ) -> Call {
         let light: Vec<_> = [&self.results[0]].into_iter().chain(level0).collect();
         let call = Call::per_tile("gather0", dispatch);
-        let call = call.moving(self.context, &self.logits[..1], &light);
+        let call = call.moving(self.context, &read(self.logits[0], contrast), &light);
         let color = level0.is_none().then_some(images.color);
         let touched: Vec<_> = [images.output].into_iter().chain(color).collect();
         call.touching(self.size(), &touched)
@@ -100,37 +122,44 @@ impl<'a> Pyramid<'a> {
     }
 
     /// From the noisy color to level 1 without storing level 0.
-    fn computed_beginning(&self, images: &ResultImages<'_>) -> Call {
+    fn computed_beginning(&self, noisy: &NoisyColor<'_>) -> Call {
         let (logits, level1) = ([self.logits[0], self.logits[1]], &self.levels[0]);
-        let call = pyramid_finest(self.context, &noisy(images), logits, level1);
-        let read = logits.map(confidences);
-        let call = Call::per_tile("pyramid1", call);
-        let call = call.moving(self.context, &[&read[0], &read[1]], &[level1]);
-        call.touching(self.size(), &[images.color])
+        let call = pyramid_finest(self.context, noisy, logits, level1);
+        let [finest, own] = logits.map(confidences);
+        let mut moved = read(&finest, noisy.contrast);
+        moved.push(&own);
+        let call = Call::per_tile("pyramid1", call).moving(self.context, &moved, &[level1]);
+        call.touching(self.size(), &[noisy.color])
     }
 
     /// From the noisy color to level 1.
-    fn stored_beginning(&self, images: &ResultImages<'_>, level0: &GpuTensor) -> Vec<Call> {
-        let call = pyramid_level0(self.context, &noisy(images), self.logits[0], level0);
-        vec![self.first(call, level0, &[images.color]), self.level(1, level0)]
+    fn stored_beginning(&self, noisy: &NoisyColor<'_>, level0: &GpuTensor) -> Vec<Call> {
+        let call = pyramid_level0(self.context, noisy, self.logits[0], level0);
+        vec![self.first(call, level0, noisy, &[noisy.color]), self.level(1, level0)]
     }
 
-    /// From the layer that is the color of `images` to level 1.
+    /// From the layer that is the noisy color to level 1.
     fn layer_beginning(
         &self,
-        images: &ResultImages<'_>,
+        noisy: &NoisyColor<'_>,
         beauty: ImageBinding<'_>,
         level0: &GpuTensor,
     ) -> Vec<Call> {
-        let logits = self.logits[0];
-        let call = pyramid_layer0(self.context, &noisy(images), beauty, logits, level0);
-        vec![self.first(call, level0, &[images.color, beauty]), self.level(1, level0)]
+        let call = pyramid_layer0(self.context, noisy, beauty, self.logits[0], level0);
+        vec![self.first(call, level0, noisy, &[noisy.color, beauty]), self.level(1, level0)]
     }
 
-    fn first(&self, dispatch: Dispatch, level0: &GpuTensor, read: &[ImageBinding<'_>]) -> Call {
+    fn first(
+        &self,
+        dispatch: Dispatch,
+        level0: &GpuTensor,
+        noisy: &NoisyColor<'_>,
+        images: &[ImageBinding<'_>],
+    ) -> Call {
         let confidences = confidences(self.logits[0]);
         let call = Call::per_tile("pyramid0", dispatch);
-        call.moving(self.context, &[&confidences], &[level0]).touching(self.size(), read)
+        let call = call.moving(self.context, &read(&confidences, noisy.contrast), &[level0]);
+        call.touching(self.size(), images)
     }
 
     /// From level 1 to the coarsest, and back to the result of level 1.
@@ -159,9 +188,14 @@ impl<'a> Pyramid<'a> {
     }
 }
 
-fn noisy<'a>(images: &ResultImages<'a>) -> NoisyColor<'a> {
+fn noisy<'a>(images: &ResultImages<'a>, contrast: Option<&'a Contrast>) -> NoisyColor<'a> {
     let ResultImages { tiles, color, input_scale, encoding, .. } = *images;
-    NoisyColor { tiles, color, input_scale, encoding }
+    NoisyColor { tiles, color, input_scale, encoding, contrast }
+}
+
+/// The tensors that a kernel of the finest level reads. For counting.
+fn read<'a>(logits: &'a GpuTensor, contrast: Option<&'a Contrast>) -> Vec<&'a GpuTensor> {
+    [logits].into_iter().chain(contrast.map(|contrast| &contrast.tensor)).collect()
 }
 
 /// The quad of logits that has the confidence, all that the pyramid reads of them. For counting.

@@ -7,6 +7,7 @@
 use std::borrow::Cow;
 
 use super::activity::Activity;
+use super::contrast::{Contrast, demodulating};
 use super::head;
 use super::image::{ImageFormat, result_features};
 use super::output_process::{ResultImages, result_bindings};
@@ -95,18 +96,19 @@ pub fn gather(
 }
 
 /// The call that stores the image from the noisy color, the logits of full resolution and the
-/// result of level 1; and from level 0 of the pyramid, if it is stored. Clean blocks keep their
-/// input. [`Dispatch::record_at`] selects the tile.
+/// result of level 1; from level 0 of the pyramid, if it is stored; and from the albedo's contrast, if
+/// the network demodulates. Clean blocks keep their input. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn gather_finest(
     context: &Context,
     tensors: [&GpuTensor; 2],
     level0: Option<&GpuTensor>,
+    contrast: Option<&Contrast>,
     activity: &Activity,
     images: &ResultImages<'_>,
 ) -> Dispatch {
     let kind = if level0.is_some() { Level0::Stored } else { Level0::Computed };
-    store(context, kind, tensors, level0, activity, images)
+    store(context, (kind, level0), tensors, contrast, activity, images)
 }
 
 /// The call that stores the result of a further layer, which is the color of `images`. Clean blocks
@@ -116,26 +118,29 @@ pub fn gather_layer(
     context: &Context,
     tensors: [&GpuTensor; 2],
     level0: &GpuTensor,
+    contrast: Option<&Contrast>,
     activity: &Activity,
     images: &ResultImages<'_>,
 ) -> Dispatch {
-    store(context, Level0::OfLayer, tensors, Some(level0), activity, images)
+    store(context, (Level0::OfLayer, Some(level0)), tensors, contrast, activity, images)
 }
 
 fn store(
     context: &Context,
-    kind: Level0,
+    (kind, level0): (Level0, Option<&GpuTensor>),
     [logits, coarser]: [&GpuTensor; 2],
-    level0: Option<&GpuTensor>,
+    contrast: Option<&Contrast>,
     activity: &Activity,
     images: &ResultImages<'_>,
 ) -> Dispatch {
     let spec = finest_spec(images.color.format(), images.output.format(), kind);
+    let spec = if contrast.is_some() { demodulating(spec) } else { spec };
     let kernel = context.kernel(&spec, &images.encoding.constants());
     let mut resources = images.resources();
     resources.push(activity.clean.as_entire_binding());
     resources.extend([logits.resource(), coarser.resource()]);
     resources.extend(level0.map(GpuTensor::resource));
+    resources.extend(contrast.map(Contrast::resource));
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [logits.width.div_ceil(PIXELS), logits.height, 1])
 }

@@ -8,6 +8,7 @@ pub mod autoexposure;
 pub mod build;
 pub mod channel_map;
 pub mod concat;
+pub mod contrast;
 pub mod conv1x1;
 pub mod conv3x3;
 pub mod conv_logits;
@@ -33,6 +34,7 @@ mod tiled_weights;
 pub mod up_conv;
 pub mod upsample;
 
+use self::contrast::demodulating;
 use self::convolution::Tiling;
 use self::gather::Level0;
 use self::image::{Element, ImageFormat};
@@ -88,8 +90,10 @@ fn image_specs() -> Vec<KernelSpec> {
         specs.push(input_process::spec(images));
         specs.extend(Tiling::ALL.map(|tiling| input_conv::tiled_spec(tiling, images)));
         specs.extend(matrix_shapes().map(|shape| input_conv::matrix_spec(shape, images)));
-        specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
-        specs.extend([ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b)));
+        specs.extend([contrast::average_spec(color), contrast::compare_spec(color)]);
+        let layers = [ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b));
+        let beginnings = [pyramid::level0_spec(color), pyramid::finest_spec(color)];
+        specs.extend(with_demodulating(beginnings.into_iter().chain(layers)));
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(accumulate::spec([color, source, f16, color], output));
             specs.push(accumulate::spec([color, ImageFormat::F32, source, f16], output));
@@ -99,11 +103,17 @@ fn image_specs() -> Vec<KernelSpec> {
             );
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
-            specs.extend(
-                [Level0::Computed, Level0::Stored, Level0::OfLayer]
-                    .map(|level0| gather::finest_spec(color, output, level0)),
-            );
+            let ends = [Level0::Computed, Level0::Stored, Level0::OfLayer]
+                .map(|level0| gather::finest_spec(color, output, level0));
+            specs.extend(with_demodulating(ends));
         }
     }
     specs
+}
+
+/// The variants of a kernel pyramid's finest level, which may demodulate.
+fn with_demodulating(
+    specs: impl IntoIterator<Item = KernelSpec>,
+) -> impl Iterator<Item = KernelSpec> {
+    specs.into_iter().flat_map(|spec| [spec.clone(), demodulating(spec)])
 }

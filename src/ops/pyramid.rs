@@ -7,6 +7,7 @@
 
 use std::borrow::Cow;
 
+use super::contrast::{Contrast, demodulating};
 use super::image::{ImageBinding, ImageFormat, beauty_features, color_features};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
@@ -75,6 +76,8 @@ pub struct NoisyColor<'a> {
     pub input_scale: &'a wgpu::Buffer,
     /// Decides how the color is repaired.
     pub encoding: Encoding,
+    /// The albedo's contrast, if the network demodulates.
+    pub contrast: Option<&'a Contrast>,
 }
 
 /// The call that stores level 0. [`Dispatch::record_at`] selects the tile.
@@ -86,7 +89,7 @@ pub fn pyramid_level0(
     output: &GpuTensor,
 ) -> Dispatch {
     let spec = level0_spec(noisy.color.format());
-    from_color(context, &spec, noisy, [logits, output], None)
+    from_color(context, spec, noisy, [logits, output], None)
 }
 
 /// The call that stores level 0 of the layer `noisy.color` of a picture whose color is `beauty`,
@@ -100,7 +103,7 @@ pub fn pyramid_layer0(
     output: &GpuTensor,
 ) -> Dispatch {
     let spec = layer0_spec(noisy.color.format(), beauty.format());
-    from_color(context, &spec, noisy, [logits, output], Some(beauty.resource()))
+    from_color(context, spec, noisy, [logits, output], Some(beauty.resource()))
 }
 
 /// The call that computes level 1 where level 0 is not stored. `finest` and `logits` are the logits
@@ -113,17 +116,18 @@ pub fn pyramid_finest(
     output: &GpuTensor,
 ) -> Dispatch {
     let spec = finest_spec(noisy.color.format());
-    from_color(context, &spec, noisy, [logits, output], Some(finest.resource()))
+    from_color(context, spec, noisy, [logits, output], Some(finest.resource()))
 }
 
 fn from_color(
     context: &Context,
-    spec: &KernelSpec,
+    spec: KernelSpec,
     noisy: &NoisyColor<'_>,
     [logits, output]: [&GpuTensor; 2],
     further: Option<wgpu::BindingResource<'_>>,
 ) -> Dispatch {
-    let kernel = context.kernel(spec, &noisy.encoding.constants());
+    let spec = if noisy.contrast.is_some() { demodulating(spec) } else { spec };
+    let kernel = context.kernel(&spec, &noisy.encoding.constants());
     let mut resources = vec![
         tile_binding(noisy.tiles),
         noisy.color.resource(),
@@ -132,6 +136,7 @@ fn from_color(
         scale_binding(noisy.input_scale),
     ];
     resources.extend(further);
+    resources.extend(noisy.contrast.map(Contrast::resource));
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width, output.height, 1])
 }

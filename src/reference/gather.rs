@@ -1,5 +1,6 @@
 //! The result of a kernel pyramid: see [`gather`] and [`kernel_pyramid`].
 
+use super::contrast::{demodulated, modulated, texture};
 use super::pyramid::{Light, finest, pyramid, weight};
 use super::tensor::Tensor;
 use crate::image::Image;
@@ -69,7 +70,9 @@ fn add(sum: &mut [f64; 4], pixel: [f64; 4], factor: f64) {
 /// no weight gives black.
 ///
 /// `logits` are those of every level, `[11, h, w]` at full resolution and `[10, …]` at the bottom.
-/// `color` is repaired; the pixels that are not `valid` do not count.
+/// `color` is repaired; the pixels that are not `valid` do not count. With the `contrast` of the
+/// albedo, `[3, h, w]`, and a twelfth logit at full resolution, the color is demodulated before and
+/// modulated after.
 ///
 /// After Bako et al., "Kernel-Predicting Convolutional Networks for Denoising Monte Carlo
 /// Renderings" (2017), and Vogels et al., "Denoising with Kernel Prediction and Asymmetric Loss
@@ -78,8 +81,14 @@ fn add(sum: &mut [f64; 4], pixel: [f64; 4], factor: f64) {
 /// # Panics
 /// Panics if the shapes do not match or there are no levels.
 #[must_use]
-pub fn kernel_pyramid(logits: &[Tensor], color: &Image, valid: &[bool]) -> Image {
-    let mut levels = vec![finest(color, valid, &logits[0])];
+pub fn kernel_pyramid(
+    logits: &[Tensor],
+    color: &Image,
+    valid: &[bool],
+    contrast: Option<&Tensor>,
+) -> Image {
+    let texture = texture(contrast, &logits[0]);
+    let mut levels = vec![demodulated(&finest(color, valid, &logits[0]), &texture)];
     for logits in &logits[1..] {
         levels.push(pyramid(levels.last().expect("there is one"), logits));
     }
@@ -87,7 +96,7 @@ pub fn kernel_pyramid(logits: &[Tensor], color: &Image, valid: &[bool]) -> Image
     for (level, logits) in levels.iter().zip(logits).rev() {
         result = Some(gather(level, logits, result.as_ref()));
     }
-    image(&result.expect("there is a level"), color.size())
+    image(&modulated(&result.expect("there is a level"), &texture), color.size())
 }
 
 fn image(light: &Light, (width, height): (u32, u32)) -> Image {
@@ -117,7 +126,7 @@ mod tests {
     #[test]
     fn a_constant_stays() {
         let image = Image::filled(4, 4, [0.25, 3.0, 1e5]).expect("a valid image");
-        let found = kernel_pyramid(&logits(), &image, &[true; 16]);
+        let found = kernel_pyramid(&logits(), &image, &[true; 16], None);
         for (found, expected) in
             found.pixels().iter().flatten().zip([0.25, 3.0, 1e5].iter().cycle())
         {
@@ -131,10 +140,10 @@ mod tests {
             let mut image = ramp();
             let pixels = image.pixels_mut().iter_mut().enumerate();
             pixels.filter(|(i, _)| i % 2 == odd).for_each(|(_, pixel)| *pixel = [0.0; 3]);
-            kernel_pyramid(&logits(), &image, &[true; 16])
+            kernel_pyramid(&logits(), &image, &[true; 16], None)
         };
         let [even, odd, whole] =
-            [half(0), half(1), kernel_pyramid(&logits(), &ramp(), &[true; 16])];
+            [half(0), half(1), kernel_pyramid(&logits(), &ramp(), &[true; 16], None)];
         for ((a, b), whole) in even.pixels().iter().zip(odd.pixels()).zip(whole.pixels()) {
             for c in 0..3 {
                 assert!((a[c] + b[c] - whole[c]).abs() < 1e-4, "{a:?} + {b:?}, not {whole:?}");
@@ -148,9 +157,9 @@ mod tests {
         image.pixels_mut()[5] = [1e9; 3];
         let mut valid = [true; 16];
         valid[5] = false;
-        let found = kernel_pyramid(&logits(), &image, &valid);
+        let found = kernel_pyramid(&logits(), &image, &valid, None);
         assert!(found.pixels().iter().flatten().all(|v| (v - 2.0).abs() < 1e-6), "{found:?}");
-        let none = kernel_pyramid(&logits(), &image, &[false; 16]);
+        let none = kernel_pyramid(&logits(), &image, &[false; 16], None);
         assert!(none.pixels().iter().flatten().all(|&v| v == 0.0));
     }
 

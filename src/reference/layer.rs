@@ -40,8 +40,8 @@ fn factor(before: f32, after: f32) -> f32 {
     if before == 0.0 { 1.0 } else { after / before }
 }
 
-/// A layer denoised by the weights that the network predicts for a frame. The network must predict
-/// a kernel pyramid.
+/// A layer denoised by the weights that the network predicts for a frame; demodulated like the color
+/// if it is `light`. The network must predict a kernel pyramid.
 ///
 /// # Panics
 /// Panics if the images differ in size.
@@ -49,13 +49,13 @@ fn factor(before: f32, after: f32) -> f32 {
 pub fn denoise_layer(
     weights: &Weights,
     images: Images<'_>,
-    layer: &Image,
+    (layer, light): (&Image, bool),
     input_scale: f32,
 ) -> Image {
-    let logits = predicted(weights, images, input_scale);
+    let (logits, contrast) = predicted(weights, images, input_scale);
     let encoding = weights.metadata().encoding();
     let Repaired { color, valid } = repair_layer(encoding, images.color, layer, input_scale);
-    kernel_pyramid(&logits, &color, &valid)
+    kernel_pyramid(&logits, &color, &valid, contrast.as_ref().filter(|_| light))
 }
 
 #[cfg(test)]

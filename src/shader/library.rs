@@ -15,13 +15,13 @@ pub const LIBRARY: Library<'static> = Library { modules: MODULES, features: FEAT
 const MODULES: &[(&str, &str)] = modules![
     "accumulate", "accumulate_layer", "activity", "autoexposure", "common/albedo", "common/beauty", "common/block", "common/clean", "common/color",
     "common/conv_bias", "common/conv_input", "common/conv_logits", "common/conv_output",
-    "common/conv_sums", "common/conv_tile", "common/depth",
+    "common/conv_sums", "common/conv_tile", "common/demodulation", "common/depth",
     "common/encoded", "common/encoding", "common/fill", "common/finest", "common/gathered",
     "common/half", "common/head", "common/history", "common/images", "common/inputs", "common/layer", "common/layout",
     "common/light", "common/limits", "common/logits", "common/matrix", "common/mean", "common/motion", "common/need", "common/normal",
-    "common/output", "common/patch", "common/place", "common/repair", "common/result", "common/scale", "common/seen",
+    "common/output", "common/patch", "common/place", "common/reflectance", "common/repair", "common/result", "common/scale", "common/seen",
     "common/simd", "common/simd_input", "common/spline", "common/sums", "common/tensor", "common/tile", "common/weighted",
-    "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
+    "contrast", "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
     "conv_logits_simd", "conv_logits_tiled",
     "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",
     "output_process", "pyramid", "sigmoid", "up_conv_matrix", "up_conv_simd",
@@ -57,6 +57,8 @@ const FEATURES: &[&str] = &[
     // The kernel stores level 0 of the pyramid, or reads it instead of computing it.
     "level0",
     "stored_finest",
+    // Light is divided by its albedo's texture before it is gathered, and multiplied by it after.
+    "demodulates",
     // The convolution also computes the max-pool of its output.
     "pools",
     // A workgroup of the tiled kernels computes 32×8 pixels instead of 16×16 and stages eight input
@@ -66,6 +68,7 @@ const FEATURES: &[&str] = &[
     "half",
     // The kernel is the one of this name, with bindings of its own.
     "accumulate",
+    "contrast",
     "gather",
     "input_conv",
     "up_conv",

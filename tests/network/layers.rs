@@ -53,7 +53,8 @@ fn layers_equal_the_reference() {
     let (weights, plain) = (tiny_kernels(), frame(&all, Inputs::ALL));
     let scale = reference::autoexposure(&all[0]);
     let images = reference::Images { color: &all[0], albedo: plain.albedo, normal: plain.normal };
-    let expected = [&first, &second].map(|l| reference::denoise_layer(&weights, images, l, scale));
+    let expected =
+        [&first, &second].map(|l| reference::denoise_layer(&weights, images, (l, true), scale));
     run_cases(variants(), |&(kernels, precision)| {
         let options = Options::default().kernels(kernels).precision(precision);
         let found = denoised(&options, &plain.input_scale(scale), &[&first, &second]);

@@ -3,6 +3,8 @@
 
 use wgdenoise::internals::model::Encoding;
 use wgdenoise::internals::ops::activity::Activity;
+use wgdenoise::internals::ops::channel_map::ChannelMap;
+use wgdenoise::internals::ops::contrast::{Contrast, contrast};
 use wgdenoise::internals::ops::gather::gather_finest;
 use wgdenoise::internals::ops::need::everything;
 use wgdenoise::internals::ops::output_process::ResultImages;
@@ -14,13 +16,21 @@ use wgdenoise::{Element, Image, ImageFormat, Precision, TransferFunction};
 
 use super::gather::{self, Level};
 use super::image::{binding, view};
-use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
+use wgdenoise_testing::gpu::{buffer, context, download, read_back, stored, submit};
 use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantized};
 use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
 /// As for a level, plus the mean of up to 24 pixels that fills a missing one.
 const TOLERANCE: Tolerance =
     Tolerance { absolute: 1e-5, relative: 2.0 * gather::TOLERANCE.relative };
+
+/// Dividing by the texture and multiplying by it are each off by an exponential's error, 9 units in
+/// the last place, and by up to 3 times the power's, 16 units of 1. What is dark among brighter colors
+/// is off by a share of those, which the texture multiplies by up to 21.
+const DEMODULATED: Tolerance = Tolerance {
+    absolute: 21.0 * TOLERANCE.absolute,
+    relative: TOLERANCE.relative + 2.0 * (9.0 + 3.0 * 16.0) * f32::EPSILON,
+};
 
 /// The formats of the color, each with a precision of the logits. Every pair compiles five kernels.
 const FORMATS: [(ImageFormat, Precision); 4] = [
@@ -46,13 +56,13 @@ const INPUT_SCALE: f32 = 0.5;
 #[test]
 fn levels_0_and_1_equal_the_reference_in_every_format_with_holes() {
     let mut weightless = [0; 2];
-    run_cases(cases(), |&(size, format, precision)| {
-        let scene = Scene::new(size, format, precision);
+    run_cases(cases(), |&case| {
+        let scene = Scene::new(case);
         let expected =
             [scene.finest(), reference::pyramid(&scene.finest(), &scene.levels[1].logits)];
         for (l, expected) in expected.iter().enumerate() {
             weightless[l] += expected.pixels.iter().filter(|pixel| pixel[3] == 0.0).count();
-            compare(&scene.run_level(l), &Level::light_of(expected), TOLERANCE)?;
+            compare(&scene.run_level(l), &Level::light_of(expected), scene.tolerance())?;
         }
         Ok(())
     });
@@ -62,14 +72,14 @@ fn levels_0_and_1_equal_the_reference_in_every_format_with_holes() {
 #[test]
 fn the_image_equals_the_reference_in_every_format_with_holes() {
     let mut black = 0;
-    run_cases(cases(), |&(size, format, precision)| {
-        let scene = Scene::new(size, format, precision);
+    run_cases(cases(), |&case| {
+        let scene = Scene::new(case);
         let coarser = scene.coarser();
         let expected = scene.image(&coarser);
         black += expected.pixels().iter().filter(|pixel| **pixel == [0.0; 3]).count();
         for stored in [false, true] {
             let found = scene.store_image(&coarser, stored);
-            compare(&image_tensor(&found), &image_tensor(&expected), TOLERANCE)
+            compare(&image_tensor(&found), &image_tensor(&expected), scene.tolerance())
                 .map_err(|error| format!("level 0 stored: {stored}: {error}"))?;
         }
         Ok(())
@@ -77,8 +87,17 @@ fn the_image_equals_the_reference_in_every_format_with_holes() {
     assert!(black > 100, "{black} pixels have nothing to be gathered from");
 }
 
-fn cases() -> impl Iterator<Item = ([u32; 2], ImageFormat, Precision)> {
-    SIZES.into_iter().flat_map(|size| FORMATS.map(|(format, precision)| (size, format, precision)))
+/// A size, the color's format, the logits' precision, and whether the network demodulates.
+type Case = ([u32; 2], ImageFormat, Precision, bool);
+
+fn cases() -> impl Iterator<Item = Case> {
+    let kinds =
+        FORMATS.into_iter().flat_map(|kind| [false, true].map(|demodulates| (kind, demodulates)));
+    let kinds: Vec<_> = kinds.collect();
+    SIZES.into_iter().flat_map(move |size| {
+        let case = move |((format, precision), demodulates)| (size, format, precision, demodulates);
+        kinds.clone().into_iter().map(case)
+    })
 }
 
 /// A noisy color with missing pixels, and the logits of two levels.
@@ -90,23 +109,41 @@ struct Scene {
     repaired: Repaired,
     levels: [Level; 2],
     precision: Precision,
+    /// Of a textured albedo, with its values.
+    contrast: Option<(Contrast, Tensor)>,
 }
 
 impl Scene {
-    fn new(size: [u32; 2], format: ImageFormat, precision: Precision) -> Self {
+    fn new((size, format, precision, demodulates): Case) -> Self {
         let mut random = Random::new(u64::from(size[0]));
         let pixels = pixels(&mut random, size);
         let color = cpu_image(&quantized(&pixels, format), size);
         let repaired = reference::repair_in(ENCODING, &color, INPUT_SCALE);
         let [width, height] = size.map(|side| side.next_multiple_of(16) as usize);
-        let levels = [[height, width], [height / 2, width / 2]]
-            .map(|size| Level::logits(&mut random, 11, size, precision));
-        Self { pixels, format, color, repaired, levels, precision }
+        let [fine, coarse] =
+            [([height, width], 11 + usize::from(demodulates)), ([height / 2, width / 2], 11)];
+        let mut levels = [fine, coarse]
+            .map(|(size, logits)| Level::logits(&mut random, logits, size, precision));
+        // Powers of all sizes.
+        levels[0].logits.data[11 * height * width..].iter_mut().for_each(|v| *v *= 0.05);
+        levels[0].logits = stored(&levels[0].logits, precision);
+        let contrast = demodulates.then(|| textured(&mut random, size, precision));
+        Self { pixels, format, color, repaired, levels, precision, contrast }
+    }
+
+    fn texture(&self) -> Vec<[f64; 3]> {
+        let contrast = self.contrast.as_ref().map(|(_, values)| values);
+        reference::texture(contrast, &self.levels[0].logits)
+    }
+
+    fn tolerance(&self) -> Tolerance {
+        if self.contrast.is_some() { DEMODULATED } else { TOLERANCE }
     }
 
     fn finest(&self) -> Light {
         let Repaired { color, valid } = &self.repaired;
-        reference::finest(color, valid, &self.levels[0].logits)
+        let light = reference::finest(color, valid, &self.levels[0].logits);
+        reference::demodulated(&light, &self.texture())
     }
 
     /// The result of level 1, as if it were the coarsest.
@@ -120,7 +157,8 @@ impl Scene {
     /// The image with the noisy color in the first block.
     fn image(&self, coarser: &Level) -> Image {
         let (logits, coarser) = (&self.levels[0].logits, coarser.premultiplied());
-        let light = Level::light_of(&reference::gather(&self.finest(), logits, Some(&coarser)));
+        let light = reference::gather(&self.finest(), logits, Some(&coarser));
+        let light = Level::light_of(&reference::modulated(&light, &self.texture()));
         let (width, height) = self.color.size();
         let at =
             |i: u32| [0, 1, 2].map(|c| light.at(c, (i / width) as usize, (i % width) as usize));
@@ -162,11 +200,11 @@ impl Scene {
         let [logits, coarser] = [self.levels[0].upload_logits(), coarser.upload_light()];
         let (width, height) = self.color.size();
         let output = buffer(context, &vec![0xff; (width * height * 12) as usize]);
-        self.with_color(|&NoisyColor { tiles, color, input_scale, encoding }| {
+        self.with_color(|&NoisyColor { tiles, color, input_scale, encoding, contrast }| {
             let (output, blend) = ((&output).into(), &buffer(context, &[0; 4]));
             let images = ResultImages { tiles, input_scale, color, output, blend, encoding };
-            let tensors = [&logits, &coarser];
-            let call = gather_finest(context, tensors, level0.as_ref(), &activity, &images);
+            let (tensors, level0) = ([&logits, &coarser], level0.as_ref());
+            let call = gather_finest(context, tensors, level0, contrast, &activity, &images);
             submit(context, |pass| call.record_at(pass, 0));
         });
         let bytes = read_back(context, output.size(), |encoder, target| {
@@ -189,8 +227,24 @@ impl Scene {
             color: binding(&pass_image, view(&pass_image).as_ref()),
             input_scale: &buffer(context, bytemuck::bytes_of(&INPUT_SCALE)),
             encoding: ENCODING,
+            contrast: self.contrast.as_ref().map(|(contrast, _)| contrast),
         });
     }
+}
+
+/// The contrast of random albedo, and its values as stored.
+fn textured(random: &mut Random, size: [u32; 2], precision: Precision) -> (Contrast, Tensor) {
+    let context = context(precision);
+    let albedo: Vec<_> = (0..size[0] * size[1] * 3).map(|_| random.value().abs()).collect();
+    let albedo = buffer(context, bytemuck::cast_slice(&albedo));
+    let tile = Tile { image_size: size, albedo: Layout::packed(size[0]), ..Tile::default() };
+    let tiles = buffer(context, bytemuck::bytes_of(&tile));
+    let padded = size.map(|side| side.next_multiple_of(16));
+    let (contrast, calls) = contrast(context, &tiles, (&albedo).into(), padded, 8);
+    submit(context, |pass| calls.iter().for_each(|call| call.record_at(pass, 0)));
+    let map = ChannelMap::from([Some(0), Some(1), Some(2), None]);
+    let values = download(context, &contrast.tensor, &map);
+    (contrast, values)
 }
 
 /// Positive light with outliers, single bad pixels and a large hole, all outside the first block.

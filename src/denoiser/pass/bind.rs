@@ -125,11 +125,12 @@ impl Denoiser {
             uniform(device, &tile_bytes(&layer_tile(&tile, noisy, *layout), plan))
         });
         let layer_tiles: Vec<_> = layer_tiles.collect();
-        let layers = images.layers.iter().zip(&stored).zip(&layer_tiles);
-        let layers = layers.map(|(([noisy, _], &(_, output)), tiles)| BoundLayer {
+        let layers = images.layers.iter().zip(&stored).zip(&layer_tiles).zip(d.layers);
+        let layers = layers.map(|((([noisy, _], &(_, output)), tiles), layer)| BoundLayer {
             tiles,
             color: noisy.binding(),
             output,
+            light: layer.light,
         });
         let layers: Vec<_> = layers.collect();
         let sources = Sources {

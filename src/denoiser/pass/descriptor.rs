@@ -40,17 +40,28 @@ pub enum NormalEncoding {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct PassLayer<'a> {
-    /// The noisy layer: linear light that is part of the color, in a format for colors.
+    /// The noisy layer: linear light that is part of the color, or with `light` cleared what it
+    /// mixes, such as alpha; in a format for colors.
     pub noisy: PassImage<'a>,
     /// Receives the denoised layer, in a format for outputs.
     pub output: PassImage<'a>,
+    /// Whether the layer is light: `true` by default. Light follows the texture of its surface, so
+    /// weights that demodulate divide it by the albedo's contrast before they average it. Other
+    /// layers are averaged as they are.
+    pub light: bool,
 }
 
 impl<'a> PassLayer<'a> {
     /// The noisy layer, and the image that receives the denoised one.
     #[must_use]
     pub fn new(noisy: PassImage<'a>, output: PassImage<'a>) -> Self {
-        Self { noisy, output }
+        Self { noisy, output, light: true }
+    }
+
+    /// Sets whether the layer is light.
+    #[must_use]
+    pub fn light(self, light: bool) -> Self {
+        Self { light, ..self }
     }
 }
 
