@@ -30,11 +30,14 @@ type Counted = (String, f64, f64);
 
 /// The calls of a frame with albedo and normal, three 32-bit floats a pixel, and 16-bit tensors.
 fn calls(device: &Gpu, kernels: KernelSet, quality: Quality) -> Vec<Counted> {
+    calls_of(device, kernels, &Weights::builtin(quality).expect("they are built in"))
+}
+
+fn calls_of(device: &Gpu, kernels: KernelSet, weights: &Weights) -> Vec<Counted> {
     let context = Context::new(&device.device, &device.queue, Precision::F16);
-    let weights = Weights::builtin(quality).expect("they are built in");
     // Counting needs no valid kernel, so a device without matrices will do.
     let scope = device.device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let network = CompiledNetwork::new(&context, kernels, &weights).expect("it fits");
+    let network = CompiledNetwork::new(&context, kernels, weights).expect("it fits");
     let calls = bound(&context, &network);
     drop(pollster::block_on(scope.pop()));
     let calls = calls.calls().iter();
@@ -92,6 +95,25 @@ fn the_calls_at_full_resolution_move_what_was_calculated_by_hand() {
         let (_, _, bytes) = found.iter().find(|call| call.0 == name).expect(name);
         assert_eq!(*bytes, expected, "{name}");
     }
+}
+
+/// The contrast has a quad of 16 bits, 8 bytes; the tiled kernels read it in two calls. Twelve logits
+/// are stored like eleven.
+#[test]
+fn demodulation_moves_the_albedo_twice_and_its_contrast_three_times() {
+    let weights = include_bytes!("../../tests/fixtures/demodulating_tiny.safetensors");
+    let weights = Weights::from_bytes(weights).expect("the fixture follows the format");
+    let contrast = 8.0;
+    let expected = [
+        ("contrast", 12.0),
+        ("contrast", 12.0 + contrast),
+        ("pyramid1", 12.0 + 8.0 + contrast + (8.0 + 16.0) / 4.0),
+        ("gather0", 24.0 + contrast + 16.0 / 4.0 + 12.0 + 12.0),
+    ];
+    let found = calls_of(&gpu(), KernelSet::Tiled, &weights);
+    let found = found.iter().map(|(name, _, bytes)| (name.as_str(), *bytes));
+    let found: Vec<_> = found.filter(|call| expected.iter().any(|e| e.0 == call.0)).collect();
+    assert_eq!(found, expected);
 }
 
 /// Every row of the table of limits: counted, or calculated from what was counted.

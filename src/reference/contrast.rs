@@ -98,7 +98,7 @@ mod tests {
     /// Blocks of means 0, 0.4 and 0.8: pixel 3 lies a quarter before the center of the second.
     #[test]
     fn means_are_upsampled_between_the_centers_of_blocks() {
-        let value = |x: usize| [0.0, 0.4, 0.8][x / 2];
+        let value = |x: usize| [0.0_f64, 0.4, 0.8][x / 2];
         let ramp = Tensor::from_fn(3, 2, 6, |_, _, x| value(x) as f32);
         let found = contrast(&ramp, 2);
         for (x, mean) in [0.0, 0.1, 0.3, 0.5, 0.7, 0.8].into_iter().enumerate() {

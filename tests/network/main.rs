@@ -1,6 +1,7 @@
 //! The whole network on the adapter: compared with the reference, tiled with whole, fewer inputs
 //! with zeros, and the caller's encoder with the blocking call.
 
+mod demodulation;
 mod device;
 mod faults;
 mod kernel_pyramid;

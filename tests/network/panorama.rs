@@ -3,7 +3,9 @@
 use wgdenoise::internals::plan::halo::halo;
 use wgdenoise::{Image, Inputs, KernelSet, Options, Precision};
 
-use crate::support::{denoiser_of, frame, images, same_bits, tiny, tiny_kernels};
+use crate::support::{
+    denoiser_of, frame, images, same_bits, tiny, tiny_demodulation, tiny_kernels,
+};
 
 /// A multiple of the networks' alignment, so that turning it moves no pooling window.
 const SIZE: [u32; 2] = [96, 40];
@@ -18,7 +20,7 @@ fn turned(image: &Image, columns: usize) -> Image {
 
 #[test]
 fn a_turned_panorama_becomes_the_turned_result() {
-    for weights in [tiny(), tiny_kernels()] {
+    for weights in [tiny(), tiny_kernels(), tiny_demodulation()] {
         let options = Options::default().kernels(KernelSet::Tiled).precision(Precision::F32);
         let denoiser = denoiser_of(&weights, &options);
         let images = images(SIZE[0], SIZE[1]);

@@ -18,6 +18,12 @@ pub(crate) fn tiny_kernels() -> Weights {
     Weights::from_bytes(bytes).expect("the fixture follows the format")
 }
 
+/// A kernel pyramid of four widths (alignment 8) that demodulates.
+pub(crate) fn tiny_demodulation() -> Weights {
+    let bytes = include_bytes!("../fixtures/demodulating_tiny.safetensors");
+    Weights::from_bytes(bytes).expect("the fixture follows the format")
+}
+
 pub(crate) fn denoiser(options: &Options) -> Denoiser {
     denoiser_of(&tiny(), options)
 }

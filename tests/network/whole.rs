@@ -7,7 +7,7 @@ use wgdenoise::{Inputs, KernelSet, Options, Precision, Weights};
 
 use crate::support::{
     F32, SETS, denoiser, denoiser_of, encoded, expected, frame, images, run, same_bits, tiny,
-    tiny_kernels, tolerance,
+    tiny_demodulation, tiny_kernels, tolerance,
 };
 use wgdenoise_testing::gpu::{context, convolution_tolerance, kernel_sets, variants};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
@@ -15,7 +15,7 @@ use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 #[test]
 fn every_variant_equals_the_reference_for_every_input_set() {
     let images = images(37, 22);
-    for weights in [tiny(), tiny_kernels()] {
+    for weights in [tiny(), tiny_kernels(), tiny_demodulation()] {
         let cases = SETS.iter().flat_map(|&set| variants().into_iter().map(move |v| (set, v)));
         run_cases(cases, |&(inputs, (kernels, precision))| {
             let frame = frame(&images, inputs);

@@ -42,6 +42,20 @@ impl File {
         file
     }
 
+    /// The same with logits instead of a color, with albedo.
+    pub(crate) fn kernel_pyramid() -> Self {
+        let mut file = Self::valid();
+        file.metadata.extend(
+            [("topology", "kernel-pyramid"), ("inputs", "color,albedo")]
+                .map(|(k, v)| (k.into(), v.into())),
+        );
+        file.tensors.retain(|name, _| !name.starts_with("out_conv"));
+        file.layer("enc_conv0a", &[2, 6, 3, 3], 2);
+        file.layer("kernel_conv0", &[11, 2, 1, 1], 11);
+        file.layer("kernel_conv1", &[10, 3, 1, 1], 10);
+        file
+    }
+
     fn layer(&mut self, layer: &str, shape: &[usize], outputs: usize) {
         self.fill(&format!("{layer}.weight"), shape, 0.25);
         self.fill(&format!("{layer}.bias"), &[outputs], 0.5);

@@ -96,6 +96,34 @@ fn missing_unknown_and_misshapen_tensors_are_refused_by_name() {
 }
 
 #[test]
+fn a_kernel_pyramid_has_11_or_12_logits_at_full_resolution() {
+    let with = |logits: [usize; 2]| {
+        let mut file = File::kernel_pyramid();
+        file.fill("kernel_conv0.weight", &[logits[0], 2, 1, 1], 0.25);
+        file.fill("kernel_conv0.bias", &[logits[1]], 0.5);
+        file
+    };
+    for (logits, side) in [(11, None), (12, Some(2))] {
+        let weights = Weights::from_bytes(&with([logits; 2]).bytes()).unwrap();
+        assert_eq!(weights.params("kernel_conv0").bias.len(), logits);
+        assert_eq!(weights.network().contrast_side(), side);
+        let sliced = weights.for_inputs(Inputs::default()).unwrap();
+        assert_eq!(sliced.network().contrast_side(), side);
+    }
+    with([10, 10])
+        .is_refused("`kernel_conv0.weight` has shape [10, 2, 1, 1], expected [11, 2, 1, 1]");
+    with([13, 13]).is_refused("expected [11, 2, 1, 1]");
+    with([11, 12])
+        .is_refused("`kernel_conv0.weight` has shape [11, 2, 1, 1], expected [12, 2, 1, 1]");
+    let mut coarse = with([12, 12]);
+    coarse.fill("kernel_conv1.bias", &[12], 0.5);
+    coarse.is_refused("`kernel_conv1.bias` has shape [12], expected [10]");
+    let mut unet = File::valid();
+    unet.fill("kernel_conv0.bias", &[12], 0.5);
+    unet.is_refused("tensor `kernel_conv0.bias` (one of 1 such) belongs to no layer");
+}
+
+#[test]
 fn other_types_and_values_that_are_no_numbers_are_refused() {
     let mut file = File::valid();
     let doubles = 0.25_f64.to_le_bytes().repeat(6);

@@ -282,4 +282,28 @@ mod tests {
         warm.warm_up(&formats).expect("a pass takes them");
         assert_eq!(compiles(&warm, [40, 30], true, 3), 0);
     }
+
+    #[test]
+    fn demodulation_is_compiled_ahead_for_light_and_for_what_is_none() {
+        let gpu = Gpu::open(None).expect("the tests need an adapter");
+        let weights = include_bytes!("../../../tests/fixtures/demodulating_tiny.safetensors");
+        let weights = Weights::from_bytes(weights).expect("the fixture follows the format");
+        let denoiser = || {
+            let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default());
+            denoiser.expect("it works")
+        };
+        let [color, output] = [Rgba32Float, Rgba16Float].map(ImageFormat::Texture);
+        let warm = denoiser();
+        let layer = LayerFormats { noisy: color, output };
+        warm.warm_up(&formats().layer(layer)).expect("a pass takes them");
+        assert_eq!(compiles(&warm, [40, 30], false, 2), 0);
+        // Without an albedo there is no contrast, which takes two kernels, and the finest level has as
+        // many plain kernels as demodulating ones.
+        let [with, without] = [formats(), formats().albedo(None)].map(|formats| {
+            let denoiser = denoiser();
+            denoiser.warm_up(&formats).expect("a pass takes them");
+            denoiser.context.compiled()
+        });
+        assert_eq!(with, without + 2);
+    }
 }

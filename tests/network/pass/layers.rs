@@ -6,7 +6,9 @@ use wgdenoise::{
 };
 
 use super::{F32, Scene, opaque};
-use crate::support::{denoiser, denoiser_of, frame, images, same_bits, tiny_kernels};
+use crate::support::{
+    denoiser, denoiser_of, frame, images, same_bits, tiny_demodulation, tiny_kernels,
+};
 use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image};
 use wgdenoise_testing::run_cases;
 
@@ -134,6 +136,37 @@ fn alpha_of_a_layer_and_the_share_of_noisy_color_are_the_layers_own() {
     pass.set_blend(1.0);
     let found = output.read(|encoder| pass.encode(encoder));
     assert_eq!(found, pixels);
+}
+
+/// Light is demodulated as in the blocking call, and what is no light as alpha is.
+#[test]
+fn layers_of_a_demodulating_pass_are_light_or_not() {
+    let picture = Picture::new();
+    let weights = tiny_demodulation();
+    let denoiser = denoiser_of(&weights, &Options::default().tile(112));
+    let light = [&picture.layers[0]];
+    let alpha: Vec<_> = picture.layers[0].pixels().iter().map(|pixel| pixel[0]).collect();
+    let blocking = frame(&picture.images, Inputs::ALL).layers(&light).alpha(alpha.as_slice());
+    let expected = denoiser.denoise_layers(&blocking, &mut |_| {}).expect("the frame is fine");
+    let gray = Image::new(SIZE[0], SIZE[1], alpha.iter().map(|&a| [a; 3]).collect());
+    let gray = gray.expect("the count is right");
+    for (color, albedo) in [(F32, F32), (ImageFormat::Texture(Texture::Rgba32Float), F32)] {
+        let scene = Scene::new(&frame(&picture.images, Inputs::ALL), color, Layout::packed(90));
+        let other = on_gpu(&picture.images[1], (albedo, Layout::new(3, 400, 4)));
+        let format = (F32, Layout::packed(90));
+        let noisy = [&picture.layers[0], &gray].map(|image| on_gpu(image, format));
+        let outputs = [empty(format), empty(format)];
+        let layers =
+            [0, 1].map(|i| PassLayer::new(noisy[i].as_pass(), outputs[i].as_pass()).light(i == 0));
+        let descriptor = scene.descriptor().albedo(other.as_pass()).layers(&layers);
+        let pass = denoiser.pass(&descriptor).expect("the images fit");
+        let found = scene.output.read(|encoder| pass.encode(encoder));
+        let [first, second] = outputs.map(|output| cpu_image(&output.read(|_| {}), SIZE));
+        same_bits(&cpu_image(&found, SIZE), &expected.color).unwrap();
+        same_bits(&first, &expected.layers[0]).unwrap();
+        let found: Vec<_> = second.pixels().iter().map(|pixel| pixel[0]).collect();
+        assert_eq!(Some(found), expected.alpha);
+    }
 }
 
 #[test]
