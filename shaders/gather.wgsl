@@ -8,8 +8,10 @@ import package::common::gathered::{Nine, gathered};
 import package::common::tensor::TensorIn;
 import package::common::weighted::{LAST_QUAD, LightIn, share, sum_of_four, sum_of_two};
 @if(finest) import package::common::clean::is_clean;
+@if(finest && layer) import package::common::color::load_color;
 @if(finest) import package::common::demodulation::modulated;
 @if(finest) import package::common::finest::{finest, finest_logits};
+@if(finest && layer) import package::common::light::{MOST, is_finite};
 @if(finest) import package::common::result::store_linear;
 @if(finest && !layer) import package::common::result::store_noisy;
 @if(finest) import package::common::tile::tile;
@@ -101,6 +103,15 @@ fn with_coarser(pixel: vec2<i32>, own: vec4<f32>, near: Pair, far: Pair) -> vec4
     return sum_of_two(own, sum, share(load_logits(pixel, LAST_QUAD)));
 }
 
+// A layer's pixel of a clean block. There, the repair at most fills what is not finite and makes
+// negative light 0. The rest keeps its bits, which dividing by a texture and multiplying round.
+@if(finest && layer)
+fn kept(at: vec2<u32>, repaired: vec3<f32>) -> vec3<f32> {
+    let bits = load_color(tile.color, at);
+    let own = clamp(bitcast<vec3<f32>>(bits), vec3(-MOST), vec3(MOST));
+    return select(repaired, own, vec3(is_finite(bits)) & (repaired != vec3(0.0)));
+}
+
 @if(finest)
 fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     let at = tile.origin + vec2<u32>(pixel);
@@ -111,7 +122,7 @@ fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     let logits = load_logits(pixel, LAST_QUAD);
     if is_clean(here, u32(size().x)) {
         @if(layer)
-        store_linear(at, modulated(finest(here).rgb, here, logits));
+        store_linear(at, kept(at, modulated(finest(here).rgb, here, logits)));
         @else
         store_noisy(at);
         return;
