@@ -238,8 +238,8 @@ fn huge_and_tiny_light_on_black_and_white_stays_finite() {
     });
 }
 
-/// Where the network is skipped, constant light on a texture and the layers keep their bits; all else
-/// is as without skipping.
+/// Where the network is skipped, constant light on a texture and the layers keep their bits, but for a
+/// bad pixel, which is filled; all else is as without skipping.
 #[test]
 fn clean_blocks_keep_their_light_and_the_others_are_as_without_skipping() {
     let [noise, albedo, normal] = images(160, 144);
@@ -248,17 +248,30 @@ fn clean_blocks_keep_their_light_and_the_others_are_as_without_skipping() {
     // The noisy blocks cover 48 × 32 pixels.
     let radius = 16 * constant_radius(tiny_demodulation().network()) as usize;
     let is_clean = |i: usize| i % 160 >= 48 + radius || i / 160 >= 32 + radius;
-    let layers = [&noise];
+    let bad = 100 * 160 + 120;
+    let mut layer = noise.clone();
+    layer.pixels_mut()[bad] = [f32::NAN; 3];
+    let layers = [&layer];
     let frame = Frame::new(&color).albedo(&albedo).normal(&normal).layers(&layers);
     for kernels in kernel_sets(Precision::F16) {
         if kernels == KernelSet::Plain {
             continue;
         }
-        let [skipping, full] = [true, false].map(|skip| {
+        let [mut skipping, full] = [true, false].map(|skip| {
             let options = Options::default().kernels(kernels).skip_clean(skip);
             let denoiser = denoiser_of(&tiny_demodulation(), &options);
             denoiser.denoise_layers(&frame, &mut |_| {}).expect("the frame is fine")
         });
+        let filled =
+            std::mem::replace(&mut skipping.layers[0].pixels_mut()[bad], noise.pixels()[bad]);
+        let rows = [bad - 160, bad, bad + 160];
+        let around = rows.iter().flat_map(|i| [i - 1, *i, i + 1]).filter(|i| *i != bad);
+        let around: Vec<_> = around.map(|i| noise.pixels()[i]).collect();
+        for c in 0..3 {
+            let mean = around.iter().map(|pixel| pixel[c]).sum::<f32>() / 8.0;
+            // Eight sums and products, and two exponentials of up to ±3.05.
+            assert!((filled[c] / mean - 1.0).abs() < 40.0 * f32::EPSILON, "{kernels}: {filled:?}");
+        }
         let pairs = [
             (&skipping.color, &color, &full.color),
             (&skipping.layers[0], &noise, &full.layers[0]),

@@ -44,7 +44,8 @@ fn contrast_equals_the_reference_in_every_format_with_bad_pixels() {
         let mut pixels = pixels(&mut Random::new(3), size);
         if !matches!(format, ImageFormat::Texture(Texture::Rgba8Unorm)) {
             pixels[200][1] = f32::NAN;
-            pixels[300] = [1e9, -5.0, f32::INFINITY, 1.0];
+            pixels[300] = [0.5, 0.5, f32::INFINITY, 1.0];
+            pixels[400] = [6e4, -5.0, 0.5, 1.0];
         }
         let albedo = cpu_image(&quantized(&pixels, format), size);
         let image = GpuImage::new(&pixels, size, format, Layout::packed(size[0]));
