@@ -61,11 +61,13 @@ impl Denoiser {
     /// [`denoise_with_progress`](Self::denoise_with_progress), and denoises the frame's layers by
     /// the same weights: each pixel of a layer is the weighted mean of the same pixels as in the
     /// color. So the result is linear in the layers, and layers that add up to the noisy color add
-    /// up to the denoised one within rounding: 10⁻⁵ of the brightest pixels around.
+    /// up to the denoised one within rounding: 10⁻⁵ of the brightest pixels around. Weights that
+    /// demodulate divide layers by the color's texture too; then those pixels count without it.
     ///
-    /// Alpha is denoised like a layer, so premultiplied edges stay consistent over any background.
-    /// Where it is the same within three pixels it stays as it is and the color is scaled to match;
-    /// where nothing is, in neither alpha nor color, the result is 0.
+    /// Alpha is denoised like a layer, but it is no light and has no texture. So premultiplied edges
+    /// stay consistent over any background. Where alpha is the same within three pixels it stays as
+    /// it is and the color is scaled to match; where nothing is, in neither alpha nor color, the
+    /// result is 0.
     ///
     /// Bad pixels of a layer are filled. Where the color has bad pixels or outliers, the layers are
     /// mended with it. Where the color is constant and the network is skipped, layers keep their

@@ -17,7 +17,7 @@ use crate::plan::tiles::{PlacedTile, TilePlan};
 /// Bytes of a pixel of an image.
 pub(super) const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
-/// The kinds of layers that a tile is bound to: light and what is none.
+/// A tile is bound to a layer of light and to one that is none, which share their buffers.
 const LIGHT: [bool; 2] = [true, false];
 
 /// The buffers of a tile and the kernel calls on them.
