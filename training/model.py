@@ -13,8 +13,8 @@ from transfer import OUTLIER, inverse
 INPUT_CHANNELS = 9  # color rgb, albedo rgb, normal xyz
 TIERS = {
     "fast": (8, 16, 32, 64, 128),
-    "balanced": (16, 32, 64, 128, 256),
-    "high": (32, 64, 96, 128, 256),
+    "balanced": (16, 32, 64, 96, 160),
+    "high": (24, 48, 96, 128, 160),
 }
 TAPS = 9  # of a 3x3 kernel
 LIMIT = 8.0  # of log confidence and log share
