@@ -76,18 +76,18 @@ fn gpu() -> Gpu {
     Gpu::open(None).expect("the tests need an adapter")
 }
 
-/// `balanced` has 16 channels at full resolution, 32 bytes, and twice as many at half; 11 logits
-/// per level are stored as 12, of which the pyramid reads four. An image has 12 bytes, a color of
-/// the pyramid with its weight 16.
+/// `balanced` has 16 channels at full resolution, 32 bytes, and twice as many at half; 12 logits
+/// per level, of which the pyramid reads four. An image has 12 bytes, a color of the pyramid with its
+/// weight 16, the albedo's contrast 8.
 #[test]
 fn the_calls_at_full_resolution_move_what_was_calculated_by_hand() {
     let images = 3.0 * 12.0;
-    let (logits, confidence) = (24.0, 8.0);
+    let (logits, confidence, contrast) = (24.0, 8.0, 8.0);
     let beginning = [("enc_conv0b", 32.0 + 32.0 + 8.0), ("dec_conv0a", 32.0 + 64.0 / 4.0 + 32.0)];
     let coarser = |bytes: f64| bytes / 4.0;
     let ending = [
-        ("pyramid1", 12.0 + confidence + coarser(confidence + 16.0)),
-        ("gather0", logits + coarser(16.0) + 12.0 + 12.0),
+        ("pyramid1", 12.0 + confidence + contrast + coarser(confidence + 16.0)),
+        ("gather0", logits + contrast + coarser(16.0) + 12.0 + 12.0),
     ];
     let tiled = [("input+enc_conv0a", images + 32.0), ("dec_conv0b+kernel_conv0", 32.0 + logits)];
     let found = calls(&gpu(), KernelSet::Tiled, Quality::Balanced);
@@ -143,7 +143,9 @@ fn the_half_kernels_do_the_work_of_the_tiled_ones() {
 
 /// Times are those of the traffic and of the products alone, at the rates in the table's head.
 fn row(tier: &str, set: &str, calls: &[Counted]) -> String {
-    let is_pyramid = |call: &Counted| call.0.starts_with("pyramid") || call.0.starts_with("gather");
+    let is_pyramid = |call: &Counted| {
+        ["contrast", "pyramid", "gather"].iter().any(|name| call.0.starts_with(name))
+    };
     let sum = |of: fn(&Counted) -> f64| calls.iter().map(of).sum::<f64>();
     let (macs, bytes) = (sum(|call| call.1), sum(|call| call.2));
     let pyramid: f64 = calls.iter().filter(|call| is_pyramid(call)).map(|call| call.2).sum();
