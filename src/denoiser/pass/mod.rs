@@ -85,7 +85,7 @@ impl Pass {
     /// with motion the mean of the last frames, of the color and of each layer.
     ///
     /// All of it lands in one of the caller's submissions, which keeps the adapter busy for as long
-    /// as the network takes. At 3840×2160, `fast` needs 0.19 TFLOP, `balanced` 0.73 and `high` 1.9,
+    /// as the network takes. At 3840×2160, `fast` needs 0.19 TFLOP, `balanced` 0.62 and `high` 1.3,
     /// plus the overlap of tiles: the same number of seconds on an adapter whose convolutions reach
     /// 1 TFLOP/s. Each dispatch is bounded ([`Options::tile`](crate::Options::tile) shortens them),
     /// but some drivers apply their watchdog, 2 s on Windows, to the whole submission. On those,
