@@ -16,7 +16,7 @@ class WGDENOISE_PG_settings(bpy.types.PropertyGroup):
 
     quality: EnumProperty(
         name="Quality",
-        description="Each step takes two to three times as long as the one before",
+        description="Each step takes about twice as long as the one before",
         items=[
             ("fast", "Fast", "For previews"),
             ("balanced", "Balanced", "For most renders"),

@@ -171,7 +171,7 @@ pub(crate) struct DenoiseArgs {
 pub(crate) struct NetworkArgs {
     /// Weights: fast, balanced or high [default: balanced]
     ///
-    /// Each tier takes two to three times as long as the one before.
+    /// Each tier takes about twice as long as the one before.
     #[arg(long, value_name = "TIER", value_enum, hide_possible_values = true)]
     pub(crate) quality: Option<QualityArg>,
     /// A weights file instead of the built-in ones, or a folder of Open Image Denoise's

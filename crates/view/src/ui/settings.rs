@@ -66,7 +66,7 @@ fn quality(ui: &mut Ui, chosen: &mut Settings) {
                 [(Quality::Fast, "Fast"), (Quality::Balanced, "Balanced"), (Quality::High, "High")]
             {
                 ui.selectable_value(&mut chosen.quality, value, name)
-                    .on_hover_text("each tier takes two to three times as long as the one before");
+                    .on_hover_text("each tier takes about twice as long as the one before");
             }
         });
     });
