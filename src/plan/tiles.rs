@@ -184,8 +184,8 @@ mod tests {
             (Quality::Balanced, [3840, 2160], 1),
             (Quality::Balanced, [7680, 4320], 4),
             (Quality::High, [1920, 1080], 1),
-            (Quality::High, [3840, 2160], 4),
-            (Quality::High, [7680, 4320], 15),
+            (Quality::High, [3840, 2160], 2),
+            (Quality::High, [7680, 4320], 8),
         ] {
             let weights = Weights::builtin(quality).unwrap();
             let (fused, plain) = (Fused::new(&weights, 16).network, weights.network().clone());
