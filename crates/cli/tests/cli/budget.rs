@@ -59,9 +59,9 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
         let (count, known) = (run.stderr.lines().count(), "(calibrated 2001-02-03)");
         assert!(count == 3 && run.stderr.contains(said) && run.stderr.contains(known), "{run:?}");
     }
-    // At this size, 2 MiB hold the tensors of the smaller networks only.
+    // At this size, 1800 KiB hold the tensors of the smaller networks only.
     image::RgbImage::new(128, 64).save(folder.path("large.png")).unwrap();
-    let large = run_on(&folder, "large.png", &["--budget", "9999ms", "--memory", "2MiB"]);
+    let large = run_on(&folder, "large.png", &["--budget", "9999ms", "--memory", "1800KiB"]);
     large.assert_done();
     assert!(large.stderr.contains("balanced: predicted"), "{large:?}");
     let quiet = run(&folder, &["--budget", "4.7ms", "-q"]);

@@ -70,7 +70,7 @@ fn the_errors_are_those_that_compare_finds() {
 fn a_configuration_that_fails_is_a_row_with_the_reason() {
     let folder = Folder::new();
     // At this size, 1 MiB holds the tensors of all configurations but one.
-    let picture = image::RgbImage::from_fn(48, 40, |x, y| image::Rgb([x as u8, y as u8, 90]));
+    let picture = image::RgbImage::from_fn(64, 40, |x, y| image::Rgb([x as u8, y as u8, 90]));
     picture.save(folder.path("picture.png")).unwrap();
     let files = ["report", "picture.png", "picture.png"];
     let args = ["--runs", "1", "--no-aux", "--memory", "1MiB"];
