@@ -108,7 +108,7 @@ class KernelPyramid(Trunk):
     validity and the validity; the weights come from the input [B,inputs,H,W].
 
     Each level has 3x3 kernels, a log confidence that a pixel is worth gathering, and a log share of the coarser level.
-    With `demodulates`, the last logit of full resolution is the power of the albedo's contrast by which light is divided
+    With `demodulates`, the last logit of full resolution gives the power of the albedo's contrast by which light is divided
     before it is gathered, and multiplied after.
     """
 
