@@ -33,6 +33,8 @@ const CASES: [Case; 12] = [
     (33, 20, 18, 4, true),
     (64, 32, 3, 34, true),
     (12, 40, 1, 1, false),
+    // All nine weights of an output are large here.
+    (1, 19, 31, 34, false),
 ];
 
 #[test]

@@ -80,15 +80,15 @@ pub fn sum_tolerance(terms: usize, precision: Precision) -> Tolerance {
 
 /// Rounding of a convolution's sum of `terms` products, as in [`sum_tolerance`], by the kernels of a
 /// set. `Half` adds up chunks of `c` = 36 products in 16 bits: rounding each sum to the nearest is off
-/// by `u/√3` of it, `u` = 2⁻¹¹, and the sums of a chunk grow like `√k/3`, which adds up to
-/// `u/√3 · √(c · terms/2)/3` over all chunks. Seven times that, about `u · √(c · terms)`, covers
-/// the unluckiest of a few million values.
+/// by `u/√3` of it, `u` = 2⁻¹¹. The few weights of a chunk may all be near ±1, so its sums grow like
+/// `√(k/3)`, which adds up to `u/√3 · √(c · terms/6)` over all chunks. Seven times that, about
+/// `u · √(3 c · terms)`, covers the unluckiest of a few million values.
 pub fn convolution_tolerance(
     terms: usize,
     (kernels, precision): (KernelSet, Precision),
 ) -> Tolerance {
     let sum = sum_tolerance(terms, precision);
-    let chunk = (36.min(terms) * terms) as f32;
+    let chunk = (3 * 36.min(terms) * terms) as f32;
     let in_chunks = if kernels == KernelSet::Half { chunk.sqrt() / 2048.0 } else { 0.0 };
     Tolerance { absolute: sum.absolute + in_chunks, ..sum }
 }
