@@ -20,7 +20,7 @@ type Case = (usize, usize, usize, usize, bool);
 
 /// Channels at, below and above multiples of 4, 8 and 16. Sizes below, at and above the 8 of a
 /// workgroup, the 16 of a tile and the 32 of a row of eight lanes with four pixels each.
-const CASES: [Case; 12] = [
+const CASES: [Case; 13] = [
     (1, 1, 1, 1, false),
     (1, 1, 3, 2, true),
     (3, 4, 5, 7, true),
