@@ -1,5 +1,6 @@
 """Tests of the training code. Run `pytest` in this folder; they take seconds and need no data."""
 
+import math
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -134,13 +135,14 @@ def test_without_contrast_in_the_albedo_demodulation_changes_nothing(random):
     assert (demodulating(x, light) - plain(x, light)).abs().max() > 0.01
 
 
-def test_demodulated_light_takes_the_texture_of_the_albedo(random):
+@pytest.mark.parametrize("power", [0.25, 0.75])
+def test_demodulated_light_takes_the_texture_of_the_albedo(power, random):
     model = network((4, 6, 8, 8), random, demodulates=True)
-    model.kernel_conv0.weight.data[-1], model.kernel_conv0.bias.data[-1] = 0, 4  # a power of 1
+    model.kernel_conv0.weight.data[-1], model.kernel_conv0.bias.data[-1] = 0, math.log(power / (1 - power)) / 8
     x, light = scene(random, 1, 3, 24, 32)
     means = x[:, 3:6].unflatten(3, (4, 8)).unflatten(2, (3, 8)).mean((3, 5))
     means = torch.nn.functional.interpolate(means, scale_factor=8, mode="bilinear")
-    light[:, :3] = 3 * (x[:, 3:6] + 0.05) / (means + 0.05)
+    light[:, :3] = 3 * ((x[:, 3:6] + 0.05) / (means + 0.05)) ** power
     torch.testing.assert_close(model(x, light), light[:, :3])
 
 
