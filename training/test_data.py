@@ -9,8 +9,9 @@ import pytest
 import torch
 
 from import_exr import FEATURES, main as import_exr
-from render import kinds
+from render import kinds, meshes
 from render.job import sample_counts, seed_sequence
+from render.scene import Mesh
 from render_animations import scenes_of
 from views import part, read_view
 from write_view import write_view
@@ -101,7 +102,26 @@ def test_every_kind_makes_scenes_that_can_be_built(kind):
     for i in scene.instances:
         vertices, faces = i.mesh.vertices, i.mesh.faces
         assert np.isfinite(vertices).all() and 0 <= faces.min() <= faces.max() < len(vertices)
-        assert i.material.texture is None or i.mesh.uvs is not None
+        assert (i.material.texture is None and i.material.bump is None) or i.mesh.uvs is not None
+
+
+def test_most_scenes_have_bump_maps_of_moderate_slope_on_each_mesh():
+    slopes = [slope for seed in range(12) for slope in bump_slopes(kinds.random_scene(seed))]
+    assert len(slopes) > 12 and 0.09 < min(slopes) < 0.3 < max(slopes) < 1.1
+
+
+def bump_slopes(scene):
+    """The root mean square slope of each bump map on the first instance that has it."""
+    first = {id(i.material): i for i in reversed(scene.instances) if i.material.bump is not None}
+    for i in first.values():
+        pixel = meshes.uv_size(i.mesh, i.matrix) / len(i.material.bump)
+        yield np.sqrt(sum((np.square(g).mean() for g in np.gradient(i.material.bump, pixel)), 0.0))
+
+
+def test_a_unit_of_uv_spans_the_size_of_the_transformed_mesh():
+    corners = np.array([[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0]], np.float32)
+    square = Mesh(corners, np.array([[0, 1, 2], [0, 2, 3]]), uvs=4 * corners[:, :2])
+    assert meshes.uv_size(square, np.diag([2.0, 2.0, 2.0, 1.0])) == pytest.approx(0.5)
 
 
 def test_scenes_of_animations_are_numbers_and_single_ones_may_have_a_change():

@@ -59,29 +59,40 @@ def _color(material, source):
     return texture
 
 
+def _surface(material, source, kind):
+    """A shader node, with the normals of the bump map if there is one."""
+    shader = Node(material, kind)
+    if source.bump is None:
+        return shader
+    heights = Node(material, "TexImage")
+    heights.node.image = make_image(np.repeat(source.bump[..., None], 3, 2))
+    heights.node.interpolation = "Cubic"  # linear heights have facets
+    return shader.set(Normal=Node(material, "Bump").set(Height=heights, Distance=1.0))
+
+
 def _diffuse(material, source):
-    return Node(material, "BsdfDiffuse").set(Color=_color(material, source))
+    return _surface(material, source, "BsdfDiffuse").set(Color=_color(material, source))
 
 
 def _plastic(material, source):
-    shader = Node(material, "BsdfPrincipled")
+    shader = _surface(material, source, "BsdfPrincipled")
     return shader.set(Base_Color=_color(material, source), Roughness=source.roughness, IOR=source.ior)
 
 
 def _metal(material, source):
-    shader = Node(material, "BsdfPrincipled")
+    shader = _surface(material, source, "BsdfPrincipled")
     return shader.set(Base_Color=_color(material, source), Roughness=source.roughness, Metallic=1)
 
 
 def _glass(material, source):
     tint = np.sqrt(source.color).tolist()  # light passes two surfaces of an object, and each takes the root
-    return Node(material, "BsdfGlass").set(Color=tint, Roughness=source.roughness, IOR=source.ior)
+    return _surface(material, source, "BsdfGlass").set(Color=tint, Roughness=source.roughness, IOR=source.ior)
 
 
 def _thin_leaf(material, source):
     mix = Node(material, "MixShader").set(Fac=0.4)  # transmitted share
     for socket, kind in zip(mix.node.inputs[1:], ("BsdfDiffuse", "BsdfTranslucent")):
-        side = Node(material, kind).set(Color=_color(material, source))
+        side = _surface(material, source, kind).set(Color=_color(material, source))
         mix.tree.links.new(side.node.outputs[0], socket)
     return mix
 

@@ -7,7 +7,8 @@ import dataclasses
 
 import numpy as np
 
-from . import kinds_indoor, kinds_outdoor, kinds_studio
+from . import kinds_indoor, kinds_outdoor, kinds_studio, meshes
+from .textures import random_heights
 
 KINDS = {kind.__name__: kind for kind in kinds_indoor.KINDS + kinds_outdoor.KINDS + kinds_studio.KINDS}
 
@@ -23,6 +24,8 @@ def random_scene(seed, kind=None):
     if rng.random() < 0.15:
         _motion(rng, scene)
     _exposure(scene, 10 ** rng.uniform(-1, 2))  # brighter ones overflow the half floats of stored views
+    if rng.random() < 0.8:
+        _bumps(rng, scene)
     return scene
 
 
@@ -39,6 +42,27 @@ def _motion(rng, scene):
         extent = np.ptp(instance.mesh.vertices @ instance.matrix[:3, :3].T, axis=0).max()
         if extent < 1.5 and instance.material.emission is None and rng.random() < 0.4:
             instance.motion = (rng.normal(0, 0.15, 3) * extent).astype(np.float32)
+
+
+def _bumps(rng, scene):
+    """Gives most materials with uvs a bump map, of a slope from 0.1 to 1."""
+    changed = {}
+    for instance in scene.instances:
+        m = instance.material
+        if m.emission is not None or instance.mesh.uvs is None:
+            continue
+        if id(m) not in changed:
+            slope = 10 ** rng.uniform(-1, 0)
+            changed[id(m)] = (m, _bumpy(rng, instance, slope) if rng.random() < 0.6 else m)
+        instance.material = changed[id(m)][1]
+
+
+def _bumpy(rng, instance, slope):
+    """The instance's material with heights of this root mean square slope on the instance."""
+    heights = random_heights(rng)
+    steepness = len(heights) * np.sqrt(2 * np.square(np.gradient(heights)).mean())  # per uv
+    metres = slope * meshes.uv_size(instance.mesh, instance.matrix) / max(steepness, 1e-3)
+    return dataclasses.replace(instance.material, bump=(heights * metres).astype(np.float32))
 
 
 def _exposure(scene, factor):

@@ -102,19 +102,25 @@ class Renderer:
         self.scene.DefineMesh(name, *rows, None, None)
 
     def add_image(self, name: str, image: np.ndarray):
-        height, width, channels = image.shape
+        height, width, channels = np.atleast_3d(image).shape
         self.scene.DefineImageMap(name, np.ascontiguousarray(image, np.float32), 1.0, channels, width, height)
 
     def add_material(self, name: str, material: Material):
         color = material.color
         if material.texture is not None:
-            image = self.named(material.texture, "image", self.add_image)
-            color = f"{name}_color"
-            # LuxCore's v runs down the image.
-            self.parse(f"scene.textures.{color}.", {"type": "imagemap", "file": image, "gamma": 1.0,
-                                                    "mapping.type": "uvmapping2d", "mapping.uvscale": (1.0, -1.0),
-                                                    "mapping.uvdelta": (0.0, 1.0)})
-        self.parse(f"scene.materials.{name}.", self.surface(name, material, color))
+            color = self.add_texture(f"{name}_color", material.texture)
+        bump = {}
+        if material.bump is not None:
+            bump = {"bumptex": self.add_texture(f"{name}_bump", material.bump)}
+        self.parse(f"scene.materials.{name}.", self.surface(name, material, color) | bump)
+
+    def add_texture(self, name: str, pixels: np.ndarray) -> str:
+        """Names a texture of the image; LuxCore's v runs down it."""
+        image = self.named(pixels, "image", self.add_image)
+        self.parse(f"scene.textures.{name}.", {"type": "imagemap", "file": image, "gamma": 1.0,
+                                               "mapping.type": "uvmapping2d", "mapping.uvscale": (1.0, -1.0),
+                                               "mapping.uvdelta": (0.0, 1.0)})
+        return name
 
     def surface(self, name: str, material: Material, color) -> dict:
         """The settings of a material. LuxCore's roughness is the microfacet width, the square of ours."""

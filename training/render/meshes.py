@@ -171,6 +171,14 @@ def moved(mesh, matrix):
     return _mesh(mesh.vertices @ matrix[:3, :3].T + matrix[:3, 3], mesh.faces, normals, mesh.uvs)
 
 
+def uv_size(mesh, matrix):
+    """Metres that one unit of uv spans, on average, once the mesh is transformed."""
+    corners = (mesh.vertices @ np.asarray(matrix)[:3, :3].T)[mesh.faces], mesh.uvs[mesh.faces]
+    (a, b), (u, v) = ((c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]) for c in corners)
+    areas = np.linalg.norm(np.cross(a, b), axis=1).sum(), np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum()
+    return float((areas[0] / max(areas[1], 1e-9)) ** 0.5)
+
+
 def surface_points(rng, mesh, n):
     """n random points on a mesh, distributed by area, and their normals."""
     a, b, c = (mesh.vertices[mesh.faces[:, i]].astype(float) for i in range(3))

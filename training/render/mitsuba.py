@@ -107,7 +107,15 @@ def _shape(mesh, material):
 
 
 def _bsdf(m):
-    """The material as a Mitsuba plugin. Rough ones use GGX with alpha = roughness squared, as is common."""
+    """The material as a Mitsuba plugin, with its bump map if it has one."""
+    if m.bump is None:
+        return _plain_bsdf(m)
+    heights = dict(type="bitmap", bitmap=mi.Bitmap(m.bump[..., None]), raw=True)
+    return dict(type="bumpmap", heights=heights, bsdf=_plain_bsdf(m))
+
+
+def _plain_bsdf(m):
+    """Rough materials use GGX with alpha = roughness squared, as is common."""
     alpha, rough = max(m.roughness, 0.03) ** 2, m.roughness > 0.03
     color = _rgb(m.color) if m.texture is None else dict(type="bitmap", bitmap=mi.Bitmap(m.texture), raw=True)
     if m.emission is not None:

@@ -29,6 +29,7 @@ class Material:
     roughness: float = 0.3  # 0 is a mirror, 1 is rough; unused by diffuse and thin_leaf
     ior: float = 1.5  # for plastic and glass
     texture: np.ndarray | None = None  # float32 [H,W,3] in 0..1, replaces `color`, repeats over the uvs
+    bump: np.ndarray | None = None  # float32 [H,W], heights in metres that tilt the normals, repeats over the uvs
     emission: tuple | None = None  # radiance, W/(sr m^2); an emitting surface reflects nothing
 
 

@@ -124,6 +124,15 @@ def random_texture(rng, choices=TEXTURES):
     return np.clip(choices[rng.integers(len(choices))](rng), 0.02, 0.95).astype(np.float32)
 
 
+def random_heights(rng, n=192):
+    """A height field [n,n] in 0..1: grain, dents, or the softened edges of a pattern."""
+    if rng.random() < 0.5:
+        return noise(rng, n, rng.uniform(0.8, 2), rng.integers(2, 25))
+    pattern = random_texture(rng).mean(-1)
+    f = np.hypot(np.fft.fftfreq(len(pattern))[:, None], np.fft.rfftfreq(len(pattern)))
+    return np.fft.irfft2(np.fft.rfft2(pattern) * np.exp(-20 * f**2), pattern.shape)  # a Gaussian of one pixel
+
+
 def light_color(rng):
     """The color of a lamp: mostly between candle and blue sky, sometimes saturated."""
     if rng.random() < 0.15:
