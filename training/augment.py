@@ -27,6 +27,19 @@ def texture(size, cell, kind, low, start=(0, 0)):
     return (pattern / pattern.mean())[None]
 
 
+def noisier(view):
+    """The view's renders with at most about a quarter of its reference's samples, or its noisiest one: a network cannot
+    learn from a denoised reference what to do with a render that is nearly as good, and would only copy its blur."""
+    target = view["target"].float()
+    scale = autoexposure(target)
+
+    def noise(image):
+        return float((transfer(image[:3].float() * scale) - transfer(target * scale)).abs().mean())
+
+    most = 2 * noise(view["ref"])
+    return [render for render in view["noisy"] if noise(render[1]) >= most] or view["noisy"][:1]
+
+
 class Random:
     """Draws of everything random in a crop, from one generator."""
 
@@ -63,23 +76,24 @@ class Crops:
 
     def __init__(self, views, size, seed, effects=1.0):
         self.views, self.size, self.random, self.effects = views, size, Random(seed), effects
-        self.scales = [[autoexposure(image[:3].float()) for _, image in v["noisy"]] for v in views]
+        self.renders = [noisier(v) for v in views]
+        self.scales = [[autoexposure(image[:3].float()) for _, image in renders] for renders in self.renders]
         # References of dark and indoor scenes are often noisy themselves; draw them less often.
         self.odds = torch.tensor([1 / (1 + (v["relerr"] / 0.3) ** 2) for v in views])
 
     def batch(self, count):
         chosen = torch.multinomial(self.odds, count, replacement=True, generator=self.random.generator)
-        crops = [self._crop(self.views[i], self.scales[i]) for i in chosen]
+        crops = [self._crop(self.views[i], self.renders[i], self.scales[i]) for i in chosen]
         noisy, target, kept = (torch.stack(parts) for parts in list(zip(*crops))[:3])
         scale = torch.tensor([crop[3] for crop in crops]).view(-1, 1, 1, 1)
         x, light = network_input(*noisy.split(3, 1), scale)
         return x * kept, light, transfer(target * scale)
 
-    def _crop(self, view, scales):
+    def _crop(self, view, renders, scales):
         """Noisy [9,S,S], target [3,S,S], which inputs are kept [9,1,1], and the exposure."""
         r = self.random
         window = self._window(view["ref"])
-        noisy, scale = self._noisy(view["noisy"], scales, window)
+        noisy, scale = self._noisy(renders, scales, window)
         target = window(view["target"])
         if self._happens(0.3):
             noisy = self._converged(noisy, target)

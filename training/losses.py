@@ -5,7 +5,7 @@ The network domain is the transfer function of exposed color, in which equal dif
 
 from torch.nn import functional as F
 
-from metrics import ssim
+from metrics import display, ssim
 from transfer import inverse, transfer
 
 PEAK = 0.5  # range of most pixels in the network domain, for SSIM's constants
@@ -40,11 +40,24 @@ def l1_mean(output, target):
     return l1_ssim(output, target) + 0.5 * l1(F.avg_pool2d(output, 8), F.avg_pool2d(target, 8))
 
 
+def _mean_light(output, target):
+    """L1 of the means of linear light over 8x8 and over 32x32 pixels, in the network domain."""
+    return sum(l1(*(transfer(F.avg_pool2d(x, s)) for x in (output, target))) for s in (8, 32))
+
+
 def l1_light(output, target):
-    """The same, but for linear light, in which bright pixels count as much as they shine, of 8x8 and of 32x32 pixels.
-    Sparse light is still noise in the small squares; lamps keep their light in the large ones even if they bleed."""
+    """The thesis's loss plus the means, in which bright pixels count as much as they shine. Sparse light is still noise
+    in the small squares; lamps keep their light in the large ones even if they bleed."""
     lights = [inverse(image) for image in (output, target)]
-    return l1_ssim(output, target) + 0.4 * sum(l1(*(transfer(F.avg_pool2d(x, s)) for x in lights)) for s in (8, 32))
+    return l1_ssim(output, target) + 0.4 * _mean_light(*lights)
+
+
+def display_light(output, target):
+    """L1 and SSIM of what a display shows, where errors in light brighter than its white do not count, plus a share of
+    the light of 8x8 and of 32x32 pixels, where they do."""
+    lights = [inverse(image) for image in (output, target)]
+    shown = [display(image) for image in lights]
+    return l1(*shown) + 0.05 * (1 - ssim(*shown, 1.0, STEP)) + 0.2 * _mean_light(*lights)
 
 
 def l1_relative(output, target):
@@ -53,4 +66,4 @@ def l1_relative(output, target):
     return l1_ssim(output, target) + 0.1 * relative
 
 
-LOSSES = {f.__name__: f for f in (l1_ssim, l1_ms_ssim, l1_gradient, l1_mean, l1_light, l1_relative)}
+LOSSES = {f.__name__: f for f in (l1_ssim, l1_ms_ssim, l1_gradient, l1_mean, l1_light, display_light, l1_relative)}

@@ -9,7 +9,7 @@ import pytest
 import torch
 from safetensors.numpy import load_file
 
-from augment import Crops, splat, texture
+from augment import Crops, noisier, splat, texture
 from average import average
 from export import provenance, save_weights
 from inference import denoise
@@ -262,6 +262,23 @@ def test_crops_without_effects_are_the_views_own_light(effects, changes):
     seen = [torch.stack([light[:, :3].std(), transfer(light[:, :3]).sub(target).abs().max()])
             for _, light, target in (crops.batch(1) for _ in range(40))]
     assert bool((torch.stack(seen) > 1e-4).any()) == changes
+
+
+@pytest.mark.parametrize("level", [0.01, 1.0, 100.0])
+def test_renders_nearly_as_good_as_the_reference_are_left_out(level, random):
+    target = torch.full((3, 48, 48), level)
+
+    def render(samples):
+        return (samples, target + 0.2 * level / samples**0.5 * torch.randn(target.shape, generator=random))
+
+    def kept(*counts):
+        view = dict(target=target, ref=render(64)[1], noisy=[render(count) for count in counts])
+        return [samples for samples, _ in noisier(view)]
+
+    assert kept(1, 4, 12, 24, 64) == [1, 4, 12]
+    assert kept(32, 64) == [32]
+    view = dict(target=target, ref=target, noisy=[render(256)])
+    assert noisier(view) == view["noisy"]
 
 
 def test_the_fixtures_are_finite_and_gather_what_they_say(tmp_path, random):
