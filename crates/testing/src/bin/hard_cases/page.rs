@@ -36,7 +36,7 @@ Constant images come back unchanged because a mean of equal colors is that color
 
 ## Missed goals
 
-- **A step on a block's border**: the kernels mix one and a half thousandths of the bright side, which is 100 times
+- **A step on a block's border**: the kernels mix two ten-thousandths of the bright side, which is 100 times
   brighter, into the first pixels of the dark one.
 - **Exposures in 16-bit tensors**: scaled pixels round differently, and a logit that rounds to its neighbor changes by
   2^-11. 32-bit tensors meet the goal.
