@@ -138,7 +138,7 @@ class Crops:
         along = torch.linspace(0, 1, self.size).expand(1, self.size, self.size)
         along = (along + r.uniform(-1, 1) * along.transpose(1, 2)) ** (1 + r.index(2))
         ramp = mean * (1 + r.uniform() * r.rand(3, 1, 1) * along)
-        noise = r.gauss(1 if r.flip(0.3) else 3, self.size, self.size) * r.power(1e-3, 3e-2)
+        noise = r.gauss(1 if r.flip(0.3) else 3, self.size, self.size) * r.power(2e-4, 3e-2)
         flat = features[:, :1, :1].expand_as(features) * (1 if r.flip() else 0)
         return ramp * (1 + noise).clamp(min=0), flat if r.flip(0.8) else features, ramp
 
