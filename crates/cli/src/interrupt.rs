@@ -40,10 +40,21 @@ pub(crate) fn watch(last: impl FnOnce() + Send + 'static) {
         if let Some(signal) = signals.forever().next() {
             wgdenoise_files::discard_drafts();
             last();
-            // Without the exit handlers of drivers, whose threads are still at work.
-            signal_hook::low_level::exit(exit_code(signal));
+            end_at_once(exit_code(signal));
         }
     });
+}
+
+/// Ends the process without the exit handlers of drivers, which crash while their threads are still
+/// at work.
+#[cfg(unix)]
+pub(crate) fn end_at_once(code: i32) -> ! {
+    signal_hook::low_level::exit(code)
+}
+
+#[cfg(not(unix))]
+pub(crate) fn end_at_once(code: i32) -> ! {
+    std::process::exit(code)
 }
 
 /// What shells make of a process that a signal has ended.

@@ -1,6 +1,7 @@
 //! The command line: words become a request, the request is carried out, and the outcome is reported.
 
 use std::ffi::OsString;
+use std::io::Write;
 use std::process::ExitCode;
 
 mod args;
@@ -38,8 +39,9 @@ pub fn main() -> ExitCode {
 
 /// Runs the program on these words, its name first, and returns its exit code: 0 done, 1 an input or
 /// output failed, 2 wrong usage, 3 no usable adapter, or it lacks what the flags need, 4 the device
-/// failed. Ends the process itself after help and after words that the grammar refuses. For programs
-/// with a `main` of their own; [`host::denoise`] is for those that go on.
+/// failed. Ends the process itself after help, after words that the grammar refuses, and after a
+/// failure of the device. For programs with a `main` of their own; [`host::denoise`] is for those that
+/// go on.
 #[must_use]
 pub fn run_words(words: &[OsString]) -> u8 {
     wgdenoise::Gpu::silence_device_select();
@@ -47,6 +49,11 @@ pub fn run_words(words: &[OsString]) -> u8 {
         Ok(()) => 0,
         Err(failure) => {
             Console::new(Verbosity::Quiet).error(&failure);
+            if let Failure::Device(_) = failure {
+                // The device may still be at work, as after a timeout.
+                let _ = std::io::stdout().flush();
+                interrupt::end_at_once(failure.exit_code().into());
+            }
             failure.exit_code()
         }
     }
