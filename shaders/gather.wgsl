@@ -1,25 +1,29 @@
 // One level of a kernel pyramid's result: the sum of 3×3 pixels of the level by the softmax of its
 // logits, plus the coarser level's result, upsampled and times the share. Four pixels of a row per
 // invocation, which share what they read.
+// Of the albedo at full resolution, only how the pixel's own compares with that sum is stored.
 // At the finest level, the color of that sum, modulated, is the image; clean blocks keep their input.
 // A further layer, which need not be clean where the picture is, keeps level 0 of its pyramid there.
 
 import package::common::gathered::{Nine, gathered};
 import package::common::tensor::TensorIn;
+@if(contrast) import package::common::tensor::{TensorOut, stored};
 import package::common::weighted::{LAST_QUAD, LightIn, share, sum_of_four, sum_of_two};
 @if(finest) import package::common::clean::is_clean;
 @if(finest && layer) import package::common::color::load_color;
+@if(contrast) import package::common::demodulation::contrast_of;
 @if(finest) import package::common::demodulation::modulated;
 @if(finest) import package::common::finest::{finest, finest_logits};
 @if(finest && layer) import package::common::light::{MOST, is_finite};
 @if(finest) import package::common::result::store_linear;
 @if(finest && !layer) import package::common::result::store_noisy;
 @if(finest) import package::common::tile::tile;
-@else import package::common::weighted::LightOut;
+@if(!finest && !contrast) import package::common::weighted::LightOut;
 
 @if(!finest) @group(0) @binding(0) var input: LightIn;
 @if(!finest) @group(0) @binding(1) var logits: TensorIn;
-@if(!finest) @group(0) @binding(2) var output: LightOut;
+@if(contrast) @group(0) @binding(2) var output: TensorOut;
+@elif(!finest) @group(0) @binding(2) var output: LightOut;
 
 @if(finest) @group(0) @binding(7) var coarser: LightIn;
 @elif(!bottom) @group(0) @binding(3) var coarser: LightIn;
@@ -104,7 +108,7 @@ fn with_coarser(pixel: vec2<i32>, own: vec4<f32>, near: Pair, far: Pair) -> vec4
 }
 
 // A layer's pixel of a clean block. There, the repair at most fills what is not finite and makes
-// negative light 0. The rest keeps its bits, which dividing by a texture and multiplying round.
+// negative light 0. The rest keeps its bits.
 @if(finest && layer)
 fn kept(at: vec2<u32>, repaired: vec3<f32>) -> vec3<f32> {
     let bits = load_color(tile.color, at);
@@ -119,15 +123,19 @@ fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
         return;
     }
     let here = vec2<u32>(pixel);
-    let logits = load_logits(pixel, LAST_QUAD);
     if is_clean(here, u32(size().x)) {
         @if(layer)
-        store_linear(at, kept(at, modulated(finest(here).rgb, here, logits)));
+        store_linear(at, kept(at, finest(here).rgb));
         @else
         store_noisy(at);
         return;
     }
-    store_linear(at, modulated(sum.rgb, here, logits));
+    store_linear(at, modulated(sum.rgb, here, load_logits(pixel, LAST_QUAD)));
+}
+@elif(contrast)
+fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
+    let own = at_level(pixel).rgb;
+    textureStore(output, pixel, 0, stored(vec4(contrast_of(own, sum), 0.0)));
 }
 @else
 fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {

@@ -24,8 +24,6 @@ inputs in float64 and rounded to float32. Images are [C,H,W]. Tensors by file:
 * unet_tiny.safetensors: a weights file of widths 4, 6, 10; unet_tiny_io.safetensors: input (network domain), expected
 * kernel_tiny.safetensors, a weights file of widths 4, 6, 8; kernel_tiny_io.safetensors: input (network domain), light,
   expected (exposed linear color)
-* contrast.safetensors: albedo; expected2, expected4, expected8 (the logarithm of its contrast to means over blocks of
-  so many pixels, computed in float32)
 * demodulating_tiny.safetensors, a weights file of widths 4, 6, 8, 10; demodulating_tiny_io.safetensors: input (network
   domain), light, expected (exposed linear color). Sides are no multiples of 8: the last column and row are repeated
 """
@@ -172,11 +170,7 @@ def demodulation_files(folder, g):
     light = torch.cat([random(g, 1, 3, 21, 30).exp().float().double(), torch.ones(1, 1, 21, 30)], 1)
     light[..., 7:9, 11] = 0
     whole = [F.pad(image, (0, -30 % 8, 0, -21 % 8), mode="replicate") for image in (x, light)]
-    io = dict(input=x[0], light=light[0], expected=model(*whole)[0, :, :21, :30])
-    albedo = whole[0][0, 3:6]
-    levels = {2**n: KernelPyramid((4,) * (n + 1), demodulates=True) for n in (1, 2, 3)}
-    contrast = {f"expected{side}": level._log_contrast(whole[0])[0] for side, level in levels.items()}
-    return dict(demodulating_tiny_io=io, contrast=dict(albedo=albedo) | contrast)
+    return dict(demodulating_tiny_io=dict(input=x[0], light=light[0], expected=model(*whole)[0, :, :21, :30]))
 
 
 def save_tiny(path, model):

@@ -18,8 +18,7 @@ TIERS = {
 }
 TAPS = 9  # of a 3x3 kernel
 LIMIT = 8.0  # of log confidence and log share
-COARSE = 3  # the level, if there are as many, whose pixels albedo is averaged over for its contrast
-FLOOR = 0.05  # added to the albedo, so that noise in black is no contrast
+FLOOR = 0.05  # added to the albedo, so that noise in black is no texture
 GAIN = 8.0  # of the demodulation's logit, which learns faster for it
 UNDECIDED = -1 / GAIN  # its bias before training: a power of 0.27
 TINY = torch.finfo(torch.float32).tiny
@@ -108,8 +107,8 @@ class KernelPyramid(Trunk):
     validity and the validity; the weights come from the input [B,inputs,H,W].
 
     Each level has 3x3 kernels, a log confidence that a pixel is worth gathering, and a log share of the coarser level.
-    With `demodulates`, the last logit of full resolution gives the power of the albedo's contrast by which light is divided
-    before it is gathered, and multiplied after.
+    With `demodulates`, the same weights gather the albedo too, and light is multiplied by how much brighter the pixel's own
+    albedo is, to a power that the last logit of full resolution gives.
     """
 
     topology = "kernel-pyramid"
@@ -139,20 +138,13 @@ class KernelPyramid(Trunk):
             logits = [self._logits(l, f) for l, f in enumerate(features)]
             if not self.demodulates:
                 return mean_light(light, logits)
-            # How much brighter the surface's texture makes a pixel, as far as its light follows it.
-            texture = (torch.sigmoid(GAIN * logits[0][:, -1:]) * self._log_contrast(x)).exp()
-            demodulated = torch.cat([light[:, :3] / texture, light[:, 3:]], 1)
-            return texture * mean_light(demodulated, logits)
+            albedo = x[:, 3:6].to(light.dtype)
+            both = mean_light(torch.cat([light, albedo * light[:, 3:]], 1), logits)
+            ratio = (albedo + FLOOR) / (both[:, 3:] + FLOOR)
+            return both[:, :3] * ratio ** torch.sigmoid(GAIN * logits[0][:, -1:])
 
     def denoise(self, x, light):
         return self(x, light)
-
-    def _log_contrast(self, x):
-        """The logarithm of how much brighter the albedo is than its mean over 8x8 pixels around, both raised by 0.05:
-        [B,3,H,W], 0 where it is constant or absent. Networks with fewer than three levels take their coarsest pixels."""
-        albedo, side = x[:, 3:6].float(), 2**min(COARSE, self.levels)
-        means = F.interpolate(F.avg_pool2d(albedo, side), scale_factor=side, mode="bilinear", align_corners=False)
-        return (albedo + FLOOR).log() - (means + FLOOR).log()
 
     def _logits(self, l, features):
         """The level's conv1x1 in float32, as one matrix product with planar results, whatever the features' layout."""
@@ -181,16 +173,18 @@ def with_demodulation(state):
 
 
 def mean_light(light, logits):
-    """The weighted mean [B,3,H,W] of `light` [B,4,H,W] by the logits of all levels; 0 where nothing has any weight."""
+    """The weighted means of `light` [B,C,H,W], without its fourth channel, the validity, by the logits of all levels; 0
+    where nothing has any weight."""
     total = None
     for p, k in zip(reversed(pyramid(light, logits)), reversed(logits)):
         total = gather(p, k, total)
-    weight = total[:, 3:]
-    return torch.where(weight > 0, total[:, :3] / weight.clamp(min=TINY), 0)
+    weight = total[:, 3:4]
+    means = torch.cat([total[:, :3], total[:, 4:]], 1) / weight.clamp(min=TINY)
+    return torch.where(weight > 0, means, 0)
 
 
 def pyramid(light, logits):
-    """Premultiplied light [B,4,H/2^l,W/2^l] of every level: 2x2 means of the finer level's, times the confidence."""
+    """Premultiplied light [B,C,H/2^l,W/2^l] of every level: 2x2 means of the finer level's, times the confidence."""
     levels = [confident(light, logits[0])]
     for k in logits[1:]:
         levels.append(confident(F.avg_pool2d(levels[-1], 2), k))
@@ -202,8 +196,8 @@ def confident(light, logits):
 
 
 def gather(light, logits, coarser=None):
-    """3x3 weighted means of `light` [B,4,H,W] with the softmax of the level's kernel logits, plus the share of the
-    `coarser` sums [B,4,H/2,W/2], if there are any."""
+    """3x3 weighted means of `light` [B,C,H,W] with the softmax of the level's kernel logits, plus the share of the
+    `coarser` sums [B,C,H/2,W/2], if there are any."""
     sums = Gather.apply(light, F.softmax(logits[:, :TAPS], 1))
     if coarser is None:
         return sums

@@ -1,6 +1,5 @@
 """Tests of the training code. Run `pytest` in this folder; they take seconds and need no data."""
 
-import math
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -20,6 +19,7 @@ from optimizer import orthogonal
 from quality import brisque, harm, ranking, rbf, scene_statistics
 from quality.networks import Network
 from run import load_checkpoint
+from train import Validation
 from transfer import autoexposure, fill, inverse, network_input, repair, transfer
 
 
@@ -124,28 +124,46 @@ def test_missing_light_is_not_gathered(random):
     assert (model(x, torch.zeros_like(light)) == 0).all()
 
 
+def plain(model):
+    """The same network without demodulation."""
+    state, last = model.state_dict(), ("kernel_conv0.weight", "kernel_conv0.bias")
+    found = KernelPyramid(model.widths).eval()
+    found.load_state_dict(state | {name: state[name][:-1] for name in last})
+    return found
+
+
+def at_power(power, model, x, light):
+    """What a demodulating network makes of the light if the power is the same at every pixel."""
+    model.kernel_conv0.weight.data[-1], model.kernel_conv0.bias.data[-1] = 0, torch.logit(torch.tensor(power)) / 8
+    return model(x, light)
+
+
 def test_without_contrast_in_the_albedo_demodulation_changes_nothing(random):
-    demodulating, plain = network((4, 6, 8, 8), random, demodulates=True), KernelPyramid((4, 6, 8, 8)).eval()
-    demodulating.kernel_conv0.weight.data[-1], demodulating.kernel_conv0.bias.data[-1] = 0, 0  # a power of one half
-    state = demodulating.state_dict()
-    plain.load_state_dict(state | {k: state[k][:-1] for k in ("kernel_conv0.weight", "kernel_conv0.bias")})
+    model = network((4, 6, 8, 8), random, demodulates=True)
     x, light = scene(random, 1, 3, 24, 32)
     for albedo in ([0.0, 0.0, 0.0], [1.0, 0.2, 0.0]):
         x[:, 3:6] = torch.tensor(albedo).view(3, 1, 1)
-        torch.testing.assert_close(demodulating(x, light), plain(x, light), rtol=1e-5, atol=0)
+        torch.testing.assert_close(at_power(0.5, model, x, light), plain(model)(x, light), rtol=1e-5, atol=0)
     x[:, 3:6, 8:12, 8:12] = 0.7
-    assert (demodulating(x, light) - plain(x, light)).abs().max() > 0.01
+    assert (at_power(0.5, model, x, light) - plain(model)(x, light)).abs().max() > 0.01
+
+
+def test_light_on_a_textured_albedo_comes_back_even_where_it_is_missing(random):
+    model = network((4, 6, 8, 8), random, demodulates=True)
+    x, light = scene(random, 1, 3, 24, 32)
+    lit = torch.tensor([2.0, 0.5, 1e-3]).view(3, 1, 1) * (x[:, 3:6] + 0.05)
+    light[:, :3] = lit
+    light[..., 4:9, 5:20] = 0
+    torch.testing.assert_close(at_power(1.0, model, x, light), lit, rtol=1e-5, atol=0)
 
 
 @pytest.mark.parametrize("power", [0.25, 0.75])
-def test_demodulated_light_takes_the_texture_of_the_albedo(power, random):
+def test_the_power_leads_from_the_plain_mean_to_the_whole_texture(power, random):
     model = network((4, 6, 8, 8), random, demodulates=True)
-    model.kernel_conv0.weight.data[-1], model.kernel_conv0.bias.data[-1] = 0, math.log(power / (1 - power)) / 8
     x, light = scene(random, 1, 3, 24, 32)
-    means = x[:, 3:6].unflatten(3, (4, 8)).unflatten(2, (3, 8)).mean((3, 5))
-    means = torch.nn.functional.interpolate(means, scale_factor=8, mode="bilinear")
-    light[:, :3] = 3 * ((x[:, 3:6] + 0.05) / (means + 0.05)) ** power
-    torch.testing.assert_close(model(x, light), light[:, :3])
+    none, some, whole = (at_power(p, model, x, light) for p in (0.0, power, 1.0))
+    torch.testing.assert_close(none, plain(model)(x, light), rtol=1e-5, atol=0)
+    torch.testing.assert_close(some, none ** (1 - power) * whole**power, rtol=1e-5, atol=0)
 
 
 def test_a_demodulating_network_is_linear_in_the_light_and_recognized_by_its_tensors(random):
@@ -264,6 +282,15 @@ def test_crops_without_effects_are_the_views_own_light(effects, changes):
     seen = [torch.stack([light[:, :3].std(), transfer(light[:, :3]).sub(target).abs().max()])
             for _, light, target in (crops.batch(1) for _ in range(40))]
     assert bool((torch.stack(seen) > 1e-4).any()) == changes
+
+
+def test_validation_compares_with_the_target_and_not_with_the_reference(monkeypatch):
+    noisy, target = torch.full((9, 32, 32), 0.1), torch.full((3, 32, 32), 0.3)
+    view = dict(ref=torch.full((9, 32, 32), 0.2), target=target, noisy=[(2, noisy), (8, noisy)])
+    validation = Validation([view])
+    for result, score in ((target, 0), (noisy[:3], 1)):
+        monkeypatch.setattr(validation, "_denoise", lambda model, image, result=result: result)
+        assert validation(None) == pytest.approx(score)
 
 
 @pytest.mark.parametrize("level", [0.01, 1.0, 100.0])

@@ -3,9 +3,9 @@
 import package::common::layout::{Layout, element_of};
 @if(albedo_f16) import package::common::half::widened;
 
-@if(albedo_texture && accumulate) @group(0) @binding(5) var albedo: texture_2d<f32>;
+@if(albedo_texture && (accumulate || of_albedo)) @group(0) @binding(5) var albedo: texture_2d<f32>;
 @elif(albedo_texture) @group(0) @binding(2) var albedo: texture_2d<f32>;
-@elif(accumulate) @group(0) @binding(5) var<storage, read> albedo: array<u32>;
+@elif(accumulate || of_albedo) @group(0) @binding(5) var<storage, read> albedo: array<u32>;
 @else @group(0) @binding(2) var<storage, read> albedo: array<u32>;
 
 @if(albedo_f16)

@@ -1,13 +1,13 @@
-// The finest level of a kernel pyramid: the noisy color, demodulated, with its confidence as the
-// weight. Kernels for CPU drivers read it from memory; those for GPUs, where memory is slower than
+// The finest level of a kernel pyramid: the noisy color, or the albedo, with the confidence as its
+// weight, 0 where the color is missing. Kernels for CPU drivers read it from memory; those for GPUs, where memory is slower than
 // arithmetic, compute it from the noisy color wherever it is needed.
 
 import package::common::tensor::TensorIn;
 @if(stored_finest) import package::common::weighted::LightIn;
 @else import package::common::place::place;
-@if(!stored_finest) import package::common::demodulation::demodulated;
 @if(!stored_finest && layer) import package::common::layer::repaired_layer;
 @if(!stored_finest && !layer) import package::common::repair::repaired;
+@if(of_albedo) import package::common::reflectance::reflectance;
 @if(!stored_finest) import package::common::weighted::{LAST_QUAD, confidence};
 
 @if(gather) @group(0) @binding(6) var finest_logits: TensorIn;
@@ -27,5 +27,8 @@ fn finest(pixel: vec2<u32>) -> vec4<f32> {
     @else
     let color = repaired(place(pixel));
     let logits = textureLoad(finest_logits, pixel, LAST_QUAD);
-    return vec4(demodulated(color.rgb, pixel, logits), color.w * confidence(logits));
+    @if(of_albedo)
+    return vec4(reflectance(place(pixel)), color.w * confidence(logits));
+    @else
+    return vec4(color.rgb, color.w * confidence(logits));
 }

@@ -1,9 +1,9 @@
 // The bound images by number. Callers pass a constant, so compilers keep only one branch.
 
 @if(layer) import package::common::beauty::load_beauty;
-@if(!contrast) import package::common::color::load_color;
+import package::common::color::load_color;
 import package::common::tile::tile;
-@if(auxiliary || contrast) import package::common::albedo::load_albedo;
+@if(auxiliary || of_albedo) import package::common::albedo::load_albedo;
 @if(auxiliary) import package::common::normal::load_normal;
 
 const COLOR = 0u;
@@ -12,13 +12,8 @@ const NORMAL = 2u;
 const LAYER = 3u;            // the color of a kernel that denoises a further layer
 
 // The bits of a pixel as 32-bit floats.
-@if(contrast)
 fn load(image: u32, at: vec2<u32>) -> vec3<u32> {
-    return load_albedo(tile.albedo, at);
-}
-@else
-fn load(image: u32, at: vec2<u32>) -> vec3<u32> {
-    @if(auxiliary)
+    @if(auxiliary || of_albedo)
     if image == ALBEDO {
         return load_albedo(tile.albedo, at);
     }

@@ -44,9 +44,6 @@ pub struct Network {
 /// Logits that a kernel pyramid reads per pixel: nine taps, confidence and share.
 pub const LOGITS: usize = 11;
 
-/// Level whose pixels the albedo is averaged over, if a network has as many.
-const CONTRAST_LEVEL: u32 = 3;
-
 impl Network {
     /// The thesis network. Each encoder level has two convolutions and a pool, the bottom has two
     /// convolutions, and each decoder level has a transposed convolution, the skip and two
@@ -83,21 +80,18 @@ impl Network {
     }
 
     /// The kernel pyramid with one logit more at full resolution: the power of the albedo's contrast
-    /// ([`reference::contrast`](crate::internals::reference::contrast)) by which light is divided
-    /// before it is gathered.
+    /// ([`reference::contrast`](crate::internals::reference::contrast)) by which gathered light is
+    /// multiplied.
     #[must_use]
     pub fn demodulating(mut self) -> Self {
         self.shapes[self.outputs[0]].channels = LOGITS + 1;
         self
     }
 
-    /// The side in pixels of the blocks that the albedo is averaged over for its contrast; `None`
-    /// for a network that does not demodulate.
+    /// Whether gathered light is multiplied by the albedo's contrast.
     #[must_use]
-    pub fn contrast_side(&self) -> Option<u32> {
-        let demodulates = self.has_pyramid() && self.shapes[self.outputs[0]].channels > LOGITS;
-        let coarsest = self.outputs.len() as u32 - 1;
-        demodulates.then_some(1 << coarsest.min(CONTRAST_LEVEL))
+    pub fn demodulates(&self) -> bool {
+        self.has_pyramid() && self.shapes[self.outputs[0]].channels > LOGITS
     }
 
     /// Encoder, bottom and decoder. `ends` may append to the network after each level from the
@@ -218,17 +212,13 @@ mod tests {
     }
 
     #[test]
-    fn a_demodulating_network_has_a_logit_more_and_blocks_of_at_most_8_pixels() {
-        let sides = [(2, 2), (3, 4), (4, 8), (5, 8)].map(|(levels, side)| {
-            let plain = Network::kernel_pyramid(9, &vec![4; levels]);
-            assert_eq!(plain.contrast_side(), None);
-            let network = plain.demodulating();
-            assert_eq!(network.shapes[network.outputs[0]].channels, 12);
-            assert_eq!(network.shapes[network.outputs[1]].channels, 11 - usize::from(levels == 2));
-            (network.contrast_side(), Some(side))
-        });
-        assert!(sides.iter().all(|(found, expected)| found == expected), "{sides:?}");
-        assert_eq!(Network::unet(12, &[4, 4]).contrast_side(), None);
+    fn a_demodulating_network_has_a_logit_more_at_full_resolution() {
+        let plain = Network::kernel_pyramid(9, &[4; 3]);
+        let network = plain.clone().demodulating();
+        assert_eq!([&plain, &network].map(Network::demodulates), [false, true]);
+        let channels = network.outputs.iter().map(|&logits| network.shapes[logits].channels);
+        assert_eq!(channels.collect::<Vec<_>>(), [12, 11, 10]);
+        assert!(!Network::unet(12, &[4, 4]).demodulates());
     }
 
     #[test]

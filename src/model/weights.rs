@@ -181,7 +181,7 @@ impl Weights {
         }
         let mut sliced = self.clone();
         sliced.metadata.inputs = inputs;
-        sliced.network = network(&sliced.metadata, self.network.contrast_side().is_some());
+        sliced.network = network(&sliced.metadata, self.network.demodulates());
         let kept = kept_channels(&self.network, inputs.channels_of(trained));
         for layer in self.network.layers.iter().filter(|layer| layer.op.has_weights()) {
             let all = self.network.shapes[layer.inputs[0]].channels;

@@ -4,13 +4,12 @@ use std::ops::Range;
 
 use super::call::Call;
 use super::compile::{BoxedOperator, CompiledNetwork, Ending, Stem};
-use super::pyramid::Pyramid;
+use super::pyramid::{Pyramid, noisy};
 use crate::gpu::kernel::Context;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::macs::layer_macs_per_pixel;
 use crate::model::{INPUT, TensorId};
 use crate::ops::activity::{Activity, activity};
-use crate::ops::contrast::{Contrast, contrast};
 use crate::ops::image::ImageBinding;
 use crate::ops::input_process::{Sources, input_process};
 use crate::ops::need::Need;
@@ -153,12 +152,14 @@ fn last_calls(
     let (name, dispatch, macs) = match &network.ending {
         &Ending::Pyramid { stores_level0 } => {
             let stores = stores_level0 || !bound.layers.is_empty();
-            let (contrast, mut calls) = contrast_calls(context, network, bound);
-            let pyramid = Pyramid::new(context, outputs, activity, stores, contrast);
+            let albedo = bound.sources.albedo.filter(|_| network.demodulates);
+            let pyramid = Pyramid::new(context, outputs, activity, stores, albedo.is_some());
             let layer = |layer: &BoundLayer<'_>| {
                 pyramid.layer(&layer.result_images(bound), bound.sources.color, layer.light)
             };
             let layers = bound.layers.iter().map(layer);
+            let contrast = albedo.map(|albedo| pyramid.albedo(&noisy(&images), albedo));
+            let mut calls = contrast.unwrap_or_default();
             calls.extend(pyramid.image(&images, stores_level0));
             return (calls, layers.collect());
         }
@@ -171,24 +172,6 @@ fn last_calls(
     let macs = macs * f64::from(bound.tile[0]) * f64::from(bound.tile[1]);
     let call = Call::per_tile(name, dispatch).computing(macs).moving(context, &outputs, &[]);
     (vec![call.touching(bound.tile, &[images.output])], Vec::new())
-}
-
-/// The albedo's contrast and the calls that compute it, if there is an albedo and the network
-/// demodulates.
-fn contrast_calls(
-    context: &Context,
-    network: &CompiledNetwork,
-    bound: &Bound<'_>,
-) -> (Option<Contrast>, Vec<Call>) {
-    let Sources { tiles, albedo, .. } = bound.sources;
-    let Some((side, albedo)) = network.contrast_side.zip(albedo) else {
-        return (None, Vec::new());
-    };
-    let (contrast, [average, compare]) = contrast(context, tiles, albedo, bound.tile, side);
-    let average = Call::per_tile("contrast", average);
-    let compare = Call::per_tile("contrast", compare).moving(context, &[&contrast.tensor], &[]);
-    let calls = [average, compare].map(|call| call.touching(bound.tile, &[albedo]));
-    (Some(contrast), calls.into())
 }
 
 /// Views of new textures, by tensor.

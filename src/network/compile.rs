@@ -38,9 +38,8 @@ pub(crate) struct CompiledNetwork {
     pub(crate) operators: Vec<BoxedOperator>,
     /// How the image is made from the body's outputs.
     pub(crate) ending: Ending,
-    /// The side of the blocks for the albedo's contrast, if the network demodulates and reads an
-    /// albedo.
-    pub(crate) contrast_side: Option<u32>,
+    /// Whether the network demodulates and reads an albedo.
+    pub(crate) demodulates: bool,
     /// Whether clean blocks can be left out.
     pub(crate) skips: bool,
 }
@@ -132,7 +131,7 @@ impl CompiledNetwork {
             encoding,
             operators: operators(context, kernels, &body, params, &maps),
             ending: ending(&maps[body.last()]),
-            contrast_side: network.contrast_side().filter(|_| weights.metadata().inputs.albedo),
+            demodulates: network.demodulates() && weights.metadata().inputs.albedo,
             skips: kernels != KernelSet::Plain,
             stem,
             storage,
@@ -144,12 +143,12 @@ impl CompiledNetwork {
     pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64, layers: bool) -> u64 {
         let pyramid = match self.ending {
             Ending::Pyramid { stores_level0 } => {
-                pyramid::bytes(tile, self.body.outputs.len(), stores_level0 || layers)
+                let stores_level0 = stores_level0 || layers || self.demodulates;
+                pyramid::bytes(tile, self.body.outputs.len(), stores_level0)
             }
             _ => 0,
         };
-        let contrast =
-            self.contrast_side.map_or(0, |side| ops::contrast::bytes(tile, side, texel_bytes));
+        let contrast = if self.demodulates { ops::contrast::bytes(tile, texel_bytes) } else { 0 };
         let tensors = self.storage.bytes(tile[0], tile[1], texel_bytes);
         tensors + ops::activity::bytes(tile) + pyramid + contrast
     }

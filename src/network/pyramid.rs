@@ -5,11 +5,13 @@ use super::call::Call;
 use crate::gpu::kernel::{Context, Dispatch};
 use crate::gpu::tensor::GpuTensor;
 use crate::ops::activity::Activity;
-use crate::ops::contrast::Contrast;
+use crate::ops::contrast::{Contrast, contrast};
 use crate::ops::gather::{gather, gather_finest, gather_layer};
 use crate::ops::image::ImageBinding;
 use crate::ops::output_process::ResultImages;
-use crate::ops::pyramid::{NoisyColor, pyramid, pyramid_finest, pyramid_layer0, pyramid_level0};
+use crate::ops::pyramid::{
+    NoisyColor, pyramid, pyramid_albedo0, pyramid_finest, pyramid_layer0, pyramid_level0,
+};
 
 /// Bytes of a pixel: a color and its weight as 32-bit floats.
 const PIXEL_BYTES: u64 = 16;
@@ -36,21 +38,40 @@ pub(super) struct Pyramid<'a> {
 }
 
 impl<'a> Pyramid<'a> {
-    /// Creates the textures. `stores_level0` is needed for layers. With a `contrast`, light is
-    /// demodulated.
+    /// Creates the textures. `stores_level0` is needed for layers. If the pyramid `demodulates`, the
+    /// calls of [`albedo`](Self::albedo) come first.
     pub(super) fn new(
         context: &'a Context,
         logits: Vec<&'a GpuTensor>,
         activity: &'a Activity,
         stores_level0: bool,
-        contrast: Option<Contrast>,
+        demodulates: bool,
     ) -> Self {
-        let light = |l: usize| GpuTensor::light(context, [logits[l].width, logits[l].height]);
-        let level0 = stores_level0.then(|| light(0));
+        let size = |l: usize| [logits[l].width, logits[l].height];
+        let light = |l: usize| GpuTensor::light(context, size(l));
+        let level0 = (stores_level0 || demodulates).then(|| light(0));
         let levels = (1..logits.len()).map(light).collect();
         let results = (1..logits.len()).map(light).collect();
-        let contrast = contrast.map(|of_light| [of_light, Contrast::none(context)]);
+        let contrast =
+            demodulates.then(|| [Contrast::new(context, size(0)), Contrast::none(context)]);
         Self { context, logits, activity, contrast, level0, levels, results }
+    }
+
+    /// The calls that gather the albedo of a picture and store its contrast.
+    ///
+    /// # Panics
+    /// Panics if the pyramid does not demodulate.
+    pub(super) fn albedo(&self, noisy: &NoisyColor<'_>, albedo: ImageBinding<'_>) -> Vec<Call> {
+        let level0 = self.level0.as_ref().expect("there is one where light is demodulated");
+        let output = self.contrast(true).expect("light is demodulated");
+        let call = pyramid_albedo0(self.context, noisy, albedo, self.logits[0], level0);
+        let first = self.first(call, level0, &[noisy.color, albedo]);
+        let mut calls = vec![first, self.level(1, level0)];
+        calls.extend(self.levels_and_results());
+        let (logits, coarser) = (self.logits[0], &self.results[0]);
+        let last = Call::fixed("gather0", contrast(self.context, level0, logits, coarser, output));
+        calls.push(last.moving(self.context, &[logits, &output.tensor], &[level0, coarser]));
+        calls.into_iter().map(|call| call.of("albedo")).collect()
     }
 
     /// The calls that store the image. With `reads_level0`, they store level 0 of the pyramid and
@@ -58,7 +79,7 @@ impl<'a> Pyramid<'a> {
     pub(super) fn image(&self, images: &ResultImages<'_>, reads_level0: bool) -> Vec<Call> {
         let (level0, contrast) =
             (self.level0.as_ref().filter(|_| reads_level0), self.contrast(true));
-        let noisy = noisy(images, contrast);
+        let noisy = noisy(images);
         let mut calls = match level0 {
             Some(level0) => self.stored_beginning(&noisy, level0),
             None => vec![self.computed_beginning(&noisy)],
@@ -83,7 +104,7 @@ impl<'a> Pyramid<'a> {
     ) -> Vec<Call> {
         let level0 = self.level0.as_ref().expect("there is one where there are layers");
         let contrast = self.contrast(light);
-        let mut calls = self.layer_beginning(&noisy(images, contrast), beauty, level0);
+        let mut calls = self.layer_beginning(&noisy(images), beauty, level0);
         calls.extend(self.levels_and_results());
         let inputs = self.last_inputs();
         let last = gather_layer(self.context, inputs, level0, contrast, self.activity, images);
@@ -126,16 +147,15 @@ impl<'a> Pyramid<'a> {
         let (logits, level1) = ([self.logits[0], self.logits[1]], &self.levels[0]);
         let call = pyramid_finest(self.context, noisy, logits, level1);
         let [finest, own] = logits.map(confidences);
-        let mut moved = read(&finest, noisy.contrast);
-        moved.push(&own);
-        let call = Call::per_tile("pyramid1", call).moving(self.context, &moved, &[level1]);
+        let call = Call::per_tile("pyramid1", call);
+        let call = call.moving(self.context, &[&finest, &own], &[level1]);
         call.touching(self.size(), &[noisy.color])
     }
 
     /// From the noisy color to level 1.
     fn stored_beginning(&self, noisy: &NoisyColor<'_>, level0: &GpuTensor) -> Vec<Call> {
         let call = pyramid_level0(self.context, noisy, self.logits[0], level0);
-        vec![self.first(call, level0, noisy, &[noisy.color]), self.level(1, level0)]
+        vec![self.first(call, level0, &[noisy.color]), self.level(1, level0)]
     }
 
     /// From the layer that is the noisy color to level 1.
@@ -146,19 +166,13 @@ impl<'a> Pyramid<'a> {
         level0: &GpuTensor,
     ) -> Vec<Call> {
         let call = pyramid_layer0(self.context, noisy, beauty, self.logits[0], level0);
-        vec![self.first(call, level0, noisy, &[noisy.color, beauty]), self.level(1, level0)]
+        vec![self.first(call, level0, &[noisy.color, beauty]), self.level(1, level0)]
     }
 
-    fn first(
-        &self,
-        dispatch: Dispatch,
-        level0: &GpuTensor,
-        noisy: &NoisyColor<'_>,
-        images: &[ImageBinding<'_>],
-    ) -> Call {
+    fn first(&self, dispatch: Dispatch, level0: &GpuTensor, images: &[ImageBinding<'_>]) -> Call {
         let confidences = confidences(self.logits[0]);
         let call = Call::per_tile("pyramid0", dispatch);
-        let call = call.moving(self.context, &read(&confidences, noisy.contrast), &[level0]);
+        let call = call.moving(self.context, &[&confidences], &[level0]);
         call.touching(self.size(), images)
     }
 
@@ -188,12 +202,13 @@ impl<'a> Pyramid<'a> {
     }
 }
 
-fn noisy<'a>(images: &ResultImages<'a>, contrast: Option<&'a Contrast>) -> NoisyColor<'a> {
+/// How the pyramid reads the noisy color.
+pub(super) fn noisy<'a>(images: &ResultImages<'a>) -> NoisyColor<'a> {
     let ResultImages { tiles, color, input_scale, encoding, .. } = *images;
-    NoisyColor { tiles, color, input_scale, encoding, contrast }
+    NoisyColor { tiles, color, input_scale, encoding }
 }
 
-/// The tensors that a kernel of the finest level reads. For counting.
+/// The tensors that the last call reads. For counting.
 fn read<'a>(logits: &'a GpuTensor, contrast: Option<&'a Contrast>) -> Vec<&'a GpuTensor> {
     [logits].into_iter().chain(contrast.map(|contrast| &contrast.tensor)).collect()
 }

@@ -1,46 +1,31 @@
-//! The albedo's contrast: the logarithm of how much brighter a pixel is than its surroundings. To a
-//! power that the network predicts, it is the texture by which a kernel pyramid divides light before
-//! it gathers it, and multiplies it after.
+//! The albedo's contrast: the logarithm of how much brighter a pixel is than what the weights of a
+//! kernel pyramid gather around it. To a power that the network predicts, light is multiplied by it.
 //!
-//! Light is often demodulated by the albedo as a whole, as in Bako et al., "Kernel-Predicting
-//! Convolutional Networks for Denoising Monte Carlo Renderings" (2017).
+//! With light gathered by the same weights, this is the ratio of mean light to mean albedo, times the
+//! pixel's own albedo: the ratio estimator of W. G. Cochran, "Sampling Techniques" (1977). Light is
+//! demodulated by the albedo as in Bako et al., "Kernel-Predicting Convolutional Networks for
+//! Denoising Monte Carlo Renderings" (2017).
 
-use super::image::{ImageBinding, ImageFormat, contrast_features};
-use super::input_process::{TILE, tile_binding};
+use std::borrow::Cow;
+
+use super::gather;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
-use crate::shader::ShaderRoot;
 
-/// Bytes of a block's mean: three 32-bit floats, aligned to four.
-const MEAN_BYTES: u64 = 16;
+/// The kernel that stores the contrast.
+pub const SPEC: KernelSpec = KernelSpec {
+    name: Cow::Borrowed("contrast"),
+    features: Cow::Borrowed(&["gather", "contrast"]),
+    bindings: Cow::Borrowed(&[
+        Binding::LightIn,
+        Binding::TensorIn,
+        Binding::TensorOut,
+        Binding::LightIn,
+    ]),
+    ..gather::LEVEL
+};
 
-/// Averages the blocks of an albedo in this format.
-#[must_use]
-pub fn average_spec(albedo: ImageFormat) -> KernelSpec {
-    spec("average", albedo)
-}
-
-/// Compares the pixels with the means.
-#[must_use]
-pub fn compare_spec(albedo: ImageFormat) -> KernelSpec {
-    spec("compare", albedo)
-}
-
-fn spec(entry: &'static str, albedo: ImageFormat) -> KernelSpec {
-    let means = Binding::BufferMut;
-    KernelSpec {
-        name: format!("contrast_{entry} {}", albedo.source_name()).into(),
-        source: ShaderRoot::Module("contrast"),
-        features: contrast_features(albedo).into(),
-        entry,
-        bindings: vec![TILE, means, albedo.source_binding(), Binding::TensorOut].into(),
-        overrides: &["side"],
-        workgroup: [8, 8, 1],
-    }
-}
-
-/// A kernel of a pyramid's finest level that demodulates: it also reads the contrast, its last
-/// binding.
+/// A kernel that demodulates: it also reads the contrast, its last binding.
 #[must_use]
 pub fn demodulating(mut spec: KernelSpec) -> KernelSpec {
     spec.features.to_mut().push("demodulates");
@@ -64,7 +49,9 @@ impl Contrast {
         Self::new(context, [1, 1])
     }
 
-    fn new(context: &Context, [width, height]: [u32; 2]) -> Self {
+    /// Room for that of a tile, width first. Needs [`bytes`] of GPU memory.
+    #[must_use]
+    pub fn new(context: &Context, [width, height]: [u32; 2]) -> Self {
         let texture = context.device.create_texture(&wgpu::TextureDescriptor {
             label: Some("contrast"),
             size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
@@ -90,47 +77,25 @@ impl Contrast {
     }
 }
 
-/// The contrast of the albedo to its means over blocks of `side` pixels, and the calls that compute
-/// it. `tile` is the size of the tiles, width first; it and every tile's origin are multiples of
-/// `side`. [`Dispatch::record_at`] selects the tile.
-///
-/// Needs [`bytes`] of GPU memory.
+/// The call that stores the contrast: from level 0 of the albedo's pyramid, the logits of full
+/// resolution and the result of level 1. What it stores in blocks that skip the network is undefined
+/// and never read.
 #[must_use]
 pub fn contrast(
     context: &Context,
-    tiles: &wgpu::Buffer,
-    albedo: ImageBinding<'_>,
-    tile: [u32; 2],
-    side: u32,
-) -> (Contrast, [Dispatch; 2]) {
-    let contrast = Contrast::new(context, tile);
-    let blocks = tile.map(|pixels| pixels / side);
-    let means = context.device.create_buffer(&wgpu::BufferDescriptor {
-        label: Some("mean albedo"),
-        size: mean_bytes(tile, side),
-        usage: wgpu::BufferUsages::STORAGE,
-        mapped_at_creation: false,
-    });
-    let calls = [(average_spec(albedo.format()), blocks), (compare_spec(albedo.format()), tile)];
-    let calls = calls.map(|(spec, [columns, rows])| {
-        let kernel = context.kernel(&spec, &[("side", f64::from(side))]);
-        let resources = [
-            tile_binding(tiles),
-            means.as_entire_binding(),
-            albedo.resource(),
-            contrast.tensor.resource(),
-        ];
-        kernel.dispatch(kernel.bind(&context.device, &resources), [columns, rows, 1])
-    });
-    (contrast, calls)
+    level0: &GpuTensor,
+    logits: &GpuTensor,
+    coarser: &GpuTensor,
+    output: &Contrast,
+) -> Dispatch {
+    let kernel = context.kernel(&SPEC, &[]);
+    let resources = [level0, logits, &output.tensor, coarser].map(GpuTensor::resource);
+    let group = kernel.bind(&context.device, &resources);
+    kernel.dispatch(group, [logits.width.div_ceil(gather::PIXELS), logits.height, 1])
 }
 
 /// GPU memory in bytes for a tile of this size, with `texel_bytes` per pixel of a tensor's quad.
 #[must_use]
-pub fn bytes(tile: [u32; 2], side: u32, texel_bytes: u64) -> u64 {
-    tile.map(u64::from).iter().product::<u64>() * texel_bytes + mean_bytes(tile, side)
-}
-
-fn mean_bytes(tile: [u32; 2], side: u32) -> u64 {
-    tile.map(|pixels| u64::from(pixels / side)).iter().product::<u64>() * MEAN_BYTES
+pub fn bytes(tile: [u32; 2], texel_bytes: u64) -> u64 {
+    tile.map(u64::from).iter().product::<u64>() * texel_bytes
 }

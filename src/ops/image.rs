@@ -172,11 +172,11 @@ pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<
     features
 }
 
-/// The features of the kernels that compute the contrast of an albedo in this format.
+/// The features of a kernel that reads, besides the color, an albedo in this format to gather it.
 #[must_use]
-pub(crate) fn contrast_features(albedo: ImageFormat) -> Vec<&'static str> {
+pub(crate) fn albedo_features(albedo: ImageFormat) -> Vec<&'static str> {
     let format = albedo.source_feature("albedo_f16", "albedo_texture");
-    ["contrast"].into_iter().chain(format).collect()
+    ["of_albedo"].into_iter().chain(format).collect()
 }
 
 /// The features of a kernel that reads, besides a layer of the picture, its beauty in this format.

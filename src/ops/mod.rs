@@ -51,7 +51,7 @@ pub fn all_specs() -> Vec<KernelSpec> {
         specs.extend([false, true].map(|pools| conv3x3::tiled_spec(tiling, pools)));
         specs.extend([up_conv::tiled_spec(tiling), conv_logits::tiled_spec(tiling)]);
     }
-    specs.extend([pyramid::LEVEL, gather::BOTTOM, gather::LEVEL]);
+    specs.extend([pyramid::LEVEL, gather::BOTTOM, gather::LEVEL, contrast::SPEC]);
     specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
     specs.extend(simd::SimdKernel::Conv1x1.all_quads().map(conv1x1::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
@@ -90,10 +90,11 @@ fn image_specs() -> Vec<KernelSpec> {
         specs.push(input_process::spec(images));
         specs.extend(Tiling::ALL.map(|tiling| input_conv::tiled_spec(tiling, images)));
         specs.extend(matrix_shapes().map(|shape| input_conv::matrix_spec(shape, images)));
-        specs.extend([contrast::average_spec(color), contrast::compare_spec(color)]);
-        let layers = [ImageFormat::F32, f16, source].map(|b| pyramid::layer0_spec(color, b));
-        let beginnings = [pyramid::level0_spec(color), pyramid::finest_spec(color)];
-        specs.extend(with_demodulating(beginnings.into_iter().chain(layers)));
+        specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
+        for other in [ImageFormat::F32, f16, source] {
+            specs.push(pyramid::layer0_spec(color, other));
+            specs.push(pyramid::albedo0_spec(color, other));
+        }
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(accumulate::spec([color, source, f16, color], output));
             specs.push(accumulate::spec([color, ImageFormat::F32, source, f16], output));
@@ -105,15 +106,9 @@ fn image_specs() -> Vec<KernelSpec> {
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
             let ends = [Level0::Computed, Level0::Stored, Level0::OfLayer]
                 .map(|level0| gather::finest_spec(color, output, level0));
-            specs.extend(with_demodulating(ends));
+            specs.extend(ends.iter().cloned().map(demodulating));
+            specs.extend(ends);
         }
     }
     specs
-}
-
-/// The variants of a kernel pyramid's finest level, which may demodulate.
-fn with_demodulating(
-    specs: impl IntoIterator<Item = KernelSpec>,
-) -> impl Iterator<Item = KernelSpec> {
-    specs.into_iter().flat_map(|spec| [spec.clone(), demodulating(spec)])
 }

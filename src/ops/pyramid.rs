@@ -7,8 +7,7 @@
 
 use std::borrow::Cow;
 
-use super::contrast::{Contrast, demodulating};
-use super::image::{ImageBinding, ImageFormat, beauty_features, color_features};
+use super::image::{ImageBinding, ImageFormat, albedo_features, beauty_features, color_features};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
@@ -42,10 +41,21 @@ pub fn finest_spec(color: ImageFormat) -> KernelSpec {
 /// formats.
 #[must_use]
 pub fn layer0_spec(layer: ImageFormat, beauty: ImageFormat) -> KernelSpec {
-    let mut spec = spec("level0", layer, &[beauty.source_binding()]);
-    spec.features.to_mut().extend(beauty_features(beauty));
-    let names = [layer, beauty].map(ImageFormat::source_name).join(" ");
-    KernelSpec { name: format!("pyramid_layer0 {names}").into(), ..spec }
+    two_images("layer0", [layer, beauty], &beauty_features(beauty))
+}
+
+/// The kernel that stores level 0 of the albedo, for color and albedo in these formats.
+#[must_use]
+pub fn albedo0_spec(color: ImageFormat, albedo: ImageFormat) -> KernelSpec {
+    two_images("albedo0", [color, albedo], &albedo_features(albedo))
+}
+
+/// A kernel that stores level 0 and reads a second image, its last binding, with these features.
+fn two_images(name: &str, formats: [ImageFormat; 2], features: &[&'static str]) -> KernelSpec {
+    let mut spec = spec("level0", formats[0], &[formats[1].source_binding()]);
+    spec.features.to_mut().extend(features);
+    let formats = formats.map(ImageFormat::source_name).join(" ");
+    KernelSpec { name: format!("pyramid_{name} {formats}").into(), ..spec }
 }
 
 /// A kernel that reads noisy color, and what is `further` behind the scale.
@@ -76,8 +86,6 @@ pub struct NoisyColor<'a> {
     pub input_scale: &'a wgpu::Buffer,
     /// Decides how the color is repaired.
     pub encoding: Encoding,
-    /// The albedo's contrast, if the network demodulates.
-    pub contrast: Option<&'a Contrast>,
 }
 
 /// The call that stores level 0. [`Dispatch::record_at`] selects the tile.
@@ -88,7 +96,7 @@ pub fn pyramid_level0(
     logits: &GpuTensor,
     output: &GpuTensor,
 ) -> Dispatch {
-    let spec = level0_spec(noisy.color.format());
+    let spec = &level0_spec(noisy.color.format());
     from_color(context, spec, noisy, [logits, output], None)
 }
 
@@ -102,8 +110,22 @@ pub fn pyramid_layer0(
     logits: &GpuTensor,
     output: &GpuTensor,
 ) -> Dispatch {
-    let spec = layer0_spec(noisy.color.format(), beauty.format());
+    let spec = &layer0_spec(noisy.color.format(), beauty.format());
     from_color(context, spec, noisy, [logits, output], Some(beauty.resource()))
+}
+
+/// The call that stores level 0 of the `albedo`, in which pixels whose color is missing do not count.
+/// [`Dispatch::record_at`] selects the tile.
+#[must_use]
+pub fn pyramid_albedo0(
+    context: &Context,
+    noisy: &NoisyColor<'_>,
+    albedo: ImageBinding<'_>,
+    logits: &GpuTensor,
+    output: &GpuTensor,
+) -> Dispatch {
+    let spec = &albedo0_spec(noisy.color.format(), albedo.format());
+    from_color(context, spec, noisy, [logits, output], Some(albedo.resource()))
 }
 
 /// The call that computes level 1 where level 0 is not stored. `finest` and `logits` are the logits
@@ -115,19 +137,18 @@ pub fn pyramid_finest(
     [finest, logits]: [&GpuTensor; 2],
     output: &GpuTensor,
 ) -> Dispatch {
-    let spec = finest_spec(noisy.color.format());
+    let spec = &finest_spec(noisy.color.format());
     from_color(context, spec, noisy, [logits, output], Some(finest.resource()))
 }
 
 fn from_color(
     context: &Context,
-    spec: KernelSpec,
+    spec: &KernelSpec,
     noisy: &NoisyColor<'_>,
     [logits, output]: [&GpuTensor; 2],
     further: Option<wgpu::BindingResource<'_>>,
 ) -> Dispatch {
-    let spec = if noisy.contrast.is_some() { demodulating(spec) } else { spec };
-    let kernel = context.kernel(&spec, &noisy.encoding.constants());
+    let kernel = context.kernel(spec, &noisy.encoding.constants());
     let mut resources = vec![
         tile_binding(noisy.tiles),
         noisy.color.resource(),
@@ -136,7 +157,6 @@ fn from_color(
         scale_binding(noisy.input_scale),
     ];
     resources.extend(further);
-    resources.extend(noisy.contrast.map(Contrast::resource));
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width, output.height, 1])
 }

@@ -73,18 +73,7 @@ fn needed(network: &Network, image: Interval) -> Vec<Interval> {
             needed[input] = hull(needed[input], (layer.op.facts().sees)(place, output));
         }
     }
-    if let Some(side) = network.contrast_side() {
-        needed[INPUT] = hull(needed[INPUT], contrast(side, needed[network.outputs[0]]));
-    }
     needed
-}
-
-/// The interval of pixels whose albedo decides the contrast in an interval of pixels: for each, the
-/// two blocks of `side` pixels whose centers lie around it.
-fn contrast(side: u32, (begin, end): Interval) -> Interval {
-    let side = i64::from(side);
-    let block = |pixel: i64| (pixel - side / 2).div_euclid(side);
-    (block(begin) * side, (block(end - 1) + 2) * side)
 }
 
 /// The interval of pixels of each level of a kernel pyramid, and so of its logits, that an interval
@@ -130,13 +119,6 @@ mod tests {
         assert_eq!((halo(&network), constant_radius(&network)), (128, 2));
         // Two levels: −1 at level 1 is gathered from −2, so from −4 at full size.
         assert_eq!(constant_radius(&Network::kernel_pyramid(9, &[4, 4])), 1);
-    }
-
-    #[test]
-    fn the_contrast_of_a_block_by_hand() {
-        // Pixel 4 lies behind the center of block 0, 3.5, and pixel 3 before it.
-        assert_eq!([contrast(8, (4, 12)), contrast(8, (3, 13))], [(0, 16), (-8, 24)]);
-        assert_eq!([contrast(8, (0, 16)), contrast(2, (0, 16))], [(-8, 24), (-2, 18)]);
     }
 
     #[test]

@@ -180,21 +180,7 @@ fn seen(network: &Network, output: std::ops::Range<i64>) -> Vec<BTreeSet<i64>> {
         let read: BTreeSet<_> = seen[i + 1].iter().copied().flat_map(of).collect();
         layer.inputs.iter().for_each(|&input| seen[input].extend(&read));
     }
-    if let Some(side) = network.contrast_side() {
-        let albedo: Vec<_> =
-            seen[network.outputs[0]].iter().flat_map(|&x| compared(x, side)).collect();
-        seen[INPUT].extend(albedo);
-    }
     seen
-}
-
-/// The pixels whose albedo is averaged to be compared with a pixel's: those of the blocks whose
-/// centers are less than a block away.
-fn compared(x: i64, side: u32) -> Vec<i64> {
-    let side = i64::from(side);
-    let is_near = |block: &i64| (2 * x + 1 - (2 * block + 1) * side).abs() < 2 * side;
-    let blocks = (x.div_euclid(side) - 2..=x.div_euclid(side) + 2).filter(is_near);
-    blocks.flat_map(|block| block * side..(block + 1) * side).collect()
 }
 
 /// The pixels of each level of a kernel pyramid that some output pixels depend on.

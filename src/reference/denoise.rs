@@ -1,6 +1,5 @@
 //! A whole frame: see [`denoise`].
 
-use super::contrast::contrast;
 use super::gather::kernel_pyramid;
 use super::input_process::input_process_in;
 use super::network::{apply, run_by};
@@ -43,16 +42,16 @@ pub fn denoise_by(
     apply: impl Fn(Op, &Params, &[&Tensor]) -> Tensor,
 ) -> Image {
     let (color, encoding) = (images.color, weights.metadata().encoding());
-    let (outputs, contrast) = predicted_by(weights, images, input_scale, apply);
+    let (outputs, albedo) = predicted_by(weights, images, input_scale, apply);
     if weights.network().has_pyramid() {
         let Repaired { color, valid } = repair_in(encoding, color, input_scale);
-        return kernel_pyramid(&outputs, &color, &valid, contrast.as_ref());
+        return kernel_pyramid(&outputs, &color, &valid, albedo.as_ref());
     }
     output_process_in(encoding, &outputs[0], input_scale, color.width(), color.height())
 }
 
-/// What the network predicts for a frame, and the contrast of its albedo, if it demodulates.
-pub(super) type Predicted = (Vec<Tensor>, Option<Tensor>);
+/// What the network predicts for a frame, and the albedo that it reads, if it demodulates.
+pub(super) type Predicted = (Vec<Tensor>, Option<Image>);
 
 /// What the network predicts for a frame.
 pub(super) fn predicted(weights: &Weights, images: Images<'_>, input_scale: f32) -> Predicted {
@@ -68,10 +67,13 @@ fn predicted_by(
     let (encoding, network) = (weights.metadata().encoding(), weights.network());
     let alignment = network.alignment().max(16);
     let input = input_process_in(encoding, color, albedo, normal, input_scale, alignment);
-    let contrast = network.contrast_side().filter(|_| albedo.is_some()).map(|side| {
-        let Tensor { height, width, .. } = input;
-        let albedo = Tensor::from_fn(3, height, width, |c, y, x| input.at(3 + c, y, x));
-        contrast(&albedo, side as usize)
+    let albedo = albedo.filter(|_| network.demodulates()).map(|albedo| {
+        let pixel = |i: usize| {
+            let (x, y) = (i % albedo.width() as usize, i / albedo.width() as usize);
+            [3, 4, 5].map(|c| input.at(c, y, x))
+        };
+        let pixels = (0..albedo.pixels().len()).map(pixel).collect();
+        Image::new(albedo.width(), albedo.height(), pixels).expect("the size is the albedo's")
     });
-    (run_by(network, |layer| weights.params(layer), &input, apply), contrast)
+    (run_by(network, |layer| weights.params(layer), &input, apply), albedo)
 }

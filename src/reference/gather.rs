@@ -1,6 +1,6 @@
 //! The result of a kernel pyramid: see [`gather`] and [`kernel_pyramid`].
 
-use super::contrast::{demodulated, modulated, texture};
+use super::contrast::{contrast, modulated, texture};
 use super::pyramid::{Light, finest, pyramid, weight};
 use super::tensor::Tensor;
 use crate::image::Image;
@@ -70,9 +70,8 @@ fn add(sum: &mut [f64; 4], pixel: [f64; 4], factor: f64) {
 /// no weight gives black.
 ///
 /// `logits` are those of every level, `[11, h, w]` at full resolution and `[10, …]` at the bottom.
-/// `color` is repaired; the pixels that are not `valid` do not count. With the `contrast` of the
-/// albedo, `[3, h, w]`, and a twelfth logit at full resolution, the color is demodulated before and
-/// modulated after.
+/// `color` is repaired; the pixels that are not `valid` do not count. With an `albedo` in `[0, 1]` and
+/// a twelfth logit at full resolution, the result is multiplied by its [`texture`].
 ///
 /// After Bako et al., "Kernel-Predicting Convolutional Networks for Denoising Monte Carlo
 /// Renderings" (2017), and Vogels et al., "Denoising with Kernel Prediction and Asymmetric Loss
@@ -85,10 +84,17 @@ pub fn kernel_pyramid(
     logits: &[Tensor],
     color: &Image,
     valid: &[bool],
-    contrast: Option<&Tensor>,
+    albedo: Option<&Image>,
 ) -> Image {
-    let texture = texture(contrast, &logits[0]);
-    let mut levels = vec![demodulated(&finest(color, valid, &logits[0]), &texture)];
+    let contrast = albedo.map(|albedo| contrast(albedo, valid, logits));
+    let texture = texture(contrast.as_ref(), &logits[0]);
+    let light = gathered(finest(color, valid, &logits[0]), logits);
+    image(&modulated(&light, &texture), color.size())
+}
+
+/// The sums of full resolution that the logits of all levels make of level 0.
+pub(super) fn gathered(level0: Light, logits: &[Tensor]) -> Light {
+    let mut levels = vec![level0];
     for logits in &logits[1..] {
         levels.push(pyramid(levels.last().expect("there is one"), logits));
     }
@@ -96,7 +102,7 @@ pub fn kernel_pyramid(
     for (level, logits) in levels.iter().zip(logits).rev() {
         result = Some(gather(level, logits, result.as_ref()));
     }
-    image(&modulated(&result.expect("there is a level"), &texture), color.size())
+    result.expect("there is a level")
 }
 
 fn image(light: &Light, (width, height): (u32, u32)) -> Image {

@@ -52,10 +52,10 @@ pub fn denoise_layer(
     (layer, light): (&Image, bool),
     input_scale: f32,
 ) -> Image {
-    let (logits, contrast) = predicted(weights, images, input_scale);
+    let (logits, albedo) = predicted(weights, images, input_scale);
     let encoding = weights.metadata().encoding();
     let Repaired { color, valid } = repair_layer(encoding, images.color, layer, input_scale);
-    kernel_pyramid(&logits, &color, &valid, contrast.as_ref().filter(|_| light))
+    kernel_pyramid(&logits, &color, &valid, albedo.as_ref().filter(|_| light))
 }
 
 #[cfg(test)]

@@ -34,7 +34,7 @@ pub use accumulate::{Frame, History, Past, accumulate};
 pub use activity::{Activity, TileOfImage, activity};
 pub use autoexposure::autoexposure;
 pub use concat::concat;
-pub use contrast::{contrast, demodulated, modulated, texture};
+pub use contrast::{contrast, modulated, texture};
 pub use conv_logits::conv_logits;
 pub use conv_transpose::conv_transpose;
 pub use conv1x1::conv1x1;

@@ -21,7 +21,7 @@ const MODULES: &[(&str, &str)] = modules![
     "common/light", "common/limits", "common/logits", "common/matrix", "common/mean", "common/motion", "common/need", "common/normal",
     "common/output", "common/patch", "common/place", "common/reflectance", "common/repair", "common/result", "common/scale", "common/seen",
     "common/simd", "common/simd_input", "common/spline", "common/sums", "common/tensor", "common/tile", "common/weighted",
-    "contrast", "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
+    "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
     "conv_logits_simd", "conv_logits_tiled",
     "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",
     "output_process", "pyramid", "sigmoid", "up_conv_matrix", "up_conv_simd",
@@ -57,7 +57,9 @@ const FEATURES: &[&str] = &[
     // The kernel stores level 0 of the pyramid, or reads it instead of computing it.
     "level0",
     "stored_finest",
-    // Light is divided by its albedo's texture before it is gathered, and multiplied by it after.
+    // The pyramid is the albedo's; the last kernel stores its contrast; light is multiplied by that.
+    "of_albedo",
+    "contrast",
     "demodulates",
     // The convolution also computes the max-pool of its output.
     "pools",
@@ -68,7 +70,6 @@ const FEATURES: &[&str] = &[
     "half",
     // The kernel is the one of this name, with bindings of its own.
     "accumulate",
-    "contrast",
     "gather",
     "input_conv",
     "up_conv",

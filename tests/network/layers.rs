@@ -182,13 +182,20 @@ fn networks_that_predict_color_take_no_layers() {
 #[test]
 fn layers_go_one_after_the_other_so_their_number_takes_no_memory_on_the_gpu() {
     let weights = Weights::builtin(Quality::Balanced).expect("it is built in");
-    for (kernels, level0) in [(KernelSet::Tiled, 16), (KernelSet::Simd, 0)] {
+    let color = Inputs { albedo: false, normal: false };
+    let cases = [
+        (KernelSet::Tiled, color, 16),
+        (KernelSet::Tiled, Inputs::ALL, 0),
+        (KernelSet::Simd, color, 0),
+    ];
+    for (kernels, inputs, level0) in cases {
         let denoiser = denoiser_of(&weights, &Options::default().kernels(kernels));
         let bytes = |layers| {
-            let contents = Contents { inputs: Inputs::ALL, layers };
+            let contents = Contents { inputs, layers };
             denoiser.memory_bytes(256, 256, contents).expect("it fits")
         };
-        // The layer and its copy in transit, and level 0 where it is not stored anyway.
+        // The layer and its copy in transit, and level 0 where it is not stored anyway, as for
+        // demodulation.
         assert_eq!(bytes(true) - bytes(false), 256 * 256 * (24 + level0), "{kernels}");
     }
 }

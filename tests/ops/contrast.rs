@@ -1,30 +1,34 @@
+//! The albedo's contrast, from the albedo in every format through a pyramid of two levels.
+
 use proptest::prelude::*;
 use proptest::sample;
+use wgdenoise::internals::gpu::tensor::GpuTensor;
+use wgdenoise::internals::model::Encoding;
 use wgdenoise::internals::ops::channel_map::ChannelMap;
-use wgdenoise::internals::ops::contrast::contrast;
-use wgdenoise::internals::ops::image::{Element, ImageFormat};
+use wgdenoise::internals::ops::contrast::{Contrast, contrast};
+use wgdenoise::internals::ops::gather::gather;
+use wgdenoise::internals::ops::image::{Element, ImageBinding, ImageFormat};
+use wgdenoise::internals::ops::pyramid::{NoisyColor, pyramid, pyramid_albedo0};
 use wgdenoise::internals::ops::tile::{Layout, Tile};
-use wgdenoise::internals::reference::{self, Tensor};
+use wgdenoise::internals::reference::{self, Repaired, Tensor};
 use wgdenoise::wgpu::TextureFormat as Texture;
-use wgdenoise::{Image, Precision};
+use wgdenoise::{Image, Precision, TransferFunction};
 
+use super::gather::{self, Level};
 use super::image::{binding, view};
 use wgdenoise_testing::gpu::{PRECISIONS, buffer, context, download, submit};
 use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantized};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// Red, green and blue of one quad.
-const MAP: [Option<usize>; 4] = [Some(0), Some(1), Some(2), None];
-
-/// A mean of n values rounds n + 6 times, by 2⁻²⁴ of itself each, and its quotient of two sums 5 more;
-/// the logarithm is off by 2⁻²¹ of 1 or three units in the last place of up to 4.
-fn tolerance(side: u32, precision: Precision) -> Tolerance {
-    let rounding = f32::EPSILON / 2.0;
-    let absolute = (side * side + 11) as f32 * rounding + 8.0 * rounding + 24.0 * rounding;
+/// The gathered albedo is off by what a level is. So is its logarithm, with 0.05 added, by that over
+/// 0.05, and by 2⁻²¹ of 1 or three units in the last place of up to 4.
+fn tolerance(precision: Precision) -> Tolerance {
+    let Tolerance { absolute, relative } = gather::TOLERANCE;
+    let absolute = 2.0 * (relative + absolute / 0.05) + 32.0 * f32::EPSILON / 2.0;
     // A store rounds by 2⁻¹¹ of the value, and below 2⁻¹⁴ by 2⁻²⁴.
     match precision {
         Precision::F32 => Tolerance { absolute, relative: 0.0 },
-        Precision::F16 => Tolerance { absolute: absolute + rounding, relative: 1.0 / 1024.0 },
+        Precision::F16 => Tolerance { absolute, relative: 1.0 / 1024.0 },
     }
 }
 
@@ -36,20 +40,35 @@ const FORMATS: [ImageFormat; 5] = [
     ImageFormat::Texture(Texture::Rgba8Unorm),
 ];
 
+const ENCODING: Encoding = Encoding {
+    gathered: true,
+    unbounded: false,
+    zero_padding: false,
+    transfer_function: TransferFunction::Pu,
+};
+
 #[test]
 fn contrast_equals_the_reference_in_every_format_with_bad_pixels() {
-    let size = [37, 23];
     let cases = FORMATS.iter().flat_map(|format| PRECISIONS.map(|p| (*format, p)));
     run_cases(cases, |&(format, precision)| {
-        let mut pixels = pixels(&mut Random::new(3), size);
+        let mut scene = Scene::new([37, 23], precision, 3);
         if !matches!(format, ImageFormat::Texture(Texture::Rgba8Unorm)) {
-            pixels[200][1] = f32::NAN;
-            pixels[300] = [0.5, 0.5, f32::INFINITY, 1.0];
-            pixels[400] = [6e4, -5.0, 0.5, 1.0];
+            scene.albedo[200][1] = f32::NAN;
+            scene.albedo[300] = [0.5, 0.5, f32::INFINITY, 1.0];
+            scene.albedo[400] = [6e4, -5.0, 0.5, 1.0];
         }
-        let albedo = cpu_image(&quantized(&pixels, format), size);
-        let image = GpuImage::new(&pixels, size, format, Layout::packed(size[0]));
-        compare(&run(&image, size, precision, 8), &expected(&albedo, 8), tolerance(8, precision))
+        // The color of a square is missing, too large a one to be filled.
+        (0..37 * 23).filter(|i| i % 37 < 12 && i / 37 < 12).for_each(|i| {
+            scene.color[i] = [f32::NAN; 4];
+        });
+        let found = scene.run(format);
+        let albedo = cpu_image(&quantized(&scene.albedo, format), scene.size);
+        let expected = scene.expected(&albedo);
+        compare(&found, &expected, tolerance(precision))?;
+        let lit = Scene { color: vec![[1.0; 4]; 37 * 23], ..scene };
+        compare(&found, &lit.expected(&albedo), tolerance(precision))
+            .expect_err("missing color makes a difference");
+        Ok(())
     });
 }
 
@@ -58,90 +77,105 @@ proptest! {
     #[test]
     fn contrast_equals_the_reference_at_any_size(
         size in [1_u32..60, 1_u32..60],
-        side in sample::select(vec![2_u32, 4, 8]),
         precision in sample::select(PRECISIONS.to_vec()),
         seed in any::<u64>(),
     ) {
-        let pixels = pixels(&mut Random::new(seed), size);
-        let found = run(&packed(&pixels, size), size, precision, side);
-        let expected = expected(&cpu_image(&pixels, size), side);
-        compare(&found, &expected, tolerance(side, precision)).map_err(TestCaseError::fail)?;
+        let scene = Scene::new(size, precision, seed);
+        let expected = scene.expected(&cpu_image(&scene.albedo, size));
+        let found = scene.run(ImageFormat::F32);
+        compare(&found, &expected, tolerance(precision)).map_err(TestCaseError::fail)?;
     }
 
     #[test]
     fn what_is_constant_has_exactly_no_contrast(
         size in [1_u32..40, 1_u32..40],
         color in [-0.5_f32..1.5, 0.0_f32..1.0, 0.0_f32..1e-3],
-        side in sample::select(vec![2_u32, 4, 8]),
+        seed in any::<u64>(),
     ) {
-        let [r, g, b] = color;
-        let pixels = vec![[r, g, b, 1.0]; (size[0] * size[1]) as usize];
-        let found = run(&packed(&pixels, size), size, Precision::F32, side);
+        let mut scene = Scene::new(size, Precision::F32, seed);
+        scene.albedo.fill([color[0], color[1], color[2], 1.0]);
+        let found = scene.run(ImageFormat::F32);
         prop_assert!(found.data.iter().all(|&v| v == 0.0), "{color:?}");
     }
 }
 
-/// Inside the tile's edges, which repeat, a tile has the bits of the whole image.
-#[test]
-fn a_tile_has_the_contrast_of_the_whole_image() {
-    let size = [70, 50];
-    let pixels = pixels(&mut Random::new(9), size);
-    let image = packed(&pixels, size);
-    for precision in PRECISIONS {
-        let whole = run(&image, size, precision, 8);
-        let tile = Tile { origin: [16, 16], ..tile(size, Layout::packed(70)) };
-        let part = run_tile(&image, &tile, [48, 32], precision, 8);
-        let inner = |tensor: &Tensor, [left, top]: [usize; 2]| {
-            Tensor::from_fn(3, 32 - 16, 48 - 16, |c, y, x| tensor.at(c, top + y, left + x))
-        };
-        assert_eq!(inner(&part, [8, 8]).data, inner(&whole, [24, 24]).data, "{precision:?}");
-    }
-}
-
-fn packed(pixels: &[Pixel], size: [u32; 2]) -> GpuImage {
-    GpuImage::new(pixels, size, ImageFormat::F32, Layout::packed(size[0]))
-}
-
-/// A texture of noise and black, and a square without.
-fn pixels(random: &mut Random, [width, height]: [u32; 2]) -> Vec<Pixel> {
-    let mut pixel = |i: u32| {
-        let value = [0; 3].map(|_| random.value().abs());
-        let [r, g, b] = match [i % width, i / width] {
-            [8..24, 0..16] => [0.25, 0.5, 1.0],
-            [x, _] if x % 5 == 0 => [0.0; 3],
-            _ => value,
-        };
-        [r, g, b, 1.0]
-    };
-    (0..width * height).map(&mut pixel).collect()
-}
-
-fn expected(albedo: &Image, side: u32) -> Tensor {
-    let input = reference::input_process(albedo, Some(albedo), None, 1.0, 16);
-    let albedo = Tensor::from_fn(3, input.height, input.width, |c, y, x| input.at(3 + c, y, x));
-    reference::contrast(&albedo, side as usize)
-}
-
-fn tile(size: [u32; 2], albedo: Layout) -> Tile {
-    Tile { image_size: size, albedo, ..Tile::default() }
-}
-
-fn run(image: &GpuImage, size: [u32; 2], precision: Precision, side: u32) -> Tensor {
-    let padded = size.map(|side| side.next_multiple_of(16));
-    run_tile(image, &tile(size, Layout::packed(size[0])), padded, precision, side)
-}
-
-fn run_tile(
-    image: &GpuImage,
-    tile: &Tile,
+/// The images of one tile and the logits of two levels.
+struct Scene {
     size: [u32; 2],
+    color: Vec<Pixel>,
+    albedo: Vec<Pixel>,
+    levels: [Level; 2],
     precision: Precision,
-    side: u32,
-) -> Tensor {
-    let context = context(precision);
-    let (image, tiles) = (image.as_pass(), buffer(context, bytemuck::bytes_of(tile)));
-    let view = view(&image);
-    let (contrast, calls) = contrast(context, &tiles, binding(&image, view.as_ref()), size, side);
-    submit(context, |pass| calls.iter().for_each(|call| call.record_at(pass, 0)));
-    download(context, &contrast.tensor, &ChannelMap::from(MAP))
+}
+
+impl Scene {
+    fn new(size: [u32; 2], precision: Precision, seed: u64) -> Self {
+        let mut random = Random::new(seed);
+        let count = (size[0] * size[1]) as usize;
+        let pixels = |random: &mut Random| {
+            let mut pixel = |i: usize| {
+                let [r, g, b] = [0; 3].map(|_| random.value().abs());
+                // Black columns.
+                if i % size[0] as usize % 5 == 4 { [0.0, 0.0, 0.0, 1.0] } else { [r, g, b, 1.0] }
+            };
+            (0..count).map(&mut pixel).collect::<Vec<_>>()
+        };
+        let (color, albedo) = (pixels(&mut random), pixels(&mut random));
+        let [width, height] = size.map(|side| side.next_multiple_of(16) as usize);
+        let levels = [(12, [height, width]), (10, [height / 2, width / 2])]
+            .map(|(logits, size)| Level::logits(&mut random, logits, size, precision));
+        Self { size, color, albedo, levels, precision }
+    }
+
+    fn expected(&self, albedo: &Image) -> Tensor {
+        let color = cpu_image(&self.color, self.size);
+        let Repaired { valid, .. } = reference::repair_in(ENCODING, &color, 1.0);
+        let input = reference::input_process(albedo, Some(albedo), None, 1.0, 16);
+        let width = self.size[0] as usize;
+        let pixel = |i: usize| [3, 4, 5].map(|c| input.at(c, i / width, i % width));
+        let pixels = (0..albedo.pixels().len()).map(pixel).collect();
+        let seen = Image::new(self.size[0], self.size[1], pixels).expect("the size is the same");
+        reference::contrast(&seen, &valid, &self.levels.each_ref().map(|l| l.logits.clone()))
+    }
+
+    fn run(&self, format: ImageFormat) -> Tensor {
+        let context = context(self.precision);
+        let layout = Layout::packed(self.size[0]);
+        let images = [(&self.color, ImageFormat::F32), (&self.albedo, format)]
+            .map(|(pixels, format)| GpuImage::new(pixels, self.size, format, layout));
+        let images = images.each_ref().map(GpuImage::as_pass);
+        let views = images.each_ref().map(view);
+        let [color, albedo] = [0, 1].map(|i| binding(&images[i], views[i].as_ref()));
+        let tile = Tile { image_size: self.size, color: layout, albedo: layout, ..Tile::default() };
+        let noisy = NoisyColor {
+            tiles: &buffer(context, bytemuck::bytes_of(&tile)),
+            color,
+            input_scale: &buffer(context, bytemuck::bytes_of(&1_f32)),
+            encoding: ENCODING,
+        };
+        let output = self.record(&noisy, albedo);
+        let map = ChannelMap::from([Some(0), Some(1), Some(2), None]);
+        download(context, &output.tensor, &map)
+    }
+
+    fn record(&self, noisy: &NoisyColor<'_>, albedo: ImageBinding<'_>) -> Contrast {
+        let context = context(self.precision);
+        let [logits0, logits1] = self.levels.each_ref().map(Level::upload_logits);
+        let [level0, level1] = self.levels.each_ref().map(Level::upload_light);
+        let result: GpuTensor = self.levels[1].upload_light();
+        let output = Contrast::new(context, [level0.width, level0.height]);
+        let first = pyramid_albedo0(context, noisy, albedo, &logits0, &level0);
+        let rest = [
+            pyramid(context, &level0, &logits1, &level1),
+            gather(context, [&level1, &logits1], None, &result),
+            contrast(context, &level0, &logits0, &result, &output),
+        ];
+        submit(context, |pass| {
+            first.record_at(pass, 0);
+            for call in &rest {
+                call.record(pass);
+            }
+        });
+        output
+    }
 }

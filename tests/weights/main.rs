@@ -103,12 +103,12 @@ fn a_kernel_pyramid_has_11_or_12_logits_at_full_resolution() {
         file.fill("kernel_conv0.bias", &[logits[1]], 0.5);
         file
     };
-    for (logits, side) in [(11, None), (12, Some(2))] {
+    for logits in [11, 12] {
         let weights = Weights::from_bytes(&with([logits; 2]).bytes()).unwrap();
         assert_eq!(weights.params("kernel_conv0").bias.len(), logits);
-        assert_eq!(weights.network().contrast_side(), side);
+        assert_eq!(weights.network().demodulates(), logits == 12);
         let sliced = weights.for_inputs(Inputs::default()).unwrap();
-        assert_eq!(sliced.network().contrast_side(), side);
+        assert_eq!(sliced.network().demodulates(), logits == 12);
     }
     with([10, 10])
         .is_refused("`kernel_conv0.weight` has shape [10, 2, 1, 1], expected [11, 2, 1, 1]");

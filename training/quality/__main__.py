@@ -16,7 +16,8 @@ import torch
 
 from quality import measure, page, precision, store, thesis
 from quality.networks import load_all
-from quality.oidn import QUALITIES, Oidn
+from quality.oidn import QUALITIES, Oidn, PrefilteredOidn
+from quality.store import ALL, INPUTS
 
 
 def arguments():
@@ -50,7 +51,7 @@ def measure_all(o, folders, networks, oidn, out):
     store.save(out / "precision.csv", precision.measure(o.program, first, networks, o.program_views), digits=6)
     store.save(out / "thesis.csv", thesis.measure(first, networks))
     store.save(out / "views.csv", [row for test in folders.items() for row in measure.describe(*test)])
-    denoisers = [*networks, *oidn]
+    denoisers = dict.fromkeys([*networks, *oidn], INPUTS) | {PrefilteredOidn("high", o.threads): {ALL: INPUTS[ALL]}}
     store.save(out / "errors.csv", [row for test in folders.items() for row in measure.measure(*test, denoisers)])
 
 

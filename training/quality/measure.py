@@ -6,10 +6,10 @@ from pathlib import Path
 import torch
 
 from metrics import figures
-from quality.store import INPUTS
+from quality import highlights
 from views import read_view
 
-COUNTS = (2, 8, 32, 128)
+COUNTS = (1, 2, 8, 32, 128)
 
 
 def paths_of(folder):
@@ -28,7 +28,7 @@ def describe(name, folder):
 
 @torch.no_grad()
 def measure(name, folder, denoisers):
-    """Rows of a test set: noisy, then each denoiser with color alone and with all inputs."""
+    """Rows of a test set: noisy, then each of the `denoisers`, a dict of the denoiser and its INPUTS, with these."""
     rows, paths = [], paths_of(folder)
     for i, path in enumerate(paths, 1):
         print(f"{name}: view {i} of {len(paths)}", file=sys.stderr, flush=True)
@@ -43,7 +43,19 @@ def measure(name, folder, denoisers):
 
 
 def _render(image, ref, denoisers):
-    yield dict(method="noisy", inputs="") | figures(image[:3].float(), ref)
-    for denoiser in denoisers:
-        for inputs, asked in INPUTS.items():
-            yield dict(method=denoiser.name, inputs=inputs) | figures(denoiser(image, asked), ref)
+    yield dict(method="noisy", inputs="") | _errors(image[:3].float(), ref)
+    for denoiser, accepted in denoisers.items():
+        for inputs, asked in accepted.items():
+            yield dict(method=denoiser.name, inputs=inputs) | _errors(denoiser(image, asked), ref)
+
+
+def _errors(image, ref):
+    """The error figures, and the share of the reference's light that the image has: in the channel that is furthest off,
+    among those with a hundredth of the light or more, and in the brightest 1 % of pixels."""
+    means, right = image.mean((1, 2)), ref.mean((1, 2))
+    shares = (means / right)[right > 0.01 * right.max()]
+    bright = highlights.brightest(ref)
+    return figures(image, ref) | dict(
+        light=float(shares[(shares - 1).abs().argmax()]),
+        highlights=highlights.light(image, bright) / highlights.light(ref, bright),
+    )

@@ -17,6 +17,8 @@ MACS = dict(fast=62136, balanced=125406, high=125406)
 class Oidn:
     """One quality mode, called like a Network. `cleanAux` is off because the features are noisy."""
 
+    clean = False
+
     def __init__(self, quality, threads=1):
         self.name, self.quality = f"OIDN {quality}", QUALITIES[quality]
         self.device = pyoidn.Device(pyoidn.OIDN_DEVICE_TYPE_CPU)
@@ -27,17 +29,36 @@ class Oidn:
         names = [n for n in ("color", "albedo", "normal") if n in inputs]
         parts = dict(zip(("color", "albedo", "normal"), image.float().split(3)))
         planes = {n: np.ascontiguousarray(parts[n].permute(1, 2, 0).numpy()) for n in names}
-        planes["output"] = np.zeros_like(planes["color"])
-        self._run(planes)
-        return torch.from_numpy(planes["output"]).permute(2, 0, 1)
+        return torch.from_numpy(self._color(planes)).permute(2, 0, 1)
 
-    def _run(self, planes):
+    def _color(self, planes):
+        return self._run(planes, hdr=True, cleanAux=self.clean)
+
+    def _run(self, planes, **options):
+        """One filter, which writes the first of the planes [H,W,3] denoised."""
+        planes = planes | dict(output=np.zeros_like(next(iter(planes.values()))))
         with pyoidn.Filter(self.device, pyoidn.OIDN_FILTER_TYPE_RT) as f:
             for name, plane in planes.items():
                 f.set_image(name, plane, pyoidn.OIDN_FORMAT_FLOAT3)
-            f.set_bool("hdr", True)
+            for name, value in options.items():
+                f.set_bool(name, value)
             f.set_quality(self.quality)
             f.commit()
             f.execute()
         if error := self.device.get_error():
             raise SystemExit(f"Open Image Denoise: {error}")
+        return planes["output"]
+
+
+class PrefilteredOidn(Oidn):
+    """A quality mode with features that filters of their own have denoised before, as Intel advises for final frames."""
+
+    clean = True
+
+    def __init__(self, quality, threads=1):
+        super().__init__(quality, threads)
+        self.name += ", prefiltered"
+
+    def _color(self, planes):
+        features = {n: self._run({n: plane}) for n, plane in planes.items() if n != "color"}
+        return super()._color(planes | features)

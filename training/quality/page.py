@@ -5,7 +5,7 @@ from pathlib import Path
 from string import Template
 
 from quality import crops, plots, tables
-from quality.store import distinct, load, mean, ranked, select
+from quality.store import ALL, COLOR, distinct, load, mean, ranked, select
 
 SHOWN = "balanced"  # the tier shown in the images and in the tables of the worst and best renders
 PLOT_COUNT = 8  # samples per pixel in the plot of error against cost
@@ -62,7 +62,8 @@ def _tables(errors, views, weights):
     first = errors[0]["set"]
     extreme = {n: tables.renders(errors, views, extremes(errors, LISTED, n == "worst")) for n in ("worst", "best")}
     return extreme | dict(weights=tables.weights(weights), sets=tables.sets(views, errors), full="\n\n".join(full),
-                          summary=tables.summary(errors), kinds=tables.kinds(errors, views, first, SHOWN), first=first)
+                          summary=tables.summary(errors, "l1", ALL), summary_relmse=tables.summary(errors, "relmse", ALL),
+                          summary_color=tables.summary(errors, "l1", COLOR), kinds=tables.kinds(errors, views, first, SHOWN), first=first)
 
 
 def _speed_parts(about, precision):

@@ -5,6 +5,7 @@ import csv
 import numpy as np
 
 FIGURES = ("l1", "psnr", "ssim", "relmse", "smape")
+LIGHT = ("light", "highlights")  # shares of the reference's light
 COLOR, ALL = "color", "all"
 INPUTS = {COLOR: "color", ALL: "color,albedo,normal"}  # name on the page to the inputs of a denoiser
 TEXT = "set", "view", "kind", "method", "inputs", "precision", "file", "digest"  # text columns; others are numbers

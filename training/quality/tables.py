@@ -3,11 +3,10 @@
 import numpy as np
 
 from quality.precision import PRECISIONS
-from quality.store import ALL, FIGURES, INPUTS, OIDN, column, distinct, markdown, mean, select
+from quality.store import ALL, FIGURES, INPUTS, LIGHT, OIDN, column, distinct, markdown, mean, select
 from quality.thesis import COUNTS as THESIS_COUNTS
 
-SUMMARY_COUNTS = (8, 32)
-DIGITS = dict(l1=4, psnr=2, ssim=3, relmse=3, smape=3)
+DIGITS = dict(l1=4, psnr=2, ssim=3, relmse=3, smape=3, light=3, highlights=3)
 
 
 def weights(rows):
@@ -28,21 +27,21 @@ def sets(views, errors):
     return markdown(["test set", "views", "size", "samples", "kinds of scene", "median error of the references"], lines)
 
 
-def summary(errors):
-    """Mean L1 with all inputs, and in brackets relative to OIDN high."""
-    methods = [m for m in distinct(errors, "method") if m != "noisy"]
+def summary(errors, figure, inputs):
+    """The mean of a figure with these inputs, and in brackets relative to OIDN high."""
+    methods = distinct(select(errors, inputs=inputs), "method")
     lines = []
     for name in distinct(errors, "set"):
-        for spp in SUMMARY_COUNTS:
+        for spp in sorted(distinct(select(errors, set=name), "spp")):
             here = select(errors, set=name, spp=spp)
-            if here:
-                lines.append([name, spp, f"{mean(select(here, method='noisy'), 'l1'):.4f}", *_ratios(here, methods)])
+            noisy = mean(select(here, method="noisy"), figure)
+            lines.append([name, spp, f"{noisy:.{DIGITS[figure]}f}", *_ratios(here, methods, figure, inputs)])
     return markdown(["test set", "samples", "noisy", *methods], lines)
 
 
-def _ratios(rows, methods):
-    means = {m: mean(select(rows, method=m, inputs=ALL), "l1") for m in methods}
-    return [f"{v:.4f} ({v / means[OIDN]:.2f})" for v in means.values()]
+def _ratios(rows, methods, figure, inputs):
+    means = {m: mean(select(rows, method=m, inputs=inputs), figure) for m in methods}
+    return [f"{v:.{DIGITS[figure]}f} ({v / means[OIDN]:.2f})" for v in means.values()]
 
 
 def full(errors, name):
@@ -53,12 +52,12 @@ def full(errors, name):
         for inputs in ("", *INPUTS):
             for method in distinct(select(here, inputs=inputs), "method"):
                 lines.append([spp, method, inputs, *_figures(select(here, method=method, inputs=inputs))])
-    head = "samples", "", "inputs", "renders", "L1", "L1, 95th percentile", "PSNR", "SSIM", "relative MSE", "SMAPE"
+    head = "samples", "", "inputs", "renders", "L1", "L1, 95th percentile", "PSNR", "SSIM", "relative MSE", "SMAPE", "light", "highlights"
     return markdown(head, lines)
 
 
 def _figures(rows):
-    l1, *others = (f"{mean(rows, n):.{DIGITS[n]}f}" for n in FIGURES)
+    l1, *others = (f"{mean(rows, n):.{DIGITS[n]}f}" for n in FIGURES + LIGHT)
     return [len(rows), l1, f"{np.percentile(column(rows, 'l1'), 95):.4f}", *others]
 
 
