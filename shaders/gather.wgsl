@@ -7,22 +7,22 @@
 
 import package::common::gathered::{Nine, gathered};
 import package::common::tensor::TensorIn;
-@if(contrast) import package::common::tensor::{TensorOut, stored};
+@if(stores_contrast) import package::common::tensor::{TensorOut, stored};
 import package::common::weighted::{LAST_QUAD, LightIn, share, sum_of_four, sum_of_two};
 @if(finest) import package::common::clean::is_clean;
 @if(finest && layer) import package::common::color::load_color;
-@if(contrast) import package::common::demodulation::contrast_of;
+@if(stores_contrast) import package::common::demodulation::contrast_of;
 @if(finest) import package::common::demodulation::modulated;
 @if(finest) import package::common::finest::{finest, finest_logits};
 @if(finest && layer) import package::common::light::{MOST, is_finite};
 @if(finest) import package::common::result::store_linear;
 @if(finest && !layer) import package::common::result::store_noisy;
 @if(finest) import package::common::tile::tile;
-@if(!finest && !contrast) import package::common::weighted::LightOut;
+@if(!finest && !stores_contrast) import package::common::weighted::LightOut;
 
 @if(!finest) @group(0) @binding(0) var input: LightIn;
 @if(!finest) @group(0) @binding(1) var logits: TensorIn;
-@if(contrast) @group(0) @binding(2) var output: TensorOut;
+@if(stores_contrast) @group(0) @binding(2) var output: TensorOut;
 @elif(!finest) @group(0) @binding(2) var output: LightOut;
 
 @if(finest) @group(0) @binding(7) var coarser: LightIn;
@@ -132,7 +132,7 @@ fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     }
     store_linear(at, modulated(sum.rgb, here, load_logits(pixel, LAST_QUAD)));
 }
-@elif(contrast)
+@elif(stores_contrast)
 fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     let own = at_level(pixel).rgb;
     textureStore(output, pixel, 0, stored(vec4(contrast_of(own, sum), 0.0)));

@@ -8,12 +8,12 @@
 @if(demodulates && stored_finest) @group(0) @binding(9) var contrast: texture_2d<f32>;
 @elif(demodulates) @group(0) @binding(8) var contrast: texture_2d<f32>;
 
-@if(contrast) const FLOOR = 0.05;    // added to the albedo, so that noise in black is no texture
+@if(stores_contrast) const FLOOR = 0.05;    // added to the albedo, so that noise in black is no texture
 @if(demodulates) const GAIN = 8.0;   // of the logit of the power
 
 // The logarithm of how much brighter a pixel's albedo is than the gathered one. Exactly 0 where they
 // are equal, and where nothing has any weight.
-@if(contrast)
+@if(stores_contrast)
 fn contrast_of(own: vec3<f32>, gathered: vec4<f32>) -> vec3<f32> {
     let contrast = log((own + FLOOR) / (gathered.rgb + FLOOR));
     return select(contrast, vec3(0.0), (own == gathered.rgb) | vec3(gathered.w == 0.0));

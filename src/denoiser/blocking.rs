@@ -62,7 +62,7 @@ impl Denoiser {
     /// the same weights: each pixel of a layer is the weighted mean of the same pixels as in the
     /// color. So the result is linear in the layers, and layers that add up to the noisy color add
     /// up to the denoised one within rounding: 10⁻⁵ of the brightest pixels around. Weights that
-    /// demodulate divide layers by the color's texture too; then those pixels count without it.
+    /// demodulate multiply the layers' means by the color's texture, at most 21, and so that bound.
     ///
     /// Alpha is denoised like a layer, but it is no light and has no texture. So premultiplied edges
     /// stay consistent over any background. Where alpha is the same within three pixels it stays as

@@ -113,8 +113,8 @@ impl<'a> Frame<'a> {
     }
 
     /// Sets the further layers: images that depend on the color's samples linearly, such as light
-    /// groups and passes of direct and indirect light. All of them count as light, which weights that
-    /// demodulate divide by its texture; alpha does not.
+    /// groups and passes of direct and indirect light. All of them count as light, whose mean weights that
+    /// demodulate multiply by its surface's texture; alpha does not.
     #[must_use]
     pub fn layers(self, layers: &'a [&'a Image]) -> Self {
         Self { layers, ..self }

@@ -158,8 +158,8 @@ fn last_calls(
                 pyramid.layer(&layer.result_images(bound), bound.sources.color, layer.light)
             };
             let layers = bound.layers.iter().map(layer);
-            let contrast = albedo.map(|albedo| pyramid.albedo(&noisy(&images), albedo));
-            let mut calls = contrast.unwrap_or_default();
+            let calls = albedo.map(|albedo| pyramid.albedo(&noisy(&images), albedo));
+            let mut calls = calls.unwrap_or_default();
             calls.extend(pyramid.image(&images, stores_level0));
             return (calls, layers.collect());
         }

@@ -38,8 +38,8 @@ pub(super) struct Pyramid<'a> {
 }
 
 impl<'a> Pyramid<'a> {
-    /// Creates the textures. `stores_level0` is needed for layers. If the pyramid `demodulates`, the
-    /// calls of [`albedo`](Self::albedo) come first.
+    /// Creates the textures. Layers need a stored level 0, and so does a pyramid that `demodulates`.
+    /// The calls of [`albedo`](Self::albedo) come before all others then.
     pub(super) fn new(
         context: &'a Context,
         logits: Vec<&'a GpuTensor>,
@@ -63,7 +63,7 @@ impl<'a> Pyramid<'a> {
     /// Panics if the pyramid does not demodulate.
     pub(super) fn albedo(&self, noisy: &NoisyColor<'_>, albedo: ImageBinding<'_>) -> Vec<Call> {
         let level0 = self.level0.as_ref().expect("there is one where light is demodulated");
-        let output = self.contrast(true).expect("light is demodulated");
+        let output = self.contrast_for(true).expect("light is demodulated");
         let call = pyramid_albedo0(self.context, noisy, albedo, self.logits[0], level0);
         let first = self.first(call, level0, &[noisy.color, albedo]);
         let mut calls = vec![first, self.level(1, level0)];
@@ -78,7 +78,7 @@ impl<'a> Pyramid<'a> {
     /// read it; otherwise they compute it where they need it.
     pub(super) fn image(&self, images: &ResultImages<'_>, reads_level0: bool) -> Vec<Call> {
         let (level0, contrast) =
-            (self.level0.as_ref().filter(|_| reads_level0), self.contrast(true));
+            (self.level0.as_ref().filter(|_| reads_level0), self.contrast_for(true));
         let noisy = noisy(images);
         let mut calls = match level0 {
             Some(level0) => self.stored_beginning(&noisy, level0),
@@ -103,7 +103,7 @@ impl<'a> Pyramid<'a> {
         light: bool,
     ) -> Vec<Call> {
         let level0 = self.level0.as_ref().expect("there is one where there are layers");
-        let contrast = self.contrast(light);
+        let contrast = self.contrast_for(light);
         let mut calls = self.layer_beginning(&noisy(images), beauty, level0);
         calls.extend(self.levels_and_results());
         let inputs = self.last_inputs();
@@ -113,7 +113,7 @@ impl<'a> Pyramid<'a> {
     }
 
     /// What demodulates light, or leaves what is no light as it is.
-    fn contrast(&self, light: bool) -> Option<&Contrast> {
+    fn contrast_for(&self, light: bool) -> Option<&Contrast> {
         self.contrast.as_ref().map(|[of_light, none]| if light { of_light } else { none })
     }
 

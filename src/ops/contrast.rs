@@ -15,7 +15,7 @@ use crate::gpu::tensor::GpuTensor;
 /// The kernel that stores the contrast.
 pub const SPEC: KernelSpec = KernelSpec {
     name: Cow::Borrowed("contrast"),
-    features: Cow::Borrowed(&["gather", "contrast"]),
+    features: Cow::Borrowed(&["gather", "stores_contrast"]),
     bindings: Cow::Borrowed(&[
         Binding::LightIn,
         Binding::TensorIn,

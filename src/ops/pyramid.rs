@@ -1,4 +1,4 @@
-//! The pyramid of the noisy color that a kernel pyramid averages: each level is the sum of 2×2
+//! The pyramid of the noisy color, or of the albedo, that a kernel pyramid averages: each level is the sum of 2×2
 //! pixels of the finer one, times its own confidence.
 //!
 //! A pixel is a color and its weight, in 32-bit floats. After Vogels et al., "Denoising with Kernel

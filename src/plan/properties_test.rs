@@ -147,10 +147,8 @@ fn networks() -> impl Strategy<Value = Network> {
     let widths = prop::collection::vec(1_usize..40, 1..=8);
     let unet = (1_usize..10, widths).prop_map(|(inputs, widths)| Network::unet(inputs, &widths));
     let widths = prop::collection::vec(1_usize..40, 2..=5);
-    let pyramid = (1_usize..10, widths, any::<bool>()).prop_map(|(inputs, widths, demodulates)| {
-        let network = Network::kernel_pyramid(inputs, &widths);
-        if demodulates { network.demodulating() } else { network }
-    });
+    let pyramid = (1_usize..10, widths)
+        .prop_map(|(inputs, widths)| Network::kernel_pyramid(inputs, &widths).demodulating());
     let oidn = |size: OidnSize| {
         let widths = prop::collection::vec(1_usize..40, size.convolutions() - 1);
         (1_usize..10, widths).prop_map(move |(i, widths)| Network::oidn(i, size, &widths))

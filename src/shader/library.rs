@@ -59,7 +59,7 @@ const FEATURES: &[&str] = &[
     "stored_finest",
     // The pyramid is the albedo's; the last kernel stores its contrast; light is multiplied by that.
     "of_albedo",
-    "contrast",
+    "stores_contrast",
     "demodulates",
     // The convolution also computes the max-pool of its output.
     "pools",

@@ -140,13 +140,21 @@ impl Scene {
 
     fn run(&self, format: ImageFormat) -> Tensor {
         let context = context(self.precision);
-        let layout = Layout::packed(self.size[0]);
-        let images = [(&self.color, ImageFormat::F32), (&self.albedo, format)]
-            .map(|(pixels, format)| GpuImage::new(pixels, self.size, format, layout));
+        let width = self.size[0];
+        let layouts = [Layout::packed(width), Layout::new(6, 3 * width + 3, 3)];
+        let [color, albedo] = [(&self.color, ImageFormat::F32), (&self.albedo, format)];
+        let images = [(color, layouts[0]), (albedo, layouts[1])]
+            .map(|((pixels, format), layout)| GpuImage::new(pixels, self.size, format, layout));
         let images = images.each_ref().map(GpuImage::as_pass);
         let views = images.each_ref().map(view);
         let [color, albedo] = [0, 1].map(|i| binding(&images[i], views[i].as_ref()));
-        let tile = Tile { image_size: self.size, color: layout, albedo: layout, ..Tile::default() };
+        let [color_layout, albedo_layout] = layouts;
+        let tile = Tile {
+            image_size: self.size,
+            color: color_layout,
+            albedo: albedo_layout,
+            ..Tile::default()
+        };
         let noisy = NoisyColor {
             tiles: &buffer(context, bytemuck::bytes_of(&tile)),
             color,

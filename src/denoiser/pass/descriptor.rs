@@ -46,8 +46,8 @@ pub struct PassLayer<'a> {
     /// Receives the denoised layer, in a format for outputs.
     pub output: PassImage<'a>,
     /// Whether the layer is light: `true` by default. Light follows the texture of its surface, so
-    /// weights that demodulate divide it by the albedo's contrast before they average it. Other
-    /// layers are averaged as they are.
+    /// weights that demodulate multiply its mean by the albedo's ratio to the albedo's mean. The mean
+    /// of other layers stays as it is.
     pub light: bool,
 }
 
