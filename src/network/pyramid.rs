@@ -5,8 +5,8 @@ use super::call::Call;
 use crate::gpu::kernel::{Context, Dispatch};
 use crate::gpu::tensor::GpuTensor;
 use crate::ops::activity::Activity;
-use crate::ops::contrast::{Contrast, contrast};
-use crate::ops::gather::{gather, gather_finest, gather_layer};
+use crate::ops::contrast::Contrast;
+use crate::ops::gather::{gather, gather_albedo, gather_finest, gather_layer};
 use crate::ops::image::ImageBinding;
 use crate::ops::output_process::ResultImages;
 use crate::ops::pyramid::{
@@ -69,7 +69,8 @@ impl<'a> Pyramid<'a> {
         let mut calls = vec![first, self.level(1, level0)];
         calls.extend(self.levels_and_results());
         let (logits, coarser) = (self.logits[0], &self.results[0]);
-        let last = Call::fixed("gather0", contrast(self.context, level0, logits, coarser, output));
+        let last = gather_albedo(self.context, [level0, logits], coarser, output);
+        let last = Call::fixed("gather0", last);
         calls.push(last.moving(self.context, &[logits, &output.tensor], &[level0, coarser]));
         calls.into_iter().map(|call| call.of("albedo")).collect()
     }

@@ -1,29 +1,14 @@
 //! The albedo's contrast: the logarithm of how much brighter a pixel is than what the weights of a
-//! kernel pyramid gather around it. To a power that the network predicts, light is multiplied by it.
+//! kernel pyramid gather around it ([`gather_albedo`](super::gather::gather_albedo)). To a power that
+//! the network predicts, light is multiplied by it.
 //!
 //! With light gathered by the same weights, this is the ratio of mean light to mean albedo, times the
 //! pixel's own albedo: the ratio estimator of W. G. Cochran, "Sampling Techniques" (1977). Light is
 //! demodulated by the albedo as in Bako et al., "Kernel-Predicting Convolutional Networks for
 //! Denoising Monte Carlo Renderings" (2017).
 
-use std::borrow::Cow;
-
-use super::gather;
-use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
+use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
-
-/// The kernel that stores the contrast.
-pub const SPEC: KernelSpec = KernelSpec {
-    name: Cow::Borrowed("contrast"),
-    features: Cow::Borrowed(&["gather", "stores_contrast"]),
-    bindings: Cow::Borrowed(&[
-        Binding::LightIn,
-        Binding::TensorIn,
-        Binding::TensorOut,
-        Binding::LightIn,
-    ]),
-    ..gather::LEVEL
-};
 
 /// A kernel that demodulates: it also reads the contrast, its last binding.
 #[must_use]
@@ -75,23 +60,6 @@ impl Contrast {
     pub fn resource(&self) -> wgpu::BindingResource<'_> {
         wgpu::BindingResource::TextureView(&self.view)
     }
-}
-
-/// The call that stores the contrast: from level 0 of the albedo's pyramid, the logits of full
-/// resolution and the result of level 1. What it stores in blocks that skip the network is undefined
-/// and never read.
-#[must_use]
-pub fn contrast(
-    context: &Context,
-    level0: &GpuTensor,
-    logits: &GpuTensor,
-    coarser: &GpuTensor,
-    output: &Contrast,
-) -> Dispatch {
-    let kernel = context.kernel(&SPEC, &[]);
-    let resources = [level0, logits, &output.tensor, coarser].map(GpuTensor::resource);
-    let group = kernel.bind(&context.device, &resources);
-    kernel.dispatch(group, [logits.width.div_ceil(gather::PIXELS), logits.height, 1])
 }
 
 /// GPU memory in bytes for a tile of this size, with `texel_bytes` per pixel of a tensor's quad.

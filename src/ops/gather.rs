@@ -16,7 +16,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::shader::ShaderRoot;
 
 /// Pixels of a row per invocation.
-pub(super) const PIXELS: u32 = 4;
+const PIXELS: u32 = 4;
 
 /// The kernel for a level with a coarser one.
 pub const LEVEL: KernelSpec = KernelSpec {
@@ -39,6 +39,19 @@ pub const BOTTOM: KernelSpec = KernelSpec {
     name: Cow::Borrowed("gather_bottom"),
     features: Cow::Borrowed(&["gather", "bottom"]),
     bindings: Cow::Borrowed(&[Binding::LightIn, Binding::TensorIn, Binding::LightOut]),
+    ..LEVEL
+};
+
+/// The kernel for full resolution of the albedo, which stores its contrast.
+pub const ALBEDO: KernelSpec = KernelSpec {
+    name: Cow::Borrowed("gather_albedo"),
+    features: Cow::Borrowed(&["gather", "stores_contrast"]),
+    bindings: Cow::Borrowed(&[
+        Binding::LightIn,
+        Binding::TensorIn,
+        Binding::TensorOut,
+        Binding::LightIn,
+    ]),
     ..LEVEL
 };
 
@@ -93,6 +106,22 @@ pub fn gather(
     let resources: Vec<_> = tensors.map(GpuTensor::resource).collect();
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width.div_ceil(PIXELS), output.height, 1])
+}
+
+/// The call that stores the albedo's contrast: from level 0 of its pyramid, the logits of full
+/// resolution and the result of level 1. What it stores in blocks that skip the network is undefined
+/// and never read.
+#[must_use]
+pub fn gather_albedo(
+    context: &Context,
+    [level0, logits]: [&GpuTensor; 2],
+    coarser: &GpuTensor,
+    output: &Contrast,
+) -> Dispatch {
+    let kernel = context.kernel(&ALBEDO, &[]);
+    let resources = [level0, logits, &output.tensor, coarser].map(GpuTensor::resource);
+    let group = kernel.bind(&context.device, &resources);
+    kernel.dispatch(group, [logits.width.div_ceil(PIXELS), logits.height, 1])
 }
 
 /// The call that stores the image from the noisy color, the logits of full resolution and the

@@ -51,7 +51,7 @@ pub fn all_specs() -> Vec<KernelSpec> {
         specs.extend([false, true].map(|pools| conv3x3::tiled_spec(tiling, pools)));
         specs.extend([up_conv::tiled_spec(tiling), conv_logits::tiled_spec(tiling)]);
     }
-    specs.extend([pyramid::LEVEL, gather::BOTTOM, gather::LEVEL, contrast::SPEC]);
+    specs.extend([pyramid::LEVEL, gather::BOTTOM, gather::LEVEL, gather::ALBEDO]);
     specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
     specs.extend(simd::SimdKernel::Conv1x1.all_quads().map(conv1x1::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));

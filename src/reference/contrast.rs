@@ -17,7 +17,7 @@ const GAIN: f64 = 8.0;
 ///
 /// `albedo` is in `[0, 1]`. Pixels whose color is not `valid` do not count; where nothing else does, the
 /// contrast is 0. `logits` are as for
-/// [`kernel_pyramid`](super::kernel_pyramid).
+/// [`kernel_pyramid`](fn@super::kernel_pyramid).
 ///
 /// # Panics
 /// Panics if the shapes do not match.

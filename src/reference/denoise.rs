@@ -1,7 +1,7 @@
 //! A whole frame: see [`denoise`].
 
-use super::gather::kernel_pyramid;
 use super::input_process::input_process_in;
+use super::kernel_pyramid::kernel_pyramid;
 use super::network::{apply, run_by};
 use super::output_process::output_process_in;
 use super::repair::{Repaired, repair_in};

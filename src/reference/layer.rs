@@ -1,7 +1,7 @@
 //! Further layers of a picture: see [`repair_layer`] and [`denoise_layer`].
 
 use super::denoise::{Images, predicted};
-use super::gather::kernel_pyramid;
+use super::kernel_pyramid::kernel_pyramid;
 use super::repair::{MOST, Repaired, is_finite, mean_around, repair_in, substituted};
 use crate::image::Image;
 use crate::model::{Encoding, Weights};

@@ -5,8 +5,8 @@ use proptest::sample;
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::Encoding;
 use wgdenoise::internals::ops::channel_map::ChannelMap;
-use wgdenoise::internals::ops::contrast::{Contrast, contrast};
-use wgdenoise::internals::ops::gather::gather;
+use wgdenoise::internals::ops::contrast::Contrast;
+use wgdenoise::internals::ops::gather::{gather, gather_albedo};
 use wgdenoise::internals::ops::image::{Element, ImageBinding, ImageFormat};
 use wgdenoise::internals::ops::pyramid::{NoisyColor, pyramid, pyramid_albedo0};
 use wgdenoise::internals::ops::tile::{Layout, Tile};
@@ -176,7 +176,7 @@ impl Scene {
         let rest = [
             pyramid(context, &level0, &logits1, &level1),
             gather(context, [&level1, &logits1], None, &result),
-            contrast(context, &level0, &logits0, &result, &output),
+            gather_albedo(context, [&level0, &logits0], &result, &output),
         ];
         submit(context, |pass| {
             first.record_at(pass, 0);

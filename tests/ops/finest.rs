@@ -4,8 +4,8 @@
 use wgdenoise::internals::model::Encoding;
 use wgdenoise::internals::ops::activity::Activity;
 use wgdenoise::internals::ops::channel_map::ChannelMap;
-use wgdenoise::internals::ops::contrast::{Contrast, contrast};
-use wgdenoise::internals::ops::gather::gather_finest;
+use wgdenoise::internals::ops::contrast::Contrast;
+use wgdenoise::internals::ops::gather::{gather_albedo, gather_finest};
 use wgdenoise::internals::ops::need::everything;
 use wgdenoise::internals::ops::output_process::ResultImages;
 use wgdenoise::internals::ops::pyramid::{NoisyColor, pyramid_finest, pyramid_level0};
@@ -242,7 +242,7 @@ fn textured(random: &mut Random, [fine, coarse]: &[Level; 2]) -> (Contrast, Tens
     };
     let (level0, coarser) = (albedo(fine), albedo(coarse));
     let output = Contrast::new(context, [level0.width, level0.height]);
-    let call = contrast(context, &level0, &fine.upload_logits(), &coarser, &output);
+    let call = gather_albedo(context, [&level0, &fine.upload_logits()], &coarser, &output);
     submit(context, |pass| call.record(pass));
     let map = ChannelMap::from([Some(0), Some(1), Some(2), None]);
     let values = download(context, &output.tensor, &map);
