@@ -107,8 +107,8 @@ class KernelPyramid(Trunk):
     validity and the validity; the weights come from the input [B,inputs,H,W].
 
     Each level has 3x3 kernels, a log confidence that a pixel is worth gathering, and a log share of the coarser level.
-    With `demodulates`, the same weights gather the albedo too, and light is multiplied by how much brighter the pixel's own
-    albedo is, to a power that the last logit of full resolution gives.
+    With `demodulates`, the same weights gather the albedo too, and light is multiplied by how much brighter the pixel's
+    own albedo is, to a power that the last logit of full resolution gives.
     """
 
     topology = "kernel-pyramid"

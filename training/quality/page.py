@@ -61,9 +61,10 @@ def _tables(errors, views, weights):
     full = [f"### {name}\n\n{tables.full(errors, name)}" for name in distinct(errors, "set")]
     first = errors[0]["set"]
     extreme = {n: tables.renders(errors, views, extremes(errors, LISTED, n == "worst")) for n in ("worst", "best")}
-    return extreme | dict(weights=tables.weights(weights), sets=tables.sets(views, errors), full="\n\n".join(full),
-                          summary=tables.summary(errors, "l1", ALL), summary_relmse=tables.summary(errors, "relmse", ALL),
-                          summary_color=tables.summary(errors, "l1", COLOR), kinds=tables.kinds(errors, views, first, SHOWN), first=first)
+    summaries = dict(summary=("l1", ALL), summary_relmse=("relmse", ALL), summary_color=("l1", COLOR))
+    return extreme | {name: tables.summary(errors, *of) for name, of in summaries.items()} | dict(
+        weights=tables.weights(weights), sets=tables.sets(views, errors), full="\n\n".join(full),
+        kinds=tables.kinds(errors, views, first, SHOWN), first=first)
 
 
 def _speed_parts(about, precision):

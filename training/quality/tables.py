@@ -52,7 +52,8 @@ def full(errors, name):
         for inputs in ("", *INPUTS):
             for method in distinct(select(here, inputs=inputs), "method"):
                 lines.append([spp, method, inputs, *_figures(select(here, method=method, inputs=inputs))])
-    head = "samples", "", "inputs", "renders", "L1", "L1, 95th percentile", "PSNR", "SSIM", "relative MSE", "SMAPE", "light", "highlights"
+    head = ["samples", "", "inputs", "renders", "L1", "L1, 95th percentile", "PSNR", "SSIM", "relative MSE", "SMAPE",
+            *LIGHT]
     return markdown(head, lines)
 
 
