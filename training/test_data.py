@@ -1,4 +1,4 @@
-"""Tests of the data: scenes, views, and how they are split. Run `pytest` in this folder."""
+"""Tests of the data: scenes, views, how they are split, and the crops of them. Run `pytest` in this folder."""
 
 import json
 from types import SimpleNamespace
@@ -8,11 +8,13 @@ import OpenEXR
 import pytest
 import torch
 
+from augment import Crops, noisier
 from import_exr import FEATURES, main as import_exr
 from render import kinds, meshes
 from render.job import sample_counts, seed_sequence
 from render.scene import Mesh
 from render_animations import scenes_of
+from transfer import transfer
 from views import part, read_view
 from write_view import write_view
 
@@ -128,3 +130,43 @@ def test_scenes_of_animations_are_numbers_and_single_ones_may_have_a_change():
     assert [scenes_of(text) for text in ("3:5", "3", "3-cut")] == [[(3, None), (4, None)], [(3, None)], [(3, "cut")]]
     with pytest.raises(ValueError):
         scenes_of("cut")
+
+
+def test_crops_are_finite_and_their_light_is_what_the_input_encodes(random):
+    def view(name):
+        image = torch.rand(9, 40, 48, generator=random)
+        noisy = torch.cat([image[:3] * (1 + torch.randn(3, 40, 48, generator=random)).clamp(min=0), image[3:]])
+        return dict(name=name, ref=image, target=image[:3], noisy=[(2, noisy), (4, image)], relerr=0.1)
+
+    crops = Crops([view("a"), view("b")], 32, 1)
+    for _ in range(40):
+        x, light, target = crops.batch(4)
+        assert x.isfinite().all() and light.isfinite().all() and target.isfinite().all() and target.max() <= 1
+        torch.testing.assert_close(x[:, :3], transfer(light[:, :3].clamp(min=0)))
+
+
+@pytest.mark.parametrize(("effects", "changes"), [(0.0, False), (1.0, True)])
+def test_crops_without_effects_are_the_views_own_light(effects, changes):
+    gray = torch.full((9, 40, 40), 0.25)
+    view = dict(name="a", ref=gray, target=gray[:3], noisy=[(2, gray)], relerr=0.1)
+    crops = Crops([view], 32, 1, effects)
+    seen = [torch.stack([light[:, :3].std(), transfer(light[:, :3]).sub(target).abs().max()])
+            for _, light, target in (crops.batch(1) for _ in range(40))]
+    assert bool((torch.stack(seen) > 1e-4).any()) == changes
+
+
+@pytest.mark.parametrize("level", [0.01, 1.0, 100.0])
+def test_renders_nearly_as_good_as_the_reference_are_left_out(level, random):
+    target = torch.full((3, 48, 48), level)
+
+    def render(samples):
+        return (samples, target + 0.2 * level / samples**0.5 * torch.randn(target.shape, generator=random))
+
+    def kept(*counts):
+        view = dict(target=target, ref=render(64)[1], noisy=[render(count) for count in counts])
+        return [samples for samples, _ in noisier(view)]
+
+    assert kept(1, 4, 12, 24, 64) == [1, 4, 12]
+    assert kept(32, 64) == [32]
+    view = dict(target=target, ref=target, noisy=[render(256)])
+    assert noisier(view) == view["noisy"]

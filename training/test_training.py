@@ -8,7 +8,7 @@ import pytest
 import torch
 from safetensors.numpy import load_file
 
-from augment import Crops, noisier, splat, texture
+from augment import splat, texture
 from average import average
 from export import provenance, save_weights
 from inference import denoise
@@ -261,29 +261,6 @@ def test_muon_steps_have_singular_values_near_one(shape, random):
     assert 0.4 < values.min() <= values.max() < 1.4
 
 
-def test_crops_are_finite_and_their_light_is_what_the_input_encodes(random):
-    def view(name):
-        image = torch.rand(9, 40, 48, generator=random)
-        noisy = torch.cat([image[:3] * (1 + torch.randn(3, 40, 48, generator=random)).clamp(min=0), image[3:]])
-        return dict(name=name, ref=image, target=image[:3], noisy=[(2, noisy), (4, image)], relerr=0.1)
-
-    crops = Crops([view("a"), view("b")], 32, 1)
-    for _ in range(40):
-        x, light, target = crops.batch(4)
-        assert x.isfinite().all() and light.isfinite().all() and target.isfinite().all() and target.max() <= 1
-        torch.testing.assert_close(x[:, :3], transfer(light[:, :3].clamp(min=0)))
-
-
-@pytest.mark.parametrize(("effects", "changes"), [(0.0, False), (1.0, True)])
-def test_crops_without_effects_are_the_views_own_light(effects, changes):
-    gray = torch.full((9, 40, 40), 0.25)
-    view = dict(name="a", ref=gray, target=gray[:3], noisy=[(2, gray)], relerr=0.1)
-    crops = Crops([view], 32, 1, effects)
-    seen = [torch.stack([light[:, :3].std(), transfer(light[:, :3]).sub(target).abs().max()])
-            for _, light, target in (crops.batch(1) for _ in range(40))]
-    assert bool((torch.stack(seen) > 1e-4).any()) == changes
-
-
 def test_validation_compares_with_the_target_and_not_with_the_reference(monkeypatch):
     noisy, target = torch.full((9, 32, 32), 0.1), torch.full((3, 32, 32), 0.3)
     view = dict(ref=torch.full((9, 32, 32), 0.2), target=target, noisy=[(2, noisy), (8, noisy)])
@@ -291,23 +268,6 @@ def test_validation_compares_with_the_target_and_not_with_the_reference(monkeypa
     for result, score in ((target, 0), (noisy[:3], 1)):
         monkeypatch.setattr(validation, "_denoise", lambda model, image, result=result: result)
         assert validation(None) == pytest.approx(score)
-
-
-@pytest.mark.parametrize("level", [0.01, 1.0, 100.0])
-def test_renders_nearly_as_good_as_the_reference_are_left_out(level, random):
-    target = torch.full((3, 48, 48), level)
-
-    def render(samples):
-        return (samples, target + 0.2 * level / samples**0.5 * torch.randn(target.shape, generator=random))
-
-    def kept(*counts):
-        view = dict(target=target, ref=render(64)[1], noisy=[render(count) for count in counts])
-        return [samples for samples, _ in noisier(view)]
-
-    assert kept(1, 4, 12, 24, 64) == [1, 4, 12]
-    assert kept(32, 64) == [32]
-    view = dict(target=target, ref=target, noisy=[render(256)])
-    assert noisier(view) == view["noisy"]
 
 
 def test_the_fixtures_are_finite_and_gather_what_they_say(tmp_path, random):
