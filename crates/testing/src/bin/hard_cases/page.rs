@@ -40,13 +40,12 @@ Constant images come back unchanged because a mean of equal colors is that color
   into the first pixels of the dark side.
 - **Exposures in 16-bit tensors**: scaled pixels round differently, and a logit that rounds to the adjacent value
   changes by 2^-11. 32-bit tensors meet the goal.
-- **Dark surroundings**: the exposure remains the scene's, but the network sees surroundings instead of an image edge,
-  which changes the error of the scene by a few percent.
-- **Fireflies**: a lone pixel on black counts as a firefly and is removed. Two touching fireflies count as a light and
-  stay.
 
-The network itself rejects fireflies of up to about 200 times their surroundings (the first three in the table). The
-repair darkens brighter ones to 256 times their surroundings.
+## Fireflies
+
+A lone pixel on black counts as a firefly and is removed. Two touching fireflies count as a light and stay. The network
+itself rejects fireflies of up to about 200 times their surroundings (the first three in the table). The repair darkens
+brighter ones to 256 times their surroundings.
 
 ## Growth of rounding errors
 
