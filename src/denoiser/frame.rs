@@ -185,9 +185,9 @@ impl Frame<'_> {
 /// Rejects scales that are not positive, finite and normal: many GPUs flush subnormals to 0.
 pub(crate) fn check_input_scale(scale: Option<f32>) -> Result<()> {
     match scale {
-        Some(scale) if !(scale.is_normal() && scale > 0.0) => {
-            Err(Error::Image(format!("input scale is {scale}, expected a finite number above 0")))
-        }
+        Some(scale) if !(scale.is_normal() && scale > 0.0) => Err(Error::Image(format!(
+            "input scale is {scale}, expected a number from 1.2e-38 to 3.4e38"
+        ))),
         _ => Ok(()),
     }
 }

@@ -1,5 +1,6 @@
 //! Compares part of a denoised image with the CPU reference.
 
+use std::cmp::Ordering;
 use std::num::NonZero;
 use std::thread;
 
@@ -219,8 +220,8 @@ impl Exposure {
     }
 }
 
-/// The noisiest block, or `None` if no block is noisy. Skips blocks with invalid values: the repair
-/// replaces them, so the noise measured there would not be the renderer's.
+/// The noisiest block, or `None` if no block is noisy. Blocks with values that the repair replaces come
+/// last: the noise there is not all the renderer's.
 fn noisiest(color: &Image, exposure: Exposure, margin: u32) -> Option<Rect> {
     let (width, height) = (color.width() - 2 * margin, color.height());
     let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
@@ -232,31 +233,47 @@ fn noisiest(color: &Image, exposure: Exposure, margin: u32) -> Option<Rect> {
         let [begin, end] = [begin, end].map(|[x, y]| [x + margin, y]);
         Rect { begin, end }
     };
-    let noise = |rect: Rect| Some((noise(&cut(color, &rect), exposure)?, rect));
+    let noise = |rect: Rect| (noise(&cut(color, &rect), exposure), rect);
     let along = |side: u32| (0..side).step_by(step);
     let blocks = along(rows).flat_map(|y| along(columns).map(move |x| block(x, y)));
-    let noisiest = blocks.filter_map(noise).max_by(|a, b| a.0.total_cmp(&b.0));
     // A block without any is constant or a ramp: the network may have skipped it (see
     // [`crate::ops::activity`]).
-    noisiest.filter(|(noise, _)| *noise > 0.0).map(|(_, rect)| rect)
+    let noisy = blocks.map(noise).filter(|(noise, _)| noise.bend > 0.0);
+    noisy.max_by(|(a, _), (b, _)| a.order(b)).map(|(_, rect)| rect)
 }
 
-/// The mean absolute second difference of a block's encoded rows and columns.
-fn noise(block: &Image, exposure: Exposure) -> Option<f64> {
-    if !block.pixels().iter().flatten().all(|&v| exposure.is_seen(v)) {
-        return None;
+/// How noisy a block is.
+struct Noise {
+    /// Whether the network sees all of its values unrepaired.
+    is_sound: bool,
+    /// The mean absolute second difference of its encoded rows and columns, where the network sees
+    /// all three values unrepaired.
+    bend: f64,
+}
+
+impl Noise {
+    /// Sound blocks come after others, noisier ones after less noisy ones.
+    fn order(&self, other: &Self) -> Ordering {
+        self.is_sound.cmp(&other.is_sound).then(self.bend.total_cmp(&other.bend))
     }
+}
+
+fn noise(block: &Image, exposure: Exposure) -> Noise {
     let rows: Vec<&[[f32; 3]]> = (0..block.height()).map(|y| block.row(y)).collect();
     let column = |x: u32| rows.iter().map(|row| row[x as usize]).collect::<Vec<_>>();
     let columns: Vec<_> = (0..block.width()).map(column).collect();
     let lines = rows.iter().copied().chain(columns.iter().map(Vec::as_slice));
     let bend = |w: &[[f32; 3]], c: usize| {
-        let [before, here, after] = [0, 1, 2].map(|i| exposure.encode(w[i][c]));
-        (before - 2.0 * here + after).abs()
+        let values = [0, 1, 2].map(|i| w[i][c]);
+        let [before, here, after] = values.map(|v| exposure.encode(v));
+        values.iter().all(|&v| exposure.is_seen(v)).then(|| (before - 2.0 * here + after).abs())
     };
-    let bends = lines.flat_map(|line| line.windows(3)).flat_map(|w| [0, 1, 2].map(|c| bend(w, c)));
-    let bends: Vec<_> = bends.collect();
-    Some(bends.iter().sum::<f64>() / bends.len().max(1) as f64)
+    let windows = lines.flat_map(|line| line.windows(3));
+    let bends: Vec<_> = windows.flat_map(|w| [0, 1, 2].map(|c| bend(w, c))).flatten().collect();
+    Noise {
+        is_sound: block.pixels().iter().flatten().all(|&v| exposure.is_seen(v)),
+        bend: bends.iter().sum::<f64>() / bends.len().max(1) as f64,
+    }
 }
 
 /// The pixels that `rect` depends on, aligned outward and clipped to the image.

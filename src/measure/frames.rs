@@ -83,11 +83,11 @@ fn full_frame<'a>(color: &'a Image, albedo: &'a Image, normal: &'a Image) -> Fra
 /// # Errors
 /// Fails if a side is 0 or the images do not fit in memory.
 pub fn test_card(width: u32, height: u32) -> Result<[Image; 3]> {
-    let at = |i: u32| {
-        let (x, y) = (i % width, i / width);
+    let at = |x: u32, y: u32| {
         [x as f32 / width as f32, y as f32 / height as f32, ((x ^ y) & 15) as f32 / 15.0]
     };
-    let pixels: Vec<_> = (0..width * height).map(at).collect();
+    let row = |y| (0..width).map(move |x| at(x, y));
+    let pixels: Vec<_> = (0..height).flat_map(row).collect();
     let color = pixels.iter().map(|p| p.map(|v| 4.0 * v * v)).collect();
     let normal = pixels.iter().map(|p| p.map(|v| 2.0 * v - 1.0)).collect();
     Ok([

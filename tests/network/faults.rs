@@ -191,6 +191,43 @@ fn one_wrong_weight_is_found() {
     }
 }
 
+/// As after a pixel filter with negative lobes, or a render that is broken in places.
+#[test]
+fn a_picture_with_bad_values_in_every_block_is_verified() {
+    let [noise, ..] = images(70, 50);
+    let denoiser = denoiser(&Options::default());
+    for bad in [-0.1, f32::NAN, f32::INFINITY] {
+        let mut color = noise.clone();
+        color.pixels_mut().iter_mut().step_by(7).for_each(|pixel| pixel[1] = bad);
+        let frame = Frame::new(&color);
+        let mut result = denoiser.denoise(&frame).unwrap();
+        let verified = denoiser.verify(&frame, &result).unwrap();
+        assert!(verified.is_some(), "noise beside {bad} is not seen");
+        result.pixels_mut().iter_mut().for_each(|pixel| pixel[0] *= 1.1);
+        assert_refused(
+            &format!("too red beside {bad}"),
+            denoiser.verify(&frame, &result).map(|_| ()),
+        );
+    }
+}
+
+#[test]
+fn a_block_without_bad_values_is_verified_if_there_is_one() {
+    let [mut color, ..] = images(70, 50);
+    for (i, pixel) in (0..).zip(color.pixels_mut()) {
+        let (x, y) = (i % 70, i / 70);
+        let is_sound = (32..48).contains(&x) && (16..32).contains(&y);
+        // Elsewhere there is more noise.
+        *pixel = if is_sound { pixel.map(|v| 4.0 + 0.1 * v) } else { *pixel };
+        pixel[2] = if !is_sound && x % 5 == 0 { -0.1 } else { pixel[2] };
+    }
+    let frame = Frame::new(&color);
+    let denoiser = denoiser(&Options::default());
+    let result = denoiser.denoise(&frame).unwrap();
+    let verified = denoiser.verify(&frame, &result).unwrap().expect("noise");
+    assert_eq!(verified.rect.begin, [32, 16]);
+}
+
 #[test]
 fn a_picture_without_noise_has_nothing_to_verify() {
     let color = Image::filled(40, 30, [0.5, 0.4, 0.3]).unwrap();

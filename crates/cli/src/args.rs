@@ -109,6 +109,8 @@ pub(crate) struct DenoiseArgs {
     pub(crate) network: NetworkArgs,
     #[command(flatten)]
     pub(crate) layers: LayerArgs,
+    #[command(flatten)]
+    pub(crate) light: LightArgs,
     /// What happens to the alpha: keep or denoise [default: denoise if it is fractional anywhere]
     #[arg(long, value_enum, value_name = "HOW", hide_possible_values = true,
           hide_short_help = true, help_heading = LAYERS)]
@@ -217,17 +219,22 @@ pub(crate) struct LayerArgs {
     #[arg(long, value_name = "LAYER|FILE", conflicts_with = "no_aux", hide_short_help = true,
           help_heading = LAYERS)]
     pub(crate) normal: Option<OsString>,
+    /// Use neither albedo nor normal
+    #[arg(long, hide_short_help = true, help_heading = LAYERS)]
+    pub(crate) no_aux: bool,
+    #[command(flatten)]
+    pub(crate) limits: LimitArgs,
+}
+
+/// Which further layers to denoise.
+#[derive(Debug, Default, Args)]
+pub(crate) struct LightArgs {
     /// Further layers of light to denoise by the color's weights: auto, or names such as RGBA_*
     ///
     /// Names are separated by commas and may have *, ? and [...]. With auto, light groups and passes
     /// that renderers sum up are found by their names; `wgdenoise info` shows which.
     #[arg(long, value_name = "NAMES|auto", hide_short_help = true, help_heading = LAYERS)]
     pub(crate) layers: Option<String>,
-    /// Use neither albedo nor normal
-    #[arg(long, hide_short_help = true, help_heading = LAYERS)]
-    pub(crate) no_aux: bool,
-    #[command(flatten)]
-    pub(crate) limits: LimitArgs,
 }
 
 #[derive(Clone, Copy, Debug, Default, Args)]
@@ -283,6 +290,8 @@ pub(crate) struct InfoArgs {
     pub(crate) input: PathBuf,
     #[command(flatten)]
     pub(crate) layers: LayerArgs,
+    #[command(flatten)]
+    pub(crate) light: LightArgs,
     /// Print JSON
     #[arg(long)]
     pub(crate) json: bool,

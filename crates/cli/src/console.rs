@@ -165,13 +165,18 @@ impl Console {
     }
 
     /// An action that clears the bar and reports that a run of this many images was stopped.
-    pub(crate) fn last_words(&self, tally: Tally, images: usize) -> impl FnOnce() + Send + use<> {
+    pub(crate) fn last_words(
+        &self,
+        tally: Tally,
+        images: usize,
+        rest: &'static str,
+    ) -> impl FnOnce() + Send + use<> {
         let bar = self.progress.borrow().as_ref().map(|progress| progress.bar.clone());
         move || {
             if let Some(bar) = bar {
                 bar.finish_and_clear();
             }
-            let _ = writeln!(std::io::stderr(), "wgdenoise: {}", tally.last_words(images));
+            let _ = writeln!(std::io::stderr(), "wgdenoise: {}", tally.last_words(images, rest));
         }
     }
 

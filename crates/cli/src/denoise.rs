@@ -14,7 +14,7 @@ use crate::console::{Console, Verbosity};
 use crate::failure::{Failure, shown};
 use crate::interrupt::{self, Tally};
 use crate::plan::{self, Job, Plan};
-use crate::request::Denoise;
+use crate::request::{self, Denoise};
 use crate::session::Session;
 use crate::stages::{Laps, Read, Ready, Written, read, write};
 use crate::temporal::{Animation, Held};
@@ -43,12 +43,23 @@ pub(crate) fn run(
         Batch { request, console, session, images, skipped, failed, stop, tally, start };
     console.begin(jobs.len());
     if stop.is_none() {
-        interrupt::watch(console.last_words(batch.tally.clone(), images));
+        let rest = rest(request.writing);
+        interrupt::watch(console.last_words(batch.tally.clone(), images, rest));
     }
     let outcome = batch.images(&jobs);
     console.end();
     outcome?;
     batch.finish(&jobs)
+}
+
+/// What becomes of the images of a run that is stopped before them. `--skip-existing` goes with neither
+/// of the flags that replace files.
+fn rest(writing: request::Writing) -> &'static str {
+    if writing.force || writing.in_place {
+        "the files of the others are unchanged"
+    } else {
+        "give --skip-existing to go on"
+    }
 }
 
 /// A finished frame of an animation.

@@ -15,14 +15,16 @@ pub use crate::console::{Host, Level};
 
 /// Denoises as the program does with these words, its name first: `wgdenoise [OPTIONS] IN... OUT`.
 ///
-/// Once `stop` is true, the image at hand is given up, and images denoised before are written whole.
+/// A pipe is read once per call. Once `stop` is true, the image at hand is given up, and images denoised before are written whole.
 ///
 /// # Errors
 /// Fails like the program, with the same sentences, and with [`Failure::Stopped`].
 pub fn denoise(words: &[OsString], host: Box<dyn Host>, stop: &AtomicBool) -> Result<(), Failure> {
     let request = parse::parse_denoise(words)?;
     let console = Console::of_host(request.verbosity, host);
-    denoise::run(&request, &console, Some(stop))
+    let outcome = denoise::run(&request, &console, Some(stop));
+    request.files().for_each(wgdenoise_files::forget);
+    outcome
 }
 
 /// Reads a weights file as `--weights` does: safetensors in wgdenoise's format, or Open Image
@@ -43,6 +45,7 @@ mod tests {
     use super::*;
 
     const NOISY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/plain_rgb.exr");
+    const NOISY_KARMA: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/data/karma_like.exr");
     const WEIGHTS: &str =
         concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/unet_tiny.safetensors");
 
@@ -110,6 +113,27 @@ mod tests {
         let failure = run(&notes, &["--weights", WEIGHTS, NOISY, out.to_str().unwrap()]);
         assert!(matches!(failure, Err(Failure::Stopped)), "{failure:?}");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn each_call_reads_a_pipe_anew() {
+        let folder = tempfile::tempdir().unwrap();
+        let [pipe, out] = ["pipe.exr", "out.exr"].map(|name| folder.path().join(name));
+        assert!(std::process::Command::new("mkfifo").arg(&pipe).status().unwrap().success());
+        let sizes = [NOISY, NOISY_KARMA].map(|file| {
+            let (bytes, pipe) = (std::fs::read(file).unwrap(), pipe.clone());
+            let [from, to] = [&pipe, &out].map(|path| path.to_str().unwrap());
+            let writer = std::thread::spawn({
+                let pipe = pipe.clone();
+                move || std::fs::write(pipe, bytes).unwrap()
+            });
+            run(&Rc::default(), &["--force", "--weights", WEIGHTS, from, to]).unwrap();
+            writer.join().unwrap();
+            let written = wgdenoise_files::Picture::open(&out, &Default::default()).unwrap();
+            written.first().color().size()
+        });
+        assert_ne!(sizes[0], sizes[1]);
     }
 
     #[test]

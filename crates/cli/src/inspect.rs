@@ -13,7 +13,7 @@ use crate::request::{Compare, Info, Preview};
 use wgdenoise::wgpu::AdapterInfo;
 use wgdenoise::{Gpu, Inputs, Quality, Weights};
 use wgdenoise_files::{
-    Description, FileError, Identity, LayerInfo, Picture, Problem, ViewInfo, escaped,
+    Description, FileError, Identity, LayerInfo, Picture, Problem, ViewInfo, comparison, escaped,
 };
 use wgdenoise_metrics::Metrics;
 
@@ -202,10 +202,11 @@ pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failur
 }
 
 /// Prints how close an image is to its reference.
-pub(crate) fn compare(request: &Compare) -> Result<(), Failure> {
+pub(crate) fn compare(request: &Compare, console: &Console) -> Result<(), Failure> {
     let image = Picture::open(&request.image, &request.layers)?;
     let reference = Picture::open(&request.reference, &request.layers)?;
     let metrics = wgdenoise_metrics::compare(image.first().color(), reference.first().color())?;
+    comparison::differences(&image, &reference).iter().for_each(|text| console.notice(text));
     if request.json { print_json(&metrics_json(&metrics)) } else { print(&metrics_text(&metrics)) }
 }
 

@@ -12,13 +12,11 @@ impl Tally {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The message of a run of this many images that is stopped.
-    pub(crate) fn last_words(&self, images: usize) -> String {
+    /// The message of a run of this many images that is stopped, with what becomes of the `rest`.
+    pub(crate) fn last_words(&self, images: usize, rest: &str) -> String {
         match self.0.load(Ordering::Relaxed) {
             0 => "stopped before an image was written".into(),
-            written => {
-                format!("stopped after {written} of {images} images; give --skip-existing to go on")
-            }
+            written => format!("stopped after {written} of {images} images; {rest}"),
         }
     }
 }
@@ -72,11 +70,12 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_last_words_tell_how_to_go_on_if_there_is_a_rest() {
+    fn the_last_words_tell_what_becomes_of_the_rest_if_there_is_one() {
         let tally = Tally::default();
-        assert_eq!(tally.last_words(3), "stopped before an image was written");
+        let rest = "give --skip-existing to go on";
+        assert_eq!(tally.last_words(3, rest), "stopped before an image was written");
         tally.add();
-        let words = tally.last_words(3);
+        let words = tally.last_words(3, rest);
         assert_eq!(words, "stopped after 1 of 3 images; give --skip-existing to go on");
     }
 }

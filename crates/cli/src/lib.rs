@@ -65,7 +65,7 @@ fn run(request: Request) -> Result<(), Failure> {
         Request::Denoise(request) => denoise::run(&request, &Console::new(request.verbosity), None),
         Request::Info(request) => inspect::info(&request),
         Request::Preview(request) => inspect::preview(&request, &console),
-        Request::Compare(request) => inspect::compare(&request),
+        Request::Compare(request) => inspect::compare(&request, &console),
         Request::Devices { json } => inspect::devices(json),
         Request::Bench(request) => bench::bench(&request, &console),
         Request::Profile(request) => bench::profile(&request, &console),

@@ -6,8 +6,8 @@ use std::path::{Path, PathBuf};
 use clap::{CommandFactory, Parser};
 
 use crate::args::{
-    ChoiceArgs, Cli, Command, DenoiseArgs, DeviceArgs, LayerArgs, LimitArgs, MeasureArgs,
-    NetworkArgs, WritingArgs,
+    ChoiceArgs, Cli, Command, DenoiseArgs, DeviceArgs, LayerArgs, LightArgs, LimitArgs,
+    MeasureArgs, NetworkArgs, WritingArgs,
 };
 use crate::console::Verbosity;
 use crate::failure::{Failure, shown};
@@ -72,7 +72,7 @@ fn request(cli: Cli) -> Result<Request, Failure> {
     Ok(match cli.command {
         None => Request::Denoise(denoise(cli.denoise)?),
         Some(Command::Info(args)) => {
-            let layers = layers(args.layers);
+            let layers = with_light(layers(args.layers), &args.light);
             Request::Info(Info { input: args.input, layers, json: args.json })
         }
         Some(Command::Preview(args)) => Request::Preview(Preview {
@@ -152,7 +152,7 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
         inputs,
         output,
         frames: args.frames,
-        layers: LayerChoice { motion, ..layers(args.layers) },
+        layers: LayerChoice { motion, ..with_light(layers(args.layers), &args.light) },
         temporal: usize::from(args.temporal.unwrap_or(0)),
         weights,
         device: device(args.device, args.network.precision.map(Into::into)),
@@ -242,6 +242,12 @@ fn named_weights(args: &NetworkArgs) -> Result<WeightsChoice, Failure> {
 }
 
 fn bench(args: MeasureArgs, json: bool) -> Result<Bench, Failure> {
+    let (pixels, most) = (u64::from(args.width) * u64::from(args.height), Limits::default().pixels);
+    if pixels > most {
+        return Err(Failure::Usage(format!(
+            "--width and --height make {pixels} pixels, and at most {most} can be measured"
+        )));
+    }
     Ok(Bench {
         width: args.width,
         height: args.height,
@@ -270,10 +276,13 @@ fn layers(args: LayerArgs) -> LayerChoice {
         albedo: args.albedo,
         normal: args.normal,
         no_aux: args.no_aux,
-        layers: args.layers.as_deref().map(LayersWish::parse),
         limits: limits(args.limits),
         ..LayerChoice::default()
     }
+}
+
+fn with_light(layers: LayerChoice, args: &LightArgs) -> LayerChoice {
+    LayerChoice { layers: args.layers.as_deref().map(LayersWish::parse), ..layers }
 }
 
 fn limits(args: LimitArgs) -> Limits {

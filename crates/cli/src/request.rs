@@ -1,6 +1,6 @@
 //! What a command line asks for, in plain types.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use wgdenoise::{KernelSet, MatrixShape, Precision, Quality};
@@ -58,6 +58,14 @@ pub(crate) struct Denoise {
     /// Stops to brighten PNG and JPEG outputs by.
     pub(crate) exposure: Option<f32>,
     pub(crate) writing: Writing,
+}
+
+impl Denoise {
+    /// The files that are read, and layers that may be files.
+    pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
+        let features = [&self.layers.albedo, &self.layers.normal].into_iter().flatten();
+        self.inputs.iter().map(PathBuf::as_path).chain(features.map(Path::new))
+    }
 }
 
 /// What happens to the alpha of a picture.

@@ -119,11 +119,11 @@ pub(crate) fn runs() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=10_000)
 }
 
-/// A finite number above 0.
+/// A finite number above 0 that has all its digits as a 32-bit float.
 pub(crate) fn positive(text: &str) -> Result<f32, String> {
     match text.parse() {
-        Ok(value) if value > 0.0 && f32::is_finite(value) => Ok(value),
-        _ => Err("expected a number above 0".into()),
+        Ok(value) if value > 0.0 && f32::is_normal(value) => Ok(value),
+        _ => Err("expected a number from 1.2e-38 to 3.4e38".into()),
     }
 }
 

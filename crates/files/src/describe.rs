@@ -84,6 +84,7 @@ impl Description {
     }
 
     fn of_ldr(path: &Path, name: &str, wanted: &LayerChoice) -> Result<Self, Problem> {
+        picture::check_no_layers(wanted)?;
         let ldr::Kind { text, size: (width, height), has_alpha } =
             ldr::describe(path, wanted.limits)?;
         let view = ViewInfo {

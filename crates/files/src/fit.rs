@@ -117,23 +117,49 @@ fn unread_inputs(metadata: &Metadata, given: Inputs) -> Option<String> {
 #[must_use]
 pub fn unusable_pixels(metadata: &Metadata, color: &Image) -> Vec<String> {
     let signed = metadata.transfer_function == TransferFunction::Signed;
+    let pyramid = metadata.topology == Topology::KernelPyramid;
     let has = |pixel: &[f32; 3], is_bad: fn(f32) -> bool| pixel.iter().any(|&v| is_bad(v));
     let is_missing = |p: &[f32; 3]| has(p, |v| v.is_nan() || v == f32::NEG_INFINITY);
     let is_infinite = |p: &[f32; 3]| has(p, |v| v == f32::INFINITY);
-    let count =
-        |is_bad: &dyn Fn(&[f32; 3]) -> bool| color.pixels().iter().filter(|p| is_bad(p)).count();
-    let missing = count(&|p| is_missing(p) || signed && is_infinite(p));
-    let infinite = count(&|p| !signed && is_infinite(p) && !is_missing(p));
-    let clips = !signed && metadata.topology != Topology::KernelPyramid;
-    let negative = count(&|p| clips && has(p, |v| v.is_finite() && v < 0.0));
+    let is_finite = |p: &[f32; 3]| !is_missing(p) && !is_infinite(p);
+    let count = |applies: bool, is_bad: &dyn Fn(&[f32; 3]) -> bool| {
+        if applies { color.pixels().iter().filter(|p| is_bad(p)).count() } else { 0 }
+    };
+    let found = [
+        (
+            count(true, &|p| is_missing(p) || signed && is_infinite(p)),
+            "NaN or −∞; each is filled from its neighbors",
+        ),
+        (
+            count(!signed, &|p| is_infinite(p) && !is_missing(p)),
+            "infinite; four or more together count as very bright, fewer are filled",
+        ),
+        (
+            count(!signed && !pyramid, &|p| has(p, |v| v.is_finite() && v < 0.0)),
+            "negative; negative values count as 0",
+        ),
+        (
+            count(!signed && pyramid, &|p| is_finite(p) && luminance(p) < 0.0),
+            "of negative luminance; negative values there count as 0",
+        ),
+        (count(!signed, &|p| has(p, is_beyond)), "beyond ±1e30; such values count as ±1e30"),
+    ];
     let pixels = |n: usize| if n == 1 { "1 pixel is".into() } else { format!("{n} pixels are") };
-    let missing = (missing, "NaN or −∞; each is filled from its neighbors");
-    let infinite =
-        (infinite, "infinite; four or more together count as very bright, fewer are filled");
-    let negative = (negative, "negative; negative values count as 0");
-    let found = [missing, infinite, negative].into_iter().filter(|(n, _)| *n > 0);
+    let found = found.into_iter().filter(|(n, _)| *n > 0);
     found.map(|(n, what)| format!("{} {what}", pixels(n))).collect()
 }
+
+/// Of linear color with Rec. 709 primaries.
+fn luminance(pixel: &[f32; 3]) -> f32 {
+    LUMINANCE.iter().zip(pixel).map(|(share, v)| share * v).sum()
+}
+
+fn is_beyond(value: f32) -> bool {
+    value.is_finite() && value.abs() > 1e30
+}
+
+/// The shares of the channels, as in `weights-format.md`.
+const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
 
 #[cfg(test)]
 mod tests {
@@ -167,17 +193,23 @@ mod tests {
     #[test]
     fn pixels_that_are_no_light_are_counted_by_what_becomes_of_them() {
         let (nan, inf) = (f32::NAN, f32::INFINITY);
-        let pixels = [[nan, inf, 1.0], [-inf, 0.0, 0.0], [inf, -1.0, 2.0], [1.0; 3]];
-        let image = Image::new(4, 1, pixels.to_vec()).expect("the count is right");
-        let mut expected = vec![
-            "2 pixels are NaN or −∞; each is filled from its neighbors",
-            "1 pixel is infinite; four or more together count as very bright, fewer are filled",
-        ];
-        let mut metadata = metadata();
-        metadata.topology = Topology::KernelPyramid;
-        assert_eq!(unusable_pixels(&metadata, &image), expected, "wide gamuts stay");
-        metadata.topology = Topology::Unet;
-        expected.push("1 pixel is negative; negative values count as 0");
-        assert_eq!(unusable_pixels(&metadata, &image), expected);
+        let broken = [[nan, inf, 1.0], [-inf, 0.0, 0.0], [inf, -1.0, 2.0], [1.0; 3]];
+        let of_wide_gamut = [-0.1, 1.0, -0.1];
+        let dark = [0.1, -0.1, 0.1];
+        let pixels = [broken.as_slice(), &[of_wide_gamut, dark, [1e31, 0.0, 0.0]]].concat();
+        let image = Image::new(7, 1, pixels).expect("the count is right");
+        let of_topology = |topology| {
+            let mut metadata = metadata();
+            metadata.topology = topology;
+            unusable_pixels(&metadata, &image)
+        };
+        let missing = "2 pixels are NaN or −∞; each is filled from its neighbors";
+        let infinite =
+            "1 pixel is infinite; four or more together count as very bright, fewer are filled";
+        let dark = "1 pixel is of negative luminance; negative values there count as 0";
+        let negative = "3 pixels are negative; negative values count as 0";
+        let beyond = "1 pixel is beyond ±1e30; such values count as ±1e30";
+        assert_eq!(of_topology(Topology::KernelPyramid), [missing, infinite, dark, beyond]);
+        assert_eq!(of_topology(Topology::Unet), [missing, infinite, negative, beyond]);
     }
 }

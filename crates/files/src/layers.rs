@@ -92,7 +92,7 @@ pub fn named<'a>(layers: &'a [Layer], name: &str) -> Result<Vec<&'a Layer>, Prob
     one(&|l| l.shown == name)
         .or_else(|| one(&|l| l.shown.to_lowercase() == lower))
         .or_else(|| in_views(layers, &lower))
-        .or_else(|| only(layers, |l| l.pass_name().1.to_lowercase() == lower))
+        .or_else(|| only(layers, |l| !lower.is_empty() && l.pass_name().1.to_lowercase() == lower))
         .ok_or_else(|| {
             let listed = list(layers);
             Problem::Layers(format!("has no layer `{}`; its layers are {listed}", escaped(name)))

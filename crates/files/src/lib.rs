@@ -5,6 +5,7 @@
 //! are linear in memory, with Rec. 709 primaries if the file does not say otherwise.
 
 pub mod choice;
+pub mod comparison;
 pub mod exr;
 pub mod features;
 pub mod fit;
@@ -57,7 +58,7 @@ pub use output::replace;
 pub use picture::Picture;
 pub use preview::{Preview, exposed};
 pub use selection::Selection;
-pub use stream::{is_standard, is_stream};
+pub use stream::{forget, is_standard, is_stream};
 pub use view::{Denoised, NoisyLayer, View};
 pub use wanted::LayerChoice;
 

@@ -3,6 +3,8 @@
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 
+use ::exr::meta::attribute::Chromaticities;
+
 use super::choice::{self, Choice};
 use super::display::Display;
 use super::escape::escaped;
@@ -11,7 +13,7 @@ use super::format::Format;
 use super::ldr::LdrFile;
 use super::light::LayersWish;
 use super::limits::Limits;
-use super::motion::{MotionLayer, MotionPick};
+use super::motion::{MotionLayer, MotionPick, MotionWish};
 use super::output::{Out, check_place, replace};
 use super::selection::Selection;
 use super::view::{Denoised, NoisyLayer, View};
@@ -65,10 +67,7 @@ impl Picture {
     }
 
     fn open_ldr(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
-        let further = wanted.layers.as_ref().and_then(LayersWish::first);
-        if let Some(layer) = wanted.color.as_deref().or(further) {
-            return Err(no_layers(layer).at(path));
-        }
+        check_no_layers(wanted).map_err(|problem| problem.at(path))?;
         let (file, color) = LdrFile::read(path, wanted.limits).map_err(|p| p.at(path))?;
         let wish =
             |name: &Option<OsString>| name.clone().filter(|_| !wanted.no_aux).map(PathBuf::from);
@@ -109,6 +108,12 @@ impl Picture {
     #[must_use]
     pub fn is_display_referred(&self) -> bool {
         matches!(self.source, Source::Ldr(_))
+    }
+
+    /// Those of the first view, if the file has any.
+    pub(super) fn primaries(&self) -> Option<Chromaticities> {
+        let Source::Exr(file, choices) = &self.source else { return None };
+        file.headers()[choices[0].color.part()].shared_attributes.chromaticities
     }
 
     /// What a user should know about how the file was read, a sentence each.
@@ -195,6 +200,17 @@ impl Picture {
     }
 }
 
+/// Refuses to look for layers in a PNG or JPEG file.
+pub(super) fn check_no_layers(wanted: &LayerChoice) -> Result<(), Problem> {
+    let further = wanted.layers.as_ref().and_then(LayersWish::first);
+    let vectors = match &wanted.motion {
+        MotionWish::Named(name) => Some(name.as_str()),
+        MotionWish::Auto | MotionWish::Without => None,
+    };
+    let first = wanted.color.as_deref().or(further).or(vectors);
+    first.map_or(Ok(()), |layer| Err(no_layers(layer)))
+}
+
 /// PNG and JPEG files have no layers.
 pub(super) fn no_layers(wanted: &str) -> Problem {
     Problem::Layers(format!("has no layers, so no layer `{}`", escaped(wanted)))
@@ -223,7 +239,9 @@ pub(super) fn choose(
         file.check(&choice.target)?;
         let window = file.window(choice.color.part());
         let usable = |place| file.check_channel(place).is_ok() && file.window(place.part) == window;
-        choice.alpha.take_if(|(from, to)| !usable(*from) || !usable(*to));
+        if choice.alpha.take_if(|(from, to)| !usable(*from) || !usable(*to)).is_some() {
+            choice.left_out.push(UNUSABLE_ALPHA.into());
+        }
         let has_unusable = |pick: &mut MotionPick| !pick.channels.iter().all(|at| usable(*at));
         if let Some(pick) = choice.motion.take_if(has_unusable) {
             choice.leave_out_motion(&pick)?;
@@ -232,6 +250,9 @@ pub(super) fn choose(
     }
     Ok((choices, files))
 }
+
+const UNUSABLE_ALPHA: &str = "the alpha holds integers or covers another rectangle than the color; \
+                              it stays as it is";
 
 /// Refuses files whose images together would not fit in memory, however small each is.
 fn check_size(file: &ExrFile, choices: &[Choice], limits: Limits) -> Result<(), Problem> {

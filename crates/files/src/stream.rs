@@ -10,7 +10,7 @@ use super::Problem;
 /// Most bytes that are read from a pipe: 4 GiB.
 const MOST_BYTES: u64 = 4 << 30;
 
-/// What has been read, by its path. The system removes the files when the process ends.
+/// What has been read, by its path, until [`forget`] or the end of the process.
 static READ: Mutex<Vec<(PathBuf, File)>> = Mutex::new(Vec::new());
 
 /// Whether a path is `-`, which stands for standard input and standard output.
@@ -56,6 +56,11 @@ pub(super) fn open(path: &Path) -> Result<File, Problem> {
     let first = again(&file);
     read.push((path.to_path_buf(), file));
     first
+}
+
+/// Drops what came through the pipe at this path, so that the next one to open it reads it anew.
+pub fn forget(path: &Path) {
+    READ.lock().unwrap_or_else(PoisonError::into_inner).retain(|(other, _)| other != path);
 }
 
 fn again(file: &File) -> Result<File, Problem> {
@@ -117,20 +122,23 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn a_pipe_is_read_once_for_all_who_open_it() {
+    fn a_pipe_is_read_once_for_all_who_open_it_until_it_is_forgotten() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("pipe");
         assert!(std::process::Command::new("mkfifo").arg(&path).status().unwrap().success());
         assert!(is_stream(&path) && !is_stream(folder.path()) && is_stream(Path::new("-")));
-        let writer = std::thread::spawn({
-            let path = path.clone();
-            move || std::fs::write(path, "content").unwrap()
-        });
-        for _ in 0..2 {
-            let mut text = String::new();
-            open(&path).unwrap().read_to_string(&mut text).unwrap();
-            assert_eq!(text, "content");
+        for content in ["content", "more of it"] {
+            let writer = std::thread::spawn({
+                let path = path.clone();
+                move || std::fs::write(path, content).unwrap()
+            });
+            for _ in 0..2 {
+                let mut text = String::new();
+                open(&path).unwrap().read_to_string(&mut text).unwrap();
+                assert_eq!(text, content);
+            }
+            writer.join().unwrap();
+            forget(&path);
         }
-        writer.join().unwrap();
     }
 }

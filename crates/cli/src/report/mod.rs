@@ -10,7 +10,7 @@ use crate::failure::{Failure, shown};
 use crate::request;
 use crate::session;
 use wgdenoise::{Denoiser, Frame, Gpu, Options, Quality, Weights};
-use wgdenoise_files::{LayerChoice, Out, Picture, Problem};
+use wgdenoise_files::{LayerChoice, Out, Picture, Problem, comparison};
 use wgdenoise_metrics::Metrics;
 
 mod labels;
@@ -48,8 +48,10 @@ pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Fa
     if let Some(folder) = &request.out {
         prepare(folder, request.force)?;
     }
+    let differences = comparison::differences(&picture, &truth);
     let (view, truth) = (picture.first(), truth.first().color());
     let before = wgdenoise_metrics::compare(view.color(), truth)?;
+    differences.iter().for_each(|text| console.notice(text));
     let (gpu, options) = session::open(&request.device)?;
     let (width, height) = view.color().size();
     let frame = Frame::new(view.color())

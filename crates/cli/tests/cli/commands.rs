@@ -158,6 +158,26 @@ fn compare_reads_the_result_and_measures_it() {
     assert!(text.code == 0 && text.stdout.contains("SSIM"), "{text:?}");
 }
 
+/// As from a variable of a script that is not set.
+#[test]
+fn an_empty_name_is_no_layer() {
+    let folder = Folder::new();
+    folder.copy("blender5_parts.exr");
+    for flag in ["--color", "--albedo", "--normal"] {
+        let run = folder.denoise(&["blender5_parts.exr", "out.exr", flag, ""]);
+        run.assert_failed(1, &["has no layer ``"]);
+    }
+}
+
+#[test]
+fn images_too_large_to_measure_are_refused() {
+    let sides = ["--width", "65536", "--height", "65536"];
+    for command in ["bench", "profile"] {
+        let run = Folder::new().run(&[&[command], &sides[..]].concat());
+        run.assert_failed(2, &["make 4294967296 pixels, and at most 268435456 can be measured"]);
+    }
+}
+
 #[test]
 fn images_of_different_sizes_cannot_be_compared() {
     let folder = Folder::new();

@@ -86,6 +86,8 @@ fn a_png_has_no_layers_and_says_so() {
     assert!(info.stdout.contains("PNG, 8-bit RGB, 33×21 pixels"), "{info:?}");
     assert!(!info.stdout.contains("alpha"), "{info:?}");
     disc().save(folder.path("disc.png")).unwrap();
+    let named = folder.run(&["info", "in.png", "--color", "X"]);
+    named.assert_failed(1, &["has no layers, so no layer `X`"]);
     let info = folder.run(&["info", "disc.png"]);
     assert!(info.stdout.contains("alpha from the pixels"), "{info:?}");
 }

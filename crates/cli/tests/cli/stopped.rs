@@ -80,6 +80,18 @@ fn a_stopped_sequence_leaves_whole_results_and_goes_on_later() {
     }
 }
 
+#[test]
+fn a_stopped_run_that_replaces_files_does_not_advise_to_skip_them() {
+    let folder = animation();
+    let mut command = folder.command(&["b.##.exr", "--in-place", "--weights", WEIGHTS]);
+    let child = command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
+    let before = fs::read(folder.path("b.01.exr")).unwrap();
+    let run = stop(child, "INT", |_| fs::read(folder.path("b.02.exr")).unwrap() != before);
+    let last = run.stderr.lines().last().unwrap();
+    assert!(last.ends_with(" of 60 images; the files of the others are unchanged"), "{run:?}");
+    assert!(fs::read(folder.path("b.60.exr")).unwrap() == before);
+}
+
 /// Whether a process catches SIGINT, the second bit of its mask.
 fn is_ready(id: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap();

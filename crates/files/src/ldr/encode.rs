@@ -56,8 +56,9 @@ impl Encoded {
         }
         let unsupported = |e| Problem::Unsupported(format!("cannot keep the color profile: {e}"));
         self.icc.map_or(Ok(()), |icc| encoder.set_icc_profile(icc)).map_err(unsupported)?;
-        // Camera data is a courtesy: what is too long for a JPEG is left out.
-        let _ = self.exif.map(|exif| encoder.set_exif_metadata(exif));
+        // What is too long for a JPEG is listed with what was lost.
+        let _ =
+            self.exif.filter(|exif| jpeg::fits(exif)).map(|exif| encoder.set_exif_metadata(exif));
         let failed =
             |error: ImageError| Problem::Unsupported(format!("cannot be encoded: {error}"));
         self.pixels.write_with_encoder(encoder).map_err(failed)?;

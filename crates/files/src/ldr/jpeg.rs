@@ -20,6 +20,8 @@ pub(crate) struct Segments {
     list: Vec<Segment>,
     density: Option<Density>,
     has_exif: bool,
+    /// Channels of a pixel.
+    channels: u8,
     left_out: Vec<String>,
 }
 
@@ -64,6 +66,8 @@ impl Segments {
             0xe0 if starts(b"JFIF\0") => {
                 self.density = data.get(7..).and_then(Density::of_jfif);
             }
+            // The start of a frame (B.2.2), of any kind but arithmetic coding's and hierarchies'.
+            0xc0..=0xc2 => self.channels = data.get(5).copied().unwrap_or_default(),
             0xe1 if starts(b"Exif\0") => self.has_exif = true,
             0xe2 if starts(b"ICC_PROFILE\0") => {}
             0xee if starts(b"Adobe") => {}
@@ -84,6 +88,11 @@ impl Segments {
         self.density
     }
 
+    /// Whether pixels are cyan, magenta, yellow and black.
+    pub(crate) fn is_cmyk(&self) -> bool {
+        self.channels == 4
+    }
+
     /// Tells which segments of this file are not in a new JPEG file.
     pub(crate) fn left_out(&self) -> Option<String> {
         left_out(&self.left_out)
@@ -100,6 +109,11 @@ impl Segments {
         names.extend(self.left_out.iter().cloned());
         left_out(&names)
     }
+}
+
+/// Whether Exif data fits into a segment, behind its length and its name.
+pub(crate) fn fits(exif: &[u8]) -> bool {
+    exif.len() <= usize::from(u16::MAX) - 2 - "Exif\0\0".len()
 }
 
 /// What a segment that holds for other pixels too is called.
@@ -166,6 +180,15 @@ fn is_marker(pair: &[u8]) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn four_channels_are_cmyk() {
+        for channels in [1, 3, 4] {
+            let frame = [0xff, 0xc2, 0, 8, 8, 0, 16, 0, 16, channels];
+            let file = [&[0xff, 0xd8], &frame[..], &[0xff, END]].concat();
+            assert_eq!(Segments::of(&file).unwrap().is_cmyk(), channels == 4);
+        }
+    }
 
     #[test]
     fn only_the_pictures_own_end_counts() {

@@ -93,7 +93,9 @@ impl LdrFile {
     pub(super) fn notices(&self) -> Vec<String> {
         let animated =
             "the PNG is animated: only its first image is denoised, and the others are left out";
-        self.chunks.is_animated().then(|| animated.into()).into_iter().collect()
+        let cmyk = "the JPEG is CMYK: its colors are read, and written, as RGB";
+        let notices = [(self.chunks.is_animated(), animated), (self.segments.is_cmyk(), cmyk)];
+        notices.into_iter().filter(|(holds, _)| *holds).map(|(_, notice)| notice.into()).collect()
     }
 
     /// Writes `color`, premultiplied by `alpha` or else by this file's own, in any format; returns
@@ -200,7 +202,7 @@ impl LdrFile {
     /// Tells what another format has no place for.
     fn lost(&self, format: Format) -> Option<String> {
         let mut used: Vec<&[u8; 4]> = vec![b"gAMA", b"cHRM", b"sRGB", b"cICP", b"iCCP"];
-        if format == Format::Jpeg {
+        if format == Format::Jpeg && self.exif.as_ref().is_some_and(|exif| jpeg::fits(exif)) {
             used.push(b"eXIf");
         }
         if self.density().is_some() {
@@ -229,9 +231,12 @@ pub(super) struct Kind {
 /// Reads what the file stores, without its pixels.
 pub(super) fn describe(path: &Path, limits: Limits) -> Result<Kind, Problem> {
     let format = Format::of_content(path)?;
-    let (chunks, _) = beside(path, format, limits)?;
+    let (chunks, segments) = beside(path, format, limits)?;
     let mut decoder = decoder(path, limits)?;
-    let mut text = kind(decoder.original_color_type());
+    let mut text = match segments.is_cmyk() {
+        true => "8-bit CMYK".into(),
+        false => kind(decoder.original_color_type()),
+    };
     text += match ColorSpace::of(&chunks)?.curve {
         Curve::Srgb => "",
         Curve::Power(1.0) => ", linear",
@@ -251,11 +256,10 @@ pub(super) fn describe(path: &Path, limits: Limits) -> Result<Kind, Problem> {
 
 fn kind(color: ExtendedColorType) -> String {
     let channels = color.channel_count();
-    let name = match (color, channels) {
-        (ExtendedColorType::Cmyk8 | ExtendedColorType::Cmyk16, _) => "CMYK",
-        (_, 1) => "gray",
-        (_, 2) => "gray with alpha",
-        (_, 3) => "RGB",
+    let name = match channels {
+        1 => "gray",
+        2 => "gray with alpha",
+        3 => "RGB",
         _ => "RGBA",
     };
     format!("{}-bit {name}", color.bits_per_pixel() / u16::from(channels))

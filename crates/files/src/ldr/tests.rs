@@ -237,6 +237,22 @@ fn pictures_are_read_upright_and_written_as_they_were() {
     }
 }
 
+#[test]
+fn exif_data_too_long_for_a_jpeg_is_left_out_and_told() {
+    for (len, is_kept) in [(65_527, true), (65_528, false)] {
+        let mut long = exif(1);
+        long.resize(len, 0);
+        let mut bytes = Vec::new();
+        let mut encoder = PngEncoder::new(&mut bytes);
+        encoder.set_exif_metadata(long.clone()).unwrap();
+        blocks().write_with_encoder(encoder).unwrap();
+        let (file, color) = Saved::new(&bytes).read();
+        let (jpeg, said) = written(&file, &color, Format::Jpeg);
+        assert_eq!(Saved::new(&jpeg).read().0.exif, is_kept.then_some(long));
+        assert_eq!(said.iter().any(|notice| notice.contains("eXIf")), !is_kept, "{said:?}");
+    }
+}
+
 /// The markers and data of all segments up to the pixels.
 fn segments(bytes: &[u8]) -> Vec<(u8, Vec<u8>)> {
     let (mut at, mut found) = (2, Vec::new());

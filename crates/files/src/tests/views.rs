@@ -1,5 +1,7 @@
 //! Views, alpha, further layers, gray and parts of one channel, from file to file.
 
+use ::exr::meta::attribute::Chromaticities;
+
 use super::*;
 use crate::{Denoised, LayersWish, MotionWish, Problem};
 
@@ -139,6 +141,40 @@ fn alpha_of_0_and_1_alone_is_not_fractional_and_alpha_of_integers_is_left_alone(
         let picture = open(&folder.with(&image));
         let view = picture.first();
         assert_eq!(view.alpha().map(|_| view.has_fractional_alpha()), expected);
+        let told = picture.notices().iter().any(|notice| notice.starts_with("the alpha holds"));
+        assert_eq!(told, expected.is_none(), "{picture:?}");
+    }
+}
+
+#[test]
+fn what_compared_files_differ_in_is_told() {
+    let folder = Folder::new();
+    let plain = single_part(&[""], &[], &[]);
+    let stereo = single_part(&["", "right."], &[], &["left", "right"]);
+    let mut moved = plain.clone();
+    moved.layer_data[0].attributes.layer_position = Vec2(-3, 5);
+    let mut wide = plain.clone();
+    wide.attributes.chromaticities = Some(Chromaticities {
+        red: Vec2(0.7, 0.3),
+        green: Vec2(0.17, 0.8),
+        blue: Vec2(0.13, 0.05),
+        white: Vec2(0.3127, 0.329),
+    });
+    let differences = |other: &AnyImage| {
+        let [image, reference] = [&plain, other].map(|image| open(&folder.with(image)));
+        crate::comparison::differences(&image, &reference)
+    };
+    assert!(differences(&plain).is_empty());
+    for (other, expected) in [
+        (&stereo, "only one view is compared: the only view with `left`; --color names another"),
+        (
+            &moved,
+            "the first pixel is at (0, 0) in the image and at (-3, 5) in the reference; they \
+                  are compared with each other",
+        ),
+        (&wide, "the files have different primaries; values are compared as they are"),
+    ] {
+        assert_eq!(differences(other), [expected]);
     }
 }
 
