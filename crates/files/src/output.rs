@@ -8,7 +8,7 @@ use std::path::Path;
 use super::draft::Draft;
 use super::format::Format;
 use super::identity::{folder, place};
-use super::stream::is_standard;
+use super::stream::{self, is_standard};
 use super::{FileError, Problem};
 
 /// The file being written.
@@ -83,10 +83,11 @@ fn check_stdout() -> Result<(), Problem> {
 
 /// Pictures are not written front to back, and pipes only are.
 fn to_stdout<T>(write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>) -> Result<T, Problem> {
-    let mut file = tempfile::tempfile().map_err(Problem::Write)?;
+    let in_folder = |error: io::Error| stream::full(&error);
+    let mut file = tempfile::tempfile().map_err(in_folder)?;
     let mut out = BufWriter::with_capacity(1 << 20, &file);
     let result = write(&mut out)?;
-    out.flush().map_err(Problem::Write)?;
+    out.flush().map_err(in_folder)?;
     drop(out);
     let mut stdout = io::stdout().lock();
     let copied = file.rewind().and_then(|()| io::copy(&mut file, &mut stdout));

@@ -97,7 +97,8 @@ fn keep(mut stream: impl Read, most: u64) -> Result<File, Problem> {
     }
 }
 
-fn full(error: &io::Error) -> Problem {
+/// The temporary folder takes no more, or there is none.
+pub(super) fn full(error: &io::Error) -> Problem {
     let folder = std::env::temp_dir();
     Problem::TooLarge(format!("cannot be kept in {}: {error}", folder.display()))
 }

@@ -126,6 +126,16 @@ fn what_no_pipe_can_do_is_one_sentence() {
 }
 
 /// A reader that goes away is a failure, for the picture is lost.
+#[cfg(unix)]
+#[test]
+fn a_missing_temporary_folder_is_named() {
+    let folder = folder();
+    folder.copy("karma_like.exr");
+    let mut command = folder.command(&["karma_like.exr", "-", "-q", "--weights", WEIGHTS]);
+    let run = Run::of(&command.env("TMPDIR", "/missing").output().unwrap());
+    run.assert_failed(1, &["-: cannot be kept in /missing"]);
+}
+
 #[test]
 fn a_closed_pipe_is_one_sentence() {
     let folder = Folder::new();
