@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{CommandFactory, Parser};
 
-use crate::args::{
-    ChoiceArgs, Cli, Command, DenoiseArgs, DeviceArgs, LayerArgs, LightArgs, LimitArgs,
-    MeasureArgs, NetworkArgs, WritingArgs,
-};
+use crate::args::{Cli, Command, DenoiseArgs, MeasureArgs};
 use crate::console::Verbosity;
 use crate::failure::{Failure, shown};
+use crate::groups::{
+    ChoiceArgs, DeviceArgs, LayerArgs, LightArgs, LimitArgs, NetworkArgs, WritingArgs,
+};
 use crate::request::{
     Bench, Compare, Convert, Denoise, DeviceChoice, Info, Preview, Report, Request, WeightsChoice,
     Writing,
