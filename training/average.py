@@ -7,6 +7,7 @@ to Wider Optima and Better Generalization", 2018). The shares are scaled to sum 
 """
 
 import argparse
+from os.path import commonprefix
 from pathlib import Path
 
 from export import DATA, provenance, save_weights
@@ -29,6 +30,14 @@ def _form(checkpoint):
     return checkpoint["topology"], tuple(checkpoint["widths"]), {k: v.shape for k, v in checkpoint["ema"].items()}
 
 
+def _history(histories, shares):
+    """The steps that all networks share, and then how each was trained further."""
+    shared = commonprefix(histories)
+    further = ["; then ".join(history[len(shared):]) for history in histories]
+    parts = [f"{s:.0%} after ({steps})" if steps else f"{s:.0%} of these" for s, steps in zip(shares, further)]
+    return [*shared, "the average of " + " and ".join(parts)]
+
+
 def average(checkpoints, shares):
     """The checkpoint whose weights and statistics are the weighted means of the others'."""
     first = checkpoints[0]
@@ -38,8 +47,7 @@ def average(checkpoints, shares):
     shares = [s / sum(shares) for s in shares]
     names = [k for k, v in first["ema"].items() if v.is_floating_point()]
     ema = {k: sum(s * c["ema"][k].float() for s, c in zip(shares, checkpoints)) for k in names}
-    parts = [f"{s:.0%} of ({'; then '.join(c['history'])})" for s, c in zip(shares, checkpoints)]
-    return dict(first, ema=ema, history=["the average of " + " and ".join(parts)])
+    return dict(first, ema=ema, history=_history([c["history"] for c in checkpoints], shares))
 
 
 def main():

@@ -234,13 +234,15 @@ def test_an_exported_history_is_continued_without_its_data_and_license(tmp_path,
 
 def test_an_average_has_the_weighted_means_of_all_weights_and_statistics(random):
     networks = [network((4, 6, 10), random) for _ in range(2)]
-    of = lambda n, name: dict(topology=n.topology, widths=n.widths, tier="fast", history=[name], ema=n.state_dict())
+    of = lambda n, name: dict(topology=n.topology, widths=n.widths, tier="fast", history=list(name), ema=n.state_dict())
     found = average([of(networks[0], "a"), of(networks[1], "b")], [1.0, 3.0])
     for name, value in found["ema"].items():
         first, second = (n.state_dict()[name] for n in networks)
         torch.testing.assert_close(value, 0.25 * first + 0.75 * second)
     KernelPyramid((4, 6, 10)).load_state_dict(found["ema"], strict=False)
-    assert found["history"] == ["the average of 25% of (a) and 75% of (b)"]
+    assert found["history"] == ["the average of 25% after (a) and 75% after (b)"]
+    found = average([of(networks[0], "ab"), of(networks[1], "abcd")], [1.0, 3.0])
+    assert found["history"] == ["a", "b", "the average of 25% of these and 75% after (c; then d)"]
     for other in (KernelPyramid((4, 6, 8)), KernelPyramid((4, 6, 10), demodulates=True)):
         with pytest.raises(SystemExit, match="differ in topology, widths or demodulation"):
             average([of(networks[0], "a"), of(other, "c")], [1, 1])
