@@ -9,7 +9,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let truth = image(scene)?;
     let mut random = 1_u32;
     let noisy = image(|x, y| scene(x, y).map(|value| value * light(&mut random)))?;
-    // The reflectance has no noise. It equals the picture, as the light is white and uniform.
+    // The albedo has no noise. It equals the clean image because the light is white and uniform.
     let albedo = &truth;
 
     let gpu = Gpu::open(None)?;

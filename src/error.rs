@@ -18,8 +18,8 @@ pub enum Error {
         /// The parser's error.
         source: Option<Cause>,
     },
-    /// An image has the wrong size, layout, format or usage, two images do not match, or an exposure
-    /// is no positive number.
+    /// An image has the wrong size, layout, format or usage, two images do not match, or an
+    /// exposure is not a positive number.
     #[error("image: {0}")]
     Image(String),
     /// No adapter was found, none matches the requested name, or the adapter failed to open a
@@ -36,7 +36,7 @@ pub enum Error {
     /// again.
     #[error("memory: {0}")]
     OutOfMemory(String),
-    /// The device is lost, and with it everything created on it. Open another one and start over.
+    /// The device was lost, and everything created on it with it. Open another and start over.
     #[error(
         "device: the device was lost{}; a driver reset or update, an overlong dispatch and running \
          out of memory can all cause this; open it again, and if it is lost again, use smaller \

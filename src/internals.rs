@@ -1,5 +1,5 @@
-//! What this repository's tests and benches use beyond the public API. Not part of it: anything
-//! here may change in any release.
+//! Internals for this repository's tests and benches. Not part of the public API: anything here may
+//! change in any release.
 
 /// Kernels, contexts and tensors on a device.
 pub mod gpu {

@@ -7,11 +7,11 @@
 //!   into your command encoder; it creates no resources and cannot fail.
 //!
 //! Color is linear and scene-referred, at any exposure. Albedo (linear, `[0, 1]`) and normal
-//! (`[−1, 1]`) are optional and improve the result. Before the network runs, pixels of NaN are filled
-//! from their neighbors, and so are lone infinite ones; several infinite pixels together count as very
-//! bright, and isolated fireflies are darkened. The output is finite. It is non-negative unless the
-//! noisy color has negative channels that are kept, as wide gamuts need them, the weights are for
-//! directions, or [`Pass::set_blend`] mixes in negative noisy color.
+//! (`[−1, 1]`) are optional and improve the result. Before the network runs, NaN pixels and lone
+//! infinite pixels are filled from their neighbors, groups of infinite pixels count as very bright,
+//! and isolated fireflies are darkened. The output is finite. It is non-negative unless the noisy
+//! color has negative channels that are kept for wide gamuts, the weights denoise directions, or
+//! [`Pass::set_blend`] mixes in negative noisy color.
 //!
 //! # An image on the CPU
 //!
@@ -61,8 +61,8 @@
 //!
 //! - [`Denoiser::warm_up`] compiles the kernels ahead of the first frame, and [`PipelineFile`] keeps
 //!   them on disk between runs.
-//! - A pass with [motion](PassDescriptor::motion) averages its frames along it, so that they
-//!   flicker less, and its layers by the same weights.
+//! - A pass with [motion](PassDescriptor::motion) averages frames along it to reduce flicker, and
+//!   its layers with the same weights.
 //! - A [`Schedule`] decides how often a progressive renderer denoises and how much noisy color to
 //!   blend in as samples accumulate.
 //! - A [`Calibration`] measures the built-in weights on a device and picks the best ones for a time
@@ -75,15 +75,15 @@
 //!
 //! wgdenoise uses wgpu 30 and re-exports it as [`wgpu`]; a renderer on the same major version passes
 //! its own objects. WebGPU's default limits suffice and no feature is required.
-//! [`required_features`] and [`required_limits`] list what makes it faster, and what each one costs
-//! to leave out. The repository's `docs/embedding.md` covers devices, images and frames in detail;
-//! `examples/` has complete programs.
+//! [`required_features`] and [`required_limits`] list the optional ones that make it faster and
+//! what leaving each out costs. The repository's `docs/embedding.md` covers devices, images and
+//! frames in detail; `examples/` has complete programs.
 //!
 //! # Inside
 //!
-//! `model` describes the network as data and reads weights files. `plan` decides, on numbers alone,
-//! where tensors live and how images are tiled. `ops` has one unit per operator, each paired with a
-//! shader and with a naive function of the same name in `reference`.
+//! `model` describes the network as data and reads weights files. `plan` decides, from numbers
+//! alone, where tensors live and how images are tiled. `ops` has one unit per operator, each paired
+//! with a shader and a naive function of the same name in `reference`.
 
 mod denoiser;
 mod error;

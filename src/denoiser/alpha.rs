@@ -1,13 +1,13 @@
-//! Alpha, denoised as a further layer of the picture.
+//! Denoises alpha as a further layer of the image.
 
 use super::frame::{Denoised, Frame};
 use crate::error::Result;
 use crate::image::Image;
 
-/// Alpha that is the same within this distance is settled: it has no noise.
+/// Alpha that is constant within this many pixels is settled: it has no noise.
 const SETTLED: usize = 3;
 
-/// Denoises a frame with its alpha; `denoise` gets the alpha as the last of the layers.
+/// Denoises a frame with its alpha, which `denoise` receives as the last layer.
 pub(super) fn with_alpha(
     frame: &Frame<'_>,
     alpha: &[f32],
@@ -33,12 +33,12 @@ pub(super) fn values(gray: &Image) -> Vec<f32> {
     gray.pixels().iter().map(|pixel| pixel[0]).collect()
 }
 
-/// Restores what is settled in the noisy images, the color and the layers: alpha, with the light that
-/// it premultiplies, and black where nothing is.
+/// Restores settled alpha, scales the color and layers that it premultiplies to match, and sets
+/// empty places to black. `noisy` holds the noisy color and layers.
 fn settle(found: &mut Denoised, noisy: &[&Image], alpha: &[f32]) {
     let width = noisy[0].width() as usize;
     let [least, most] = [f32::min, f32::max].map(|f| around(alpha, width, f));
-    // NaN is no minimum or maximum unless all around is, and then the filled value stays.
+    // `min` and `max` ignore NaN. Where all values around are NaN, the filled value stays.
     let is_settled = |i: usize| least[i].to_bits() == most[i].to_bits() && least[i].is_finite();
     let settled: Vec<_> = (0..alpha.len()).filter(|&i| is_settled(i)).collect();
     let found_alpha = found.alpha.as_mut().expect("the alpha was denoised");
@@ -65,7 +65,7 @@ fn lights_around(image: &Image) -> Vec<f32> {
     around(&lights, image.width() as usize, f32::max)
 }
 
-/// Folds the values within [`SETTLED`] of each, first along rows, then along columns.
+/// Folds the values within [`SETTLED`] of each one, first along rows, then along columns.
 fn around(values: &[f32], width: usize, fold: fn(f32, f32) -> f32) -> Vec<f32> {
     let near = |at: usize, end: usize| at.saturating_sub(SETTLED)..(at + SETTLED + 1).min(end);
     let height = values.len() / width;

@@ -17,12 +17,12 @@ use crate::ops::autoexposure::{Band, autoexposure};
 use crate::ops::tile::{Layout, Tile};
 use crate::plan::tiles::{PlacedTile, TilePlan};
 
-/// Runs the network on a tile's buffers. The second argument receives the number of finished calls,
-/// and an error from it ends the run.
+/// Runs the network on a tile's buffers. The second argument receives the number of finished calls;
+/// its error ends the run.
 pub(crate) type RunTile<'r> =
     &'r mut dyn FnMut(&TileBuffers<'_>, &mut dyn FnMut(usize) -> Result<()>) -> Result<()>;
 
-/// Receives what is done.
+/// Receives each step.
 type OnProgress<'p> = &'p mut dyn FnMut(Progress<'_>);
 
 impl Denoiser {
@@ -58,26 +58,28 @@ impl Denoiser {
         Ok(self.denoise_by(&frame, &mut progress, &mut |tile, done| tile.run(done))?.color)
     }
 
-    /// [`denoise_with_progress`](Self::denoise_with_progress), and denoises the frame's layers by
-    /// the same weights: each pixel of a layer is the weighted mean of the same pixels as in the
-    /// color. So the result is linear in the layers, and layers that add up to the noisy color add
-    /// up to the denoised one within rounding: 10⁻⁵ of the brightest pixels around. Weights that
-    /// demodulate multiply the layers' means by the color's texture, at most 21, and so that bound.
+    /// [`denoise_with_progress`](Self::denoise_with_progress) that also filters the frame's layers
+    /// with the color's kernels: each pixel of a layer is a weighted mean of the same pixels, with
+    /// the same weights, as in the color. The result is linear in the layers, so layers that add up
+    /// to the noisy color add up to the denoised one, within a rounding error of 10⁻⁵ of the
+    /// brightest pixels around. Weights that demodulate multiply the layers' means, and this bound,
+    /// by the color's texture, which is at most 21.
     ///
-    /// Alpha is denoised like a layer, but it is no light and has no texture. So premultiplied edges
-    /// stay consistent over any background. Where alpha is the same within three pixels it stays as
-    /// it is and the color is scaled to match; where nothing is, in neither alpha nor color, the
-    /// result is 0.
+    /// Alpha is filtered like a layer, which keeps premultiplied edges consistent over any
+    /// background. It is not light, so it is not multiplied by the texture. Where alpha is constant
+    /// within three pixels, it keeps its value and the color is scaled to match; where alpha and
+    /// color are 0, the result is 0.
     ///
     /// Bad pixels of a layer are filled. Where the color has bad pixels or outliers, the layers are
-    /// mended with it. Where the color is constant and the network is skipped, layers keep their
+    /// repaired with it. Where the color is constant and the network is skipped, layers keep their
     /// pixels.
     ///
-    /// `progress` also receives each tile of the color on the GPU. If tiles shrink, they come anew.
+    /// `progress` also receives each finished tile of the color on the GPU, and all of them again
+    /// if tiles shrink.
     ///
     /// # Errors
     /// Fails like [`denoise`](Self::denoise), and if there are layers but the weights predict color
-    /// and not a kernel pyramid.
+    /// rather than a kernel pyramid.
     pub fn denoise_layers(&self, frame: &Frame<'_>, progress: OnProgress<'_>) -> Result<Denoised> {
         frame.check()?;
         if frame.contents().layers {
@@ -121,7 +123,7 @@ impl Denoiser {
         self.denoise_flat(&frame, frame.color, progress, run)
     }
 
-    /// Denoises a frame with ends; the exposure is that of `measured`.
+    /// Denoises a frame whose edges do not touch, with the exposure of `measured`.
     fn denoise_flat(
         &self,
         frame: &Frame<'_>,
@@ -139,7 +141,7 @@ impl Denoiser {
         let images = (frame, measured);
         while let Err(error) = self.run_plan(images, &plan, &network, &mut result, progress, run) {
             let Error::OutOfMemory(_) = error else { return Err(error) };
-            // Free what failed first.
+            // Waiting frees what the failed run allocated.
             self.context.catch(|| wait(&self.context))?;
             plan = self.halved(&plan, [width, height], contents)?;
         }
@@ -204,7 +206,7 @@ impl Denoiser {
         frame.input_scale.or((!measured).then_some(1.0))
     }
 
-    /// Stores the frame's input scale, or that of `measured`, in the tile's buffers.
+    /// Stores the frame's input scale, or the one measured from `measured`, in the tile's buffers.
     fn expose(&self, frame: &Frame<'_>, measured: &Image, buffers: &TileBuffers<'_>) -> Result<()> {
         if let Some(scale) = self.known_scale(frame) {
             self.context.queue.write_buffer(&buffers.input_scale, 0, bytemuck::bytes_of(&scale));
@@ -284,7 +286,8 @@ mod tests {
         Denoiser::new(&device, &queue, &weights, &Options::default()).expect("the device works")
     }
 
-    /// Denoises, but half-way through every tile of more than `most` pixels reports out of memory.
+    /// Denoises, but reports out of memory after the network ran on a tile of more than `most`
+    /// pixels.
     fn denoise(denoiser: &Denoiser, most: u32) -> Result<Image> {
         let pixel = |i: u32| [0, 1, 2].map(|c| ((i * 7919 + c * 31) % 256) as f32 / 256.0);
         let color = Image::new(300, 200, (0..300 * 200).map(pixel).collect())?;

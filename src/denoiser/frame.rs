@@ -31,15 +31,15 @@ pub struct Frame<'a> {
     pub input_scale: Option<f32>,
     /// Whether the left and the right edge touch, as in a latlong panorama.
     pub panorama: bool,
-    /// Further linear images of the view, to be denoised by the color's weights, for
+    /// Further linear images of the view, filtered with the color's kernels by
     /// [`Denoiser::denoise_layers`](crate::Denoiser::denoise_layers).
     pub layers: &'a [&'a Image],
-    /// Alpha, row by row, to be denoised like a layer. The color is premultiplied by it.
+    /// Alpha, row by row, denoised like a layer. The color is premultiplied by it.
     pub alpha: Option<&'a [f32]>,
     /// Once this is true, the blocking calls end with
     /// [`Error::Stopped`](crate::Error::Stopped) after at most two more submissions.
     pub stop: Option<&'a AtomicBool>,
-    /// Whether the last of the layers is alpha, which is no light.
+    /// Whether the last layer is alpha, which is not light.
     pub(crate) ends_in_alpha: bool,
 }
 
@@ -55,7 +55,7 @@ pub struct Denoised {
     pub alpha: Option<Vec<f32>>,
 }
 
-/// What a frame holds beside its color, on which its memory depends.
+/// The images of a frame besides its color, on which its memory depends.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Contents {
     /// The auxiliary images.
@@ -105,16 +105,16 @@ impl<'a> Frame<'a> {
         Self { input_scale: scale.into(), ..self }
     }
 
-    /// Sets whether the left and the right edge touch, so that they are denoised like any other
+    /// Sets whether the left and right edges touch, so that the seam is denoised like any other
     /// place. A `Pass` has no such setting; give it a wider image.
     #[must_use]
     pub fn panorama(self, panorama: bool) -> Self {
         Self { panorama, ..self }
     }
 
-    /// Sets the further layers: images that depend on the color's samples linearly, such as light
-    /// groups and passes of direct and indirect light. All of them count as light, whose mean weights that
-    /// demodulate multiply by its surface's texture; alpha does not.
+    /// Sets the further layers: images that are linear in the color's samples, such as light groups
+    /// or direct and indirect light. Unlike alpha, they all count as light: weights that demodulate
+    /// multiply their means by the surface's texture.
     #[must_use]
     pub fn layers(self, layers: &'a [&'a Image]) -> Self {
         Self { layers, ..self }
@@ -126,7 +126,7 @@ impl<'a> Frame<'a> {
         Self { alpha: alpha.into(), ..self }
     }
 
-    /// Sets a flag by which another thread can stop the denoising of this frame.
+    /// Sets a flag with which another thread can stop this frame.
     #[must_use]
     pub fn stop(self, stop: impl Into<Option<&'a AtomicBool>>) -> Self {
         Self { stop: stop.into(), ..self }
@@ -134,19 +134,19 @@ impl<'a> Frame<'a> {
 }
 
 impl Frame<'_> {
-    /// The auxiliary images of this frame.
+    /// The auxiliary images that this frame has.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
 
-    /// What the frame holds beside its color.
+    /// The images of the frame besides its color.
     #[must_use]
     pub fn contents(&self) -> Contents {
         Contents { inputs: self.inputs(), layers: !self.layers.is_empty() || self.alpha.is_some() }
     }
 
-    /// The layers in order, each with whether it is light.
+    /// The layers in order, each paired with whether it is light.
     pub(crate) fn kinds(&self) -> impl Iterator<Item = (&Image, bool)> {
         let lights = self.layers.len() - usize::from(self.ends_in_alpha);
         self.layers.iter().enumerate().map(move |(i, layer)| (*layer, i < lights))

@@ -35,7 +35,7 @@ pub struct Denoiser {
     pub(crate) context: Context,
     pub(crate) options: Options,
     notices: Mutex<Vec<String>>,
-    /// The largest tile, in pixels, that the adapter's memory has proved to allow.
+    /// Upper bound on a tile's pixels, lowered whenever the adapter runs out of memory.
     most_pixels: AtomicU64,
     weights: Weights,
     networks: Mutex<HashMap<Inputs, Arc<CompiledNetwork>>>,
@@ -87,13 +87,13 @@ impl Denoiser {
         Ok(denoiser)
     }
 
-    /// The weights it runs.
+    /// The network's weights.
     #[must_use]
     pub fn weights(&self) -> &Weights {
         &self.weights
     }
 
-    /// Its options, with [`Options::kernels`] resolved as in [`kernels`](Self::kernels).
+    /// The options, with [`Options::kernels`] resolved as in [`kernels`](Self::kernels).
     #[must_use]
     pub fn options(&self) -> &Options {
         &self.options
@@ -112,10 +112,9 @@ impl Denoiser {
         self.options.precision
     }
 
-    /// Returns what the caller should know, one sentence each, and clears the list. A notice
-    /// appears when the device lacks a feature that would make it faster, when the matrix kernels
-    /// failed their test and others run instead, and when the adapter ran out of memory and tiles
-    /// shrank for good.
+    /// Returns and clears the notices for the caller, one sentence each. A notice appears when the
+    /// device lacks a feature that would make it faster, when the matrix kernels failed their test
+    /// and others run instead, and when the adapter ran out of memory and tiles shrank for good.
     ///
     /// # Panics
     /// Panics if another thread panicked in this call.

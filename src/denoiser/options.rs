@@ -14,7 +14,7 @@ pub(crate) struct Chosen {
     pub(crate) notices: Vec<String>,
 }
 
-/// How a [`Denoiser`](crate::Denoiser) works. Start from the default:
+/// Settings of a [`Denoiser`](crate::Denoiser). Start from the default:
 ///
 /// ```
 /// use wgdenoise::{Options, Precision};

@@ -7,8 +7,8 @@ use crate::error::{Error, Result};
 use crate::image::Image;
 use crate::plan::tiles::MAX_SIDE;
 
-/// A panorama with as many columns repeated beyond both edges as a pixel sees, so that the edges
-/// are denoised like any other place.
+/// A panorama extended by repeated columns on both sides, as many as the network's halo, so that
+/// the seam is denoised like any other place.
 #[derive(Debug)]
 pub(crate) struct Wrapped {
     color: Image,
@@ -61,23 +61,23 @@ impl Wrapped {
         })
     }
 
-    /// The frame of the larger images.
+    /// The extended frame, without layers.
     pub(crate) fn frame(&self) -> Frame<'_> {
         let images = Frame::new(&self.color).albedo(self.albedo.as_ref());
         images.normal(self.normal.as_ref()).input_scale(self.input_scale)
     }
 
-    /// The layers of the larger images.
+    /// The extended layers.
     pub(crate) fn layers(&self) -> Vec<&Image> {
         self.layers.iter().collect()
     }
 
-    /// An image of the panorama's size with the columns added that the frame's images have.
+    /// Extends an image of the panorama's size by the same columns.
     pub(crate) fn wrap(&self, image: &Image) -> Result<Image> {
         wrap(image, self.columns)
     }
 
-    /// The middle of images of the frame's size.
+    /// Crops denoised images of the extended size to the panorama's.
     pub(crate) fn unwrap(&self, wrapped: &Denoised) -> Result<Denoised> {
         let layers =
             wrapped.layers.iter().map(|layer| self.middle(layer)).collect::<Result<_>>()?;

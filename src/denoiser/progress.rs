@@ -1,4 +1,4 @@
-//! What a blocking call reports while it runs.
+//! Progress of a blocking call.
 
 use std::time::Duration;
 
@@ -10,20 +10,19 @@ use crate::plan::tiles::PlacedTile;
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct Progress<'a> {
-    /// Finished calls of the network, of all tiles.
+    /// Finished calls of the network over all tiles.
     pub done: usize,
-    /// All calls of all tiles.
+    /// Number of calls over all tiles.
     pub total: usize,
     /// How long the network has run on the color's tiles, from the submission of each tile's first
-    /// kernel to the end of its last. Exposure, layers, uploads and readbacks are left out.
+    /// kernel to the end of its last. Excludes exposure, layers, uploads and readbacks.
     pub network_time: Duration,
     /// The tile whose color is ready, once per tile.
     pub tile: Option<FinishedTile<'a>>,
 }
 
-/// Denoised color of a tile on the GPU, to be shown before the frame is whole or without reading it
-/// back. What the caller submits to the denoiser's queue within the callback comes before the next
-/// tile.
+/// A tile of denoised color on the GPU, to show before the frame is complete or without reading it
+/// back. Work that the callback submits to the denoiser's queue runs before the next tile.
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct FinishedTile<'a> {
@@ -39,14 +38,14 @@ pub struct FinishedTile<'a> {
 }
 
 impl<'a> FinishedTile<'a> {
-    /// The pixels that the tile stores, from the buffer of all that it read.
+    /// The pixels that the tile stores, within the buffer of all pixels that it read.
     pub(super) fn new(buffer: &'a wgpu::Buffer, tile: &Tile, placed: &PlacedTile) -> Self {
         let stride = tile.image_size[0];
         Self { buffer, first: tile.begin[1] * stride + tile.begin[0], stride, rect: placed.stores }
     }
 
-    /// The same tile in an image that lacks `columns` at the left and ends after `width` more;
-    /// `None` if nothing is left of it.
+    /// Crops the tile to the image of `width` columns that starts at column `columns`; `None` if
+    /// nothing is left.
     pub(super) fn cropped(self, columns: u32, width: u32) -> Option<Self> {
         let Rect { begin: [left, top], end: [right, bottom] } = self.rect;
         let (from, to) = (left.max(columns), right.min(columns + width));

@@ -20,9 +20,9 @@ use crate::reference::{self, Tensor};
 pub struct Tested {
     /// What it computes.
     pub op: Op,
-    /// Whether a max-pool follows that its kernel may compute.
+    /// Whether a max-pool follows, which the kernel may compute as well.
     pub pools: bool,
-    /// Channels of its inputs.
+    /// Channels of each input.
     inputs: &'static [usize],
     outputs: usize,
     weights: usize,
@@ -31,12 +31,12 @@ pub struct Tested {
     step: f32,
 }
 
-/// Steps of 16-bit floats in `[−1, 1]`.
+/// Multiples of this in `[−1, 1]` are exact 16-bit floats.
 const FINE: f32 = 1.0 / 1024.0;
 
-/// Input channels make several slices for either tile side, the last one partial. Output channels
-/// make two blocks for the 32-channel kernels, one for the 16-channel kernels, each partial. Steps
-/// of ¼ keep the folded weights of `up_conv` exact.
+/// Layers whose input channels fill several slices for either tile side, the last one partial, and
+/// whose output channels fill two blocks of the 32-channel kernels or one of the 16-channel
+/// kernels, each partial. Steps of ¼ keep the folded weights of `up_conv` exact.
 const TESTED: [Tested; 5] = [
     Tested::conv3x3(36, 44, false),
     Tested::conv3x3(36, 12, false),
@@ -70,7 +70,8 @@ impl Tested {
         Self { op, pools, inputs, outputs, weights, biases: outputs, step: FINE }
     }
 
-    /// The operator of a set with these weights. `maps` tell how its inputs are stored.
+    /// Builds the operator of a kernel set with these weights. `maps` describe how its inputs are
+    /// stored.
     #[must_use]
     pub fn build(
         &self,
@@ -91,7 +92,7 @@ const SIZE: [usize; 2] = [38, 18];
 /// and only the sum of `n = 9 · 36` products rounds: by at most `n · 2⁻²³ · Σ|product|` even if
 /// every addition truncates, with `Σ|product|` about `n / 4` for evenly spread factors. Doubling
 /// that covers an uneven draw. The other sums are shorter: 9 · 12 + 4 · 20 products in `up_conv`,
-/// and in `conv_logits` 9 · 16, whose errors 16 weights of ½ on average add up.
+/// and 9 · 16 in `conv_logits`, which then sums their errors with 16 weights of ½ on average.
 const ABSOLUTE: f32 = 2.0 * 324.0 * 324.0 / 4.0 / (1 << 23) as f32;
 /// Relative tolerance, added on top: a 16-bit tensor rounds by `2⁻¹¹` of the value, or by `2⁻¹⁰` if
 /// the store truncates.
@@ -121,7 +122,7 @@ pub fn self_test(
     })
 }
 
-/// Weights and inputs of a layer. The second input is the tensor of half the resolution.
+/// Weights and inputs of a layer. The second input has half the resolution.
 fn problem(tested: &Tested) -> (Params, Vec<Tensor>) {
     let mut values = halves();
     let mut take = |count: usize| values.by_ref().take(count).collect::<Vec<_>>();

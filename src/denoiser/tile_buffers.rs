@@ -14,10 +14,10 @@ use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
 use crate::plan::tiles::{PlacedTile, TilePlan};
 
-/// Bytes of a pixel of an image.
+/// Bytes per pixel of an image.
 pub(super) const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 
-/// A tile is bound to a layer of light and to one that is none, which share their buffers.
+/// Each tile is bound once for layers of light and once for other layers, on the same buffers.
 const LIGHT: [bool; 2] = [true, false];
 
 /// The buffers of a tile and the kernel calls on them.
@@ -131,8 +131,8 @@ impl<'a> TileBuffers<'a> {
         wait_for(self.context, running.map(|(_, last)| last))
     }
 
-    /// Uploads part of a layer and submits its calls. They read what the network has left for the
-    /// tile, and replace its result.
+    /// Uploads part of a layer and submits its calls, which read the network's tensors for the tile
+    /// and overwrite its result.
     pub(crate) fn run_layer(&self, image: &Image, light: bool, rect: &Rect) -> Result<()> {
         let Some(buffer) = &self.layer else { return Ok(()) };
         self.upload(buffer, image, rect)?;

@@ -64,8 +64,8 @@ impl Denoiser {
         Ok(tensors + images(width, contents).bytes(u64::from(w) * u64::from(h)))
     }
 
-    /// How the blocking call cuts this frame into tiles, and the GPU memory in bytes that takes;
-    /// images that the weights do not read are left out.
+    /// How the blocking call cuts this frame into tiles, and the GPU memory in bytes they take.
+    /// Images that the weights do not read do not count.
     ///
     /// # Errors
     /// Fails like [`tile_plan`](Self::tile_plan), and if the frame's images do not match.
@@ -76,8 +76,8 @@ impl Denoiser {
         Ok((plan, self.memory_bytes(width, height, contents)?))
     }
 
-    /// The tile plan within the budget, with `images` allocated next to the tensors, and with room
-    /// for further layers or without.
+    /// The tile plan within the budget, with `images` allocated next to the tensors. `layers` adds
+    /// room for further layers.
     pub(crate) fn plan(
         &self,
         size: [u32; 2],
@@ -120,8 +120,8 @@ impl Denoiser {
     }
 
     /// The plan to use after the adapter ran out of memory with `plan`: tiles of at most half the
-    /// pixels, or smaller if no tile has that size. [`tile_plan`](Self::tile_plan) returns it from
-    /// now on.
+    /// pixels or, if none is that small, of fewer pixels than before.
+    /// [`tile_plan`](Self::tile_plan) returns it from now on.
     ///
     /// # Errors
     /// Fails if no tile is smaller.

@@ -55,10 +55,11 @@ impl std::fmt::Display for Verified {
 const MOST_BLOCKS: usize = 4096;
 
 impl Denoiser {
-    /// Compares a result of [`denoise`](Self::denoise) with the naive CPU functions, which compute
-    /// in 64 bits; or the color of [`denoise_layers`](Self::denoise_layers) if the frame has alpha. Checks the noisiest 16×16 block, out of up to 4096 spread over the frame, and
-    /// computes it along with the surroundings it depends on. Returns `None` if the frame has no
-    /// noise.
+    /// Compares a result of [`denoise`](Self::denoise), or the color of
+    /// [`denoise_layers`](Self::denoise_layers) if the frame has alpha, with the naive CPU
+    /// reference, which computes in 64 bits. Checks the noisiest 16×16 block, out of up to 4096
+    /// spread over the frame, and computes it along with the surroundings it depends on. Returns
+    /// `None` if the frame has no noise.
     ///
     /// # Errors
     /// Fails if the images do not match, if an image that the weights need is missing, or if the
@@ -161,9 +162,9 @@ const F16: Tolerance = Tolerance { largest: 2e-3, rms: 4e-4 };
 /// same size, so √2 times as much.
 const FACTORS: Tolerance = Tolerance { largest: 2.8e-3, rms: 5.7e-4 };
 
-/// Sums in 16 bits round after each of the 36 products of a chunk, by up to 2⁻¹¹ of the sum, which
-/// after `k` products has grown to `√(k/36)` of the chunk's. Independent roundings add up to
-/// `√(36/2)` times 2⁻¹¹ of it: with the one of the store, √19 times as much as the store's alone.
+/// Sums in 16 bits round after each of the 36 products of a chunk, by up to 2⁻¹¹ of the partial
+/// sum, which after `k` products is `√(k/36)` of the chunk's sum. Independent roundings add up to
+/// `√(36/2)` times 2⁻¹¹ of that sum; with the store's rounding, to √19 times the store's alone.
 const HALF: Tolerance = Tolerance { largest: 8.7e-3, rms: 1.7e-3 };
 
 impl Tolerance {
@@ -220,8 +221,8 @@ impl Exposure {
     }
 }
 
-/// The noisiest block, or `None` if no block is noisy. Blocks with values that the repair replaces come
-/// last: the noise there is not all the renderer's.
+/// The noisiest block, or `None` if no block is noisy. Blocks with values that the repair replaces
+/// come last: not all of their noise is the renderer's.
 fn noisiest(color: &Image, exposure: Exposure, margin: u32) -> Option<Rect> {
     let (width, height) = (color.width() - 2 * margin, color.height());
     let [columns, rows] = [width, height].map(|side| side.div_ceil(BLOCK));
@@ -236,7 +237,7 @@ fn noisiest(color: &Image, exposure: Exposure, margin: u32) -> Option<Rect> {
     let noise = |rect: Rect| (noise(&cut(color, &rect), exposure), rect);
     let along = |side: u32| (0..side).step_by(step);
     let blocks = along(rows).flat_map(|y| along(columns).map(move |x| block(x, y)));
-    // A block without any is constant or a ramp: the network may have skipped it (see
+    // A block without noise is constant or a ramp, and the network may have skipped it (see
     // [`crate::ops::activity`]).
     let noisy = blocks.map(noise).filter(|(noise, _)| noise.bend > 0.0);
     noisy.max_by(|(a, _), (b, _)| a.order(b)).map(|(_, rect)| rect)
@@ -252,7 +253,7 @@ struct Noise {
 }
 
 impl Noise {
-    /// Sound blocks come after others, noisier ones after less noisy ones.
+    /// Orders unsound blocks before sound ones, then less noisy before noisier ones.
     fn order(&self, other: &Self) -> Ordering {
         self.is_sound.cmp(&other.is_sound).then(self.bend.total_cmp(&other.bend))
     }
@@ -291,7 +292,7 @@ fn cut(image: &Image, rect: &Rect) -> Image {
     Image::new(width, height, pixels).expect("the part has pixels")
 }
 
-/// Encodes both and compares the result with an image whose first pixel is at `corner`.
+/// Compares the encoded colors in `rect`. The first pixel of `expected` is at `corner`.
 fn compare(
     result: &Image,
     exposure: Exposure,

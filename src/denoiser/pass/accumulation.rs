@@ -1,4 +1,4 @@
-//! The mean of a pass's frames: its memory, its calls and its checks.
+//! Averages a pass's frames over time: memory, calls and checks.
 
 use super::PassDescriptor;
 use super::held::{first_layer, texture};
@@ -7,13 +7,13 @@ use crate::gpu::kernel::{Context, Dispatch};
 use crate::ops::accumulate::{Features, FrameImages, History, SOFTNESS_BYTES, accumulate};
 use crate::ops::accumulate_layer::{self, LayerCalls, LayerHistory, LayerImages, accumulate_layer};
 
-/// Bytes of a pixel of the denoised frame.
+/// Bytes per pixel of the denoised frame.
 const DENOISED_BYTES: u64 = 16;
 
 /// The format of the denoised frame.
 const DENOISED: wgpu::TextureFormat = wgpu::TextureFormat::Rgba32Float;
 
-/// The calls after a frame's last tile, and the histories that they continue.
+/// The calls after a frame's last tile, and the histories they update.
 #[derive(Debug)]
 pub(super) struct Accumulation {
     call: Dispatch,
@@ -22,7 +22,7 @@ pub(super) struct Accumulation {
 }
 
 impl Accumulation {
-    /// With the layers' images and histories, in order.
+    /// `layers` holds the layers' images and histories, in order.
     pub(super) fn new(
         context: &Context,
         d: &PassDescriptor<'_>,
@@ -38,8 +38,8 @@ impl Accumulation {
         Self { call: accumulate(context, d.size(), images, &history), history, layers }
     }
 
-    /// Records the calls, with the tile at byte `offset` of the uniform buffer; then comes
-    /// [`advance`](Self::advance).
+    /// Records the calls, with the tile at byte `offset` of the uniform buffer. Call
+    /// [`advance`](Self::advance) next.
     pub(super) fn record_at(&self, pass: &mut wgpu::ComputePass<'_>, offset: u32) {
         for (calls, _) in &self.layers {
             calls.soften.record_at(pass, offset);
@@ -50,7 +50,7 @@ impl Accumulation {
         }
     }
 
-    /// Records what makes this frame the last one.
+    /// Records the copies that make this frame the last one.
     pub(super) fn advance(&self, encoder: &mut wgpu::CommandEncoder) {
         self.history.advance(encoder);
         for (_, history) in &self.layers {
@@ -65,14 +65,14 @@ pub(super) fn denoised(device: &wgpu::Device, size: [u32; 2]) -> wgpu::TextureVi
     first_layer(&texture(device, size, DENOISED, usage))
 }
 
-/// The histories of the layers, which also receive the denoised ones; none without motion.
+/// The layers' histories, which also receive the denoised layers; empty without motion.
 pub(super) fn layer_histories(device: &wgpu::Device, d: &PassDescriptor<'_>) -> Vec<LayerHistory> {
     let averaged = if d.motion.is_some() { d.layers } else { &[] };
     averaged.iter().map(|_| LayerHistory::new(device, d.pixels())).collect()
 }
 
 impl PassDescriptor<'_> {
-    /// Bytes that averaging frames takes; 0 without motion.
+    /// GPU memory in bytes for averaging frames; 0 without motion.
     pub(super) fn accumulation_bytes(&self) -> u64 {
         let layers = self.layers.len() as u64 * accumulate_layer::BYTES;
         let color = DENOISED_BYTES + 2 * self.features().bytes() + self.softness_bytes();
@@ -83,8 +83,8 @@ impl PassDescriptor<'_> {
         if self.layers.is_empty() { 0 } else { SOFTNESS_BYTES }
     }
 
-    /// Rejects pictures whose history the device cannot hold in one piece. That of the color is
-    /// larger than those of its layers.
+    /// Rejects images whose history the device cannot hold in one piece. The color's history is
+    /// larger than any layer's.
     pub(super) fn check_accumulation(&self, limits: &wgpu::Limits) -> Result<()> {
         let [width, height] = self.size();
         let bytes = self.pixels() * (self.features().bytes() + self.softness_bytes());
@@ -126,7 +126,8 @@ mod tests {
     use super::*;
     use crate::{Element, Gpu, Layout};
 
-    /// With color, as many as given of motion, albedo, normal and depth, and this many layers.
+    /// Checks a pass with color, the first `features` of motion, albedo, normal and depth, and this
+    /// many layers.
     fn check(
         size: [u32; 2],
         [features, layers]: [usize; 2],

@@ -30,13 +30,13 @@ struct BoundImages {
     motion: Option<Held>,
     depth: Option<Held>,
     output: Held,
-    /// Each layer, and its output.
+    /// Each layer and its output.
     layers: Vec<[Held; 2]>,
     rescues: Vec<Rescue>,
 }
 
 impl BoundImages {
-    /// What the mean of frames reads and writes, if there is motion.
+    /// The images that frame averaging reads and writes; `None` without motion.
     fn frame<'a>(
         &'a self,
         sources: &Sources<'a>,
@@ -67,7 +67,7 @@ impl Denoiser {
         self.context.catch(|| Ok(self.bind_images(d, images, network, plan)))
     }
 
-    /// Takes the images, rejecting those of other devices.
+    /// Holds the images, rejecting those of other devices.
     fn hold(&self, d: &PassDescriptor<'_>) -> Result<BoundImages> {
         let device = &self.context.device;
         let mut rescues = Vec::new();
@@ -185,7 +185,7 @@ impl Denoiser {
     }
 }
 
-/// Runs `bind`. Everything that can be checked about the image has been checked before.
+/// Runs `bind`. The image has passed all other checks, so an error blames its device.
 fn check_device<T>(
     device: &wgpu::Device,
     name: &dyn std::fmt::Display,
@@ -196,7 +196,7 @@ fn check_device<T>(
             "{name} cannot be bound on the denoiser's device: it belongs to another device or was \
              destroyed; create it on the device passed to Denoiser::new ({report})"
         )),
-        // A loss or a lack of memory has nothing to do with the image.
+        // A lost device or a lack of memory is not the image's fault.
         other => other,
     })
 }
@@ -219,7 +219,7 @@ fn try_bind(device: &wgpu::Device, binding: Binding, resource: wgpu::BindingReso
     });
 }
 
-/// The whole picture as a tile.
+/// The whole image as one tile.
 fn whole_tile(image_size: [u32; 2], images: &BoundImages) -> Tile {
     let layout = |image: &Option<Held>| image.as_ref().map(|held| held.layout).unwrap_or_default();
     Tile {
@@ -234,12 +234,12 @@ fn whole_tile(image_size: [u32; 2], images: &BoundImages) -> Tile {
     }
 }
 
-/// The same tile of a layer of the picture, for a result of this layout.
+/// The same tile for a layer whose result has this layout.
 fn layer_tile(beauty: &Tile, noisy: &Held, output: Layout) -> Tile {
     Tile { color: noisy.layout, output, beauty: beauty.color, ..*beauty }
 }
 
-/// Where the network stores each layer: in its output, or in its history, if there is one.
+/// Where the network stores each layer: in its history if there is motion, else in its output.
 fn stored_layers<'a>(
     d: &PassDescriptor<'_>,
     images: &'a BoundImages,
@@ -251,7 +251,7 @@ fn stored_layers<'a>(
     if d.motion.is_some() { histories.collect() } else { outputs.collect() }
 }
 
-/// For the mean of each layer, a uniform with the whole picture.
+/// One uniform buffer per layer with the whole image as a tile, for averaging.
 fn averaged_layer_tiles(
     device: &wgpu::Device,
     beauty: &Tile,
@@ -273,13 +273,12 @@ fn tile_bytes(whole: &Tile, plan: &TilePlan) -> Vec<u8> {
     bytes
 }
 
-/// A uniform buffer.
 fn uniform(device: &wgpu::Device, contents: &[u8]) -> wgpu::Buffer {
     let usage = wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST;
     filled_buffer(device, "uniform", contents, usage)
 }
 
-/// The input-scale buffer: the caller's own, or a new one with the caller's value or a placeholder.
+/// The input-scale buffer: the caller's, or a new one with the caller's value or a placeholder.
 fn scale_buffer(device: &wgpu::Device, scale: &InputScale<'_>) -> wgpu::Buffer {
     let value = match *scale {
         InputScale::Buffer(buffer) => return buffer.clone(),

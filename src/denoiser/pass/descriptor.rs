@@ -35,7 +35,7 @@ pub enum NormalEncoding {
     Unorm,
 }
 
-/// A further image of the view, denoised by the color's weights; see
+/// A further image of the view, filtered with the color's kernels; see
 /// [`Denoiser::denoise_layers`](crate::Denoiser::denoise_layers).
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
@@ -46,13 +46,13 @@ pub struct PassLayer<'a> {
     /// Receives the denoised layer, in a format for outputs.
     pub output: PassImage<'a>,
     /// Whether the layer is light: `true` by default. Light follows the texture of its surface, so
-    /// weights that demodulate multiply its mean by the albedo's ratio to the albedo's mean. The mean
-    /// of other layers stays as it is.
+    /// weights that demodulate multiply its mean by the ratio of the albedo to the albedo's mean.
+    /// They leave the means of other layers alone.
     pub light: bool,
 }
 
 impl<'a> PassLayer<'a> {
-    /// The noisy layer, and the image that receives the denoised one.
+    /// A layer of light, and the image that receives its denoised version.
     #[must_use]
     pub fn new(noisy: PassImage<'a>, output: PassImage<'a>) -> Self {
         Self { noisy, output, light: true }
@@ -87,7 +87,7 @@ pub struct PassDescriptor<'a> {
     pub width: u32,
     /// Height of every image, 1 to 65536 pixels.
     pub height: u32,
-    /// Linear, scene-referred color at any exposure. Pixels of NaN are filled from their neighbors,
+    /// Linear, scene-referred color at any exposure. NaN pixels are filled from their neighbors,
     /// and infinite light becomes very bright.
     pub color: PassImage<'a>,
     /// Linear albedo in `[0, 1]`: the surface's reflectance, 0 where no surface was hit.
@@ -96,23 +96,23 @@ pub struct PassDescriptor<'a> {
     pub normal: Option<PassImage<'a>>,
     /// How the normals are stored.
     pub normal_encoding: NormalEncoding,
-    /// Where each pixel's surface was in the last frame, relative to the pixel: in pixels, x right,
-    /// y down. With it, the pass averages each frame with the last ones, so that they flicker less.
-    /// NaN, infinite, or leading out of the picture: the surface was not seen. The pass then owns 48
-    /// bytes per pixel more, 8 for each of albedo, normal and depth, and with layers 4 and 32 for each
-    /// of them.
+    /// Motion vectors: where each pixel's surface was in the last frame, relative to the pixel, in
+    /// pixels, x right, y down. With them, the pass averages each frame with the last ones to
+    /// reduce flicker. A vector that is NaN, infinite or leads out of the image means that the
+    /// surface was not seen. Motion takes 48 bytes per pixel more, plus 8 for each of albedo,
+    /// normal and depth, and with layers 4 plus 32 per layer.
     pub motion: Option<PassImage<'a>>,
     /// Distance of the surface from the camera's plane, linear, in any unit; 0, infinite or NaN
-    /// where nothing was hit. Tells surfaces apart that motion confuses; only read with motion.
+    /// where nothing was hit. Tells apart surfaces that motion confuses; requires motion.
     pub depth: Option<PassImage<'a>>,
     /// Receives the denoised color at the input's exposure. Finite values beyond the range of a
     /// 16-bit format become ±65504.
     pub output: PassImage<'a>,
-    /// The factor for the color the network reads.
+    /// The factor that brings color to the exposure the network was trained at.
     pub input_scale: InputScale<'a>,
-    /// Further images to denoise as the color is denoised, and with motion to average as it is
-    /// averaged, so that layers that add up to the color still do. The weights must predict a kernel
-    /// pyramid, as the built-in ones do.
+    /// Further images, filtered with the color's kernels and, with motion, averaged with the
+    /// color's weights, so that layers that add up to the color still do. The network's weights
+    /// must predict a kernel pyramid, as the built-in ones do.
     pub layers: &'a [PassLayer<'a>],
 }
 
@@ -189,7 +189,7 @@ impl<'a> PassDescriptor<'a> {
         Self { layers, ..self }
     }
 
-    /// The auxiliary images of this pass.
+    /// The auxiliary images that this pass has.
     pub(super) fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
     }
@@ -253,7 +253,7 @@ impl<'a> PassDescriptor<'a> {
         std::iter::once((Role::Output, self.output)).chain(layers)
     }
 
-    /// Rejects a texture that would be written twice. Parts of a buffer may be.
+    /// Rejects a texture used for two outputs. Outputs may share a buffer.
     fn check_outputs(&self) -> Result<()> {
         let outputs: Vec<_> = self.outputs().collect();
         for (i, (role, image)) in outputs.iter().enumerate() {

@@ -264,7 +264,7 @@ mod tests {
         let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
             .expect("it works");
         denoiser.warm_up(&formats()).expect("a pass takes them");
-        // The kernel that averages frames, and the last one of the network, for another output.
+        // The kernel that averages frames, and the network's last one for another output format.
         assert_eq!(compiles(&denoiser, [40, 30], true, 0), 2);
         let formats =
             formats().motion(ImageFormat::Texture(Rg16Float)).depth(ImageFormat::Texture(R32Float));
@@ -272,8 +272,8 @@ mod tests {
             .expect("it works");
         warm.warm_up(&formats).expect("a pass takes them");
         assert_eq!(compiles(&warm, [40, 30], true, 0), 0);
-        // The first and the last kernel of a layer, the two that average it, and the one that averages
-        // the color beside it.
+        // A layer's first and last kernel, the two that average it, and the one that averages the
+        // color next to it.
         assert_eq!(compiles(&warm, [40, 30], true, 3), 5);
         let [color, output] = [Rgba32Float, Rgba16Float].map(ImageFormat::Texture);
         let formats = formats.layer(LayerFormats { noisy: color, output });
@@ -297,8 +297,8 @@ mod tests {
         let layer = LayerFormats { noisy: color, output };
         warm.warm_up(&formats().layer(layer)).expect("a pass takes them");
         assert_eq!(compiles(&warm, [40, 30], false, 2), 0);
-        // Without an albedo there is no contrast, which takes two kernels, and the finest level has as
-        // many plain kernels as demodulating ones.
+        // The contrast, which takes two kernels, needs an albedo. The finest level has as many
+        // plain kernels as demodulating ones.
         let [with, without] = [formats(), formats().albedo(None)].map(|formats| {
             let denoiser = denoiser();
             denoiser.warm_up(&formats).expect("a pass takes them");

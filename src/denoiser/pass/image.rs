@@ -1,4 +1,4 @@
-//! An image on the GPU, and the checks that a pass can use it.
+//! An image on the GPU, and checks whether a pass can use it.
 
 use crate::error::{Error, Result};
 use crate::ops::image::{Element, ImageFormat, storage};
@@ -23,7 +23,7 @@ pub enum PassImage<'a> {
     },
 }
 
-/// The part an image plays in a pass.
+/// The role of an image in a pass.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
     Color,
@@ -89,7 +89,7 @@ impl Role {
         }
     }
 
-    /// The fewest channels of a pixel in a buffer.
+    /// The minimum channels per pixel in a buffer.
     fn channels(self) -> u32 {
         match self {
             Self::Motion => 2,
@@ -137,7 +137,7 @@ impl PassImage<'_> {
         }
     }
 
-    /// Rejects an image that cannot be copied, which is necessary if the output overwrites it.
+    /// Rejects an image that cannot be copied before an output overwrites it.
     pub(super) fn check_copy(&self, role: Role) -> Result<()> {
         let can = match self {
             Self::Texture(texture) => texture.usage().contains(wgpu::TextureUsages::COPY_SRC),

@@ -1,4 +1,4 @@
-//! A denoiser bound to a size and to images on the GPU: a renderer records it every frame.
+//! A denoiser bound to one size and to images on the GPU, which a renderer records every frame.
 
 mod accumulation;
 mod bind;
@@ -28,8 +28,8 @@ use crate::plan::memory::Footprint;
 /// inputs that the output overwrites.
 ///
 /// With [motion](PassDescriptor::motion) it also owns the history of the last frames, which each
-/// frame reads and continues when it runs on the GPU. Frames follow each other in the order of their
-/// submission; one that is recorded and never submitted leaves no trace.
+/// frame reads and updates when it runs on the GPU. Frames follow each other in submission order; a
+/// frame that is recorded but never submitted has no effect.
 #[derive(Debug)]
 pub struct Pass {
     rescues: Vec<Rescue>,
@@ -81,8 +81,8 @@ impl Denoiser {
 }
 
 impl Pass {
-    /// Records the whole pass: first the exposure, then tile by tile the network and the layers, and
-    /// with motion the mean of the last frames, of the color and of each layer.
+    /// Records the whole pass: the exposure, then the network and the layers tile by tile, and with
+    /// motion the averages of the color and each layer over the last frames.
     ///
     /// All of it lands in one of the caller's submissions, which keeps the adapter busy for as long
     /// as the network takes. At 3840×2160, `fast` needs 0.19 TFLOP, `balanced` 0.62 and `high` 1.3,
@@ -111,19 +111,19 @@ impl Pass {
         accumulation.advance(encoder);
     }
 
-    /// Sets the share of noisy color in the output for later submissions. It is clamped to `[0,
-    /// 1]`; NaN counts as 0, the share in a new pass. The less noise
-    /// there is, the closer the built-in weights stay to the noisy color, but some bias remains.
-    /// [`Schedule::blend`] returns a share that grows as samples accumulate, so the picture
-    /// converges. Uses four bytes of wgpu's staging memory.
+    /// Sets the share of noisy color in the output for later submissions, clamped to `[0, 1]`; NaN
+    /// counts as 0, the share in a new pass. The less noise there is, the closer the built-in
+    /// weights stay to the noisy color, but some bias remains. [`Schedule::blend`] returns a share
+    /// that grows as samples accumulate, so that the image converges. Uses four bytes of wgpu's
+    /// staging memory.
     pub fn set_blend(&self, share: f32) {
         let share = if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) };
         self.queue.write_buffer(&self.blend, 0, bytemuck::bytes_of(&share));
     }
 
-    /// Sets how many of the last frames count at most in the average of later submissions: 8 in a
-    /// new pass, 0 for each frame alone. Negative numbers and NaN count as 0. Without motion it does
-    /// nothing. Uses four bytes of wgpu's staging memory.
+    /// Sets the maximum number of past frames in the average, for later submissions: 8 in a new
+    /// pass; 0 uses each frame alone. Negative numbers and NaN count as 0. Does nothing without
+    /// motion. Uses four bytes of wgpu's staging memory.
     pub fn set_history(&self, frames: f32) {
         let frames = if frames.is_nan() { 0.0 } else { frames.max(0.0) };
         if let Some(accumulation) = &self.accumulation {
@@ -131,9 +131,8 @@ impl Pass {
         }
     }
 
-    /// Makes the next submitted frame start anew, as the first frame of a new pass does: for cuts,
-    /// jumps of the camera and new scenes. Without motion it does nothing. Uses four bytes of wgpu's
-    /// staging memory.
+    /// Restarts the average with the next submitted frame, as in a new pass: for cuts, camera jumps
+    /// and new scenes. Does nothing without motion. Uses four bytes of wgpu's staging memory.
     pub fn reset_history(&self) {
         if let Some(accumulation) = &self.accumulation {
             accumulation.history.reset(&self.queue);

@@ -1,14 +1,13 @@
-//! When a renderer that accumulates samples denoises, and how much noisy color it keeps.
+//! Decides when a progressive renderer denoises and how much noisy color it keeps.
 
-/// A denoising schedule for a progressive renderer, which shows the denoised picture while samples
+/// A denoising schedule for a progressive renderer, which shows the denoised image while samples
 /// are few and the plain accumulation once they are many.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Schedule {
-    /// Denoise one frame in this many; 0 counts as 1. In between, the output keeps its last
-    /// picture.
+    /// Denoise one frame in this many; 0 counts as 1. In between, the output keeps its last image.
     pub every: u32,
     /// Samples per pixel at which noisy and denoised color have equal shares, at least 0.
-    /// [`f32::INFINITY`] always shows the denoised picture.
+    /// [`f32::INFINITY`] always shows the denoised image.
     pub half_life: f32,
 }
 
