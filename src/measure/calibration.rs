@@ -1,4 +1,4 @@
-//! Which built-in weights meet a time budget on a device.
+//! Picks the built-in weights that meet a time budget on a device.
 
 use std::time::Duration;
 
@@ -19,7 +19,7 @@ pub struct Cost {
 
 /// The cost of the built-in weights on one device, with one precision and kernel set.
 ///
-/// It is plain data, to be measured once per adapter and driver and kept by the caller:
+/// This is plain data. Measure it once per adapter and driver, and keep it:
 ///
 /// ```
 /// use std::time::Duration;
@@ -42,8 +42,8 @@ pub struct Calibration {
     costs: Vec<(Quality, Cost)>,
 }
 
-/// Sides of the measured squares. Two separate the fixed part from the rest; larger ones do it
-/// better, but a CPU driver takes seconds for the last one.
+/// Sides of the measured square frames. Two sizes separate the fixed part from the part per pixel;
+/// larger ones do so better, but a CPU driver takes seconds for the last one.
 const SIDES: [u32; 3] = [256, 512, 1024];
 
 /// A frame that takes this many seconds is large enough to measure the cost per pixel.
@@ -54,8 +54,8 @@ const RUNS: u32 = 3;
 
 impl Calibration {
     /// Measures [`Denoiser::denoise`] on whole frames of color, albedo and normal, upload and
-    /// readback included, after a warm-up run. Blocks: for half a minute or more on a CPU driver.
-    /// Only precision and kernels of `options` count; memory budget and tiles keep their defaults.
+    /// readback included, after a warm-up run. Blocks, for half a minute or more on a CPU driver.
+    /// Ignores the memory budget and tile size in `options`; they keep their defaults.
     ///
     /// A [`Pass`](crate::Pass) takes less, as it neither uploads nor reads back. The first frame of
     /// a process takes more, as the driver compiles the kernels. Without albedo and normal, the
@@ -147,7 +147,7 @@ impl Cost {
 mod tests {
     use super::*;
 
-    /// 1, 10 and 100 ms, and 1, 4 and 20 ms per megapixel.
+    /// Fixed parts of 1, 10 and 100 ms; 1, 4 and 20 ms per megapixel.
     fn made_up() -> Calibration {
         let cost = |fixed, per_pixel| Cost { fixed, per_pixel };
         Calibration::new([

@@ -2,7 +2,8 @@
 
 use crate::error::Result;
 
-/// The median of at least one sorted time, shortest first; of an even count, the longer middle one.
+/// The median of one or more times, sorted shortest first; for an even count, the longer of the
+/// middle two.
 #[must_use]
 pub fn median(seconds: &[f64]) -> f64 {
     seconds[seconds.len() / 2]

@@ -1,6 +1,6 @@
 //! How images become a network's input, and how its output becomes an image.
 
-/// The encoding a network was trained with, for its input and output.
+/// The encoding of a network's input and output.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 pub struct Encoding {
     /// The curve from color to the network's values.
@@ -8,11 +8,10 @@ pub struct Encoding {
     /// Whether the input is 0 to the right of and below the image, up to the next multiple of the
     /// alignment. Otherwise the edge pixels repeat.
     pub zero_padding: bool,
-    /// Whether light is encoded however bright it is. Otherwise it is clamped to 65504 after
-    /// exposure.
+    /// Whether light of any brightness is encoded. Otherwise it is clamped to 65504 after exposure.
     pub unbounded: bool,
-    /// Whether the network predicts the weights by which its color is averaged, so that it can leave
-    /// outliers out by itself.
+    /// Whether the network predicts weights that average the noisy color, so that it can reject
+    /// outliers itself.
     pub gathered: bool,
 }
 
@@ -29,7 +28,7 @@ impl Encoding {
         if self.gathered { 256.0 } else { 16.0 }
     }
 
-    /// The overrides of the shaders that repair, encode or decode.
+    /// Override constants for the shaders that repair, encode or decode.
     #[must_use]
     pub fn constants(self) -> [(&'static str, f64); 3] {
         let curve = f64::from(self.transfer_function as u8);
@@ -41,7 +40,7 @@ impl Encoding {
 /// The value that the bounded curves for light map to 1.
 const LARGEST: f32 = 65504.0;
 
-/// Brighter light counts as this, as in the repair and the exposure.
+/// Brighter light is clamped to this, as in the repair and the exposure.
 const MOST: f32 = 1e30;
 
 /// A curve from exposed color to `[0, 1]`, or beyond 1 for light above 65504. `weights-format.md`

@@ -1,4 +1,4 @@
-//! A weights file whose tensors are taken out and checked one by one.
+//! Reads a weights file, taking out and checking its tensors one by one.
 
 use std::collections::HashSet;
 
@@ -12,7 +12,7 @@ use super::shown::shown;
 use super::topology::{LOGITS, Layer, Network};
 use crate::error::{Error, Result};
 
-/// The longest header that is read. The largest network needs 30 KiB; the rest is room for
+/// Headers must be shorter than this. The largest network needs 30 KiB; the rest is room for
 /// provenance.
 const MAX_HEADER_BYTES: u64 = 1 << 20;
 
@@ -35,13 +35,14 @@ impl<'a> WeightsFile<'a> {
         let pairs = header.metadata().as_ref().ok_or_else(|| {
             Error::weights("the file has no `__metadata__`; see weights-format.md")
         })?;
-        // The hash map's type depends on a feature of safetensors that others may enable.
+        // The map's type depends on a feature of safetensors that other crates may enable.
         let pairs = pairs.iter().map(|(key, value)| (key.clone(), value.clone())).collect();
         let unread = tensors.names().into_iter().map(str::to_string).collect();
         Ok(Self { metadata: Metadata::parse(&pairs)?, tensors, unread })
     }
 
-    /// Whether the network is a kernel pyramid that demodulates: its first logits have one more.
+    /// Whether the network is a kernel pyramid that demodulates: its finest level has one more
+    /// logit.
     pub(super) fn demodulates(&self) -> bool {
         let logits = self.tensors.tensor("kernel_conv0.bias");
         self.metadata.topology == Topology::KernelPyramid

@@ -15,7 +15,7 @@ pub struct Fused {
     pub network: Network,
     /// Weights and biases by layer.
     pub params: BTreeMap<String, Params>,
-    /// The rest of a network whose output is color.
+    /// The head, if the network's output is color.
     pub head: Option<HeadParams>,
 }
 

@@ -1,4 +1,4 @@
-//! The auxiliary images next to the color.
+//! The images a network reads.
 
 use super::shown::shown;
 use crate::error::{Error, Result};

@@ -1,4 +1,4 @@
-//! A weights file's description of itself: the `__metadata__` of its safetensors header.
+//! The metadata of a weights file: the `__metadata__` of its safetensors header.
 
 use std::collections::HashMap;
 use std::ops::RangeInclusive;
@@ -18,8 +18,8 @@ pub struct Metadata {
     pub name: String,
     /// The kind of network.
     pub topology: Topology,
-    /// Channel counts: the output channels of every convolution but the last for
-    /// [`Topology::Oidn`]; per encoder level plus the bottom for the others.
+    /// Channel counts: for [`Topology::Oidn`], the output channels of every convolution but the
+    /// last; for the others, the channels of each encoder level and of the bottom.
     pub widths: Vec<usize>,
     /// The images the network was trained with.
     pub inputs: Inputs,
@@ -61,11 +61,11 @@ impl MainImage {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum Topology {
-    /// The thesis network: per level two convolutions and a max-pool, then transposed convolutions
+    /// The thesis network: two convolutions and a max-pool per level, then transposed convolutions
     /// and skips. Its output is color.
     Unet,
-    /// The thesis network with another output: the weights by which a pyramid of the noisy color is
-    /// averaged.
+    /// The thesis network with another output: the weights that average a pyramid of the noisy
+    /// color.
     KernelPyramid,
     /// A network of Intel Open Image Denoise, with nearest upsampling.
     Oidn(OidnSize),
@@ -170,7 +170,7 @@ fn expect(pairs: &HashMap<String, String>, key: &str, expected: &str) -> Result<
     )))
 }
 
-/// Restricted because the program prints the name.
+/// Checks the name, which is restricted because programs print it.
 fn name(text: &str) -> Result<String> {
     if (1..=MAX_NAME).contains(&text.chars().count()) && text.chars().all(is_printable) {
         return Ok(text.to_string());

@@ -124,7 +124,7 @@ pub type Interval = (i64, i64);
 pub struct Facts {
     /// The axes of its weight; `None` if it has no weight and no bias.
     pub weights: Option<Axes>,
-    /// Whether a batch norm may follow in a file, which is folded into its weight and bias.
+    /// Whether a file may hold a batch norm after it, to be folded into its weight and bias.
     pub may_have_norm: bool,
     /// How many times both sides are halved relative to the last input: 1, 0 or −1.
     pub level: i32,

@@ -18,7 +18,7 @@ impl Params {
         self
     }
 
-    /// Passes `channels` channels through unchanged, at each of `taps` taps.
+    /// The identity on `channels` channels, at each of `taps` taps.
     #[must_use]
     pub fn identity(channels: usize, taps: usize) -> Self {
         let same = |i: usize| i / taps / channels == i / taps % channels;

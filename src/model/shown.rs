@@ -5,7 +5,7 @@ const MOST: usize = 120;
 
 /// The beginning of `text` on one line, with unprintable characters escaped.
 pub(super) fn shown(text: &str) -> String {
-    // One character more than is shown: the text may be megabytes long.
+    // One more than is shown, to detect the cut: the text may be megabytes long.
     let begin: String = text.chars().take(MOST + 1).collect();
     let mut shown: String = begin.chars().map(one).collect();
     if shown.chars().count() > MOST {
@@ -14,7 +14,7 @@ pub(super) fn shown(text: &str) -> String {
     shown
 }
 
-/// Whether a character does nothing but appear.
+/// Whether a character prints as itself and has no other effect.
 pub(super) fn is_printable(c: char) -> bool {
     matches!(c, '"' | '\'' | '\\') || c.escape_debug().len() == 1
 }

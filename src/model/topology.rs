@@ -36,8 +36,8 @@ pub struct Network {
     pub layers: Vec<Layer>,
     /// The shape of every tensor, by [`TensorId`]; one more than the layers.
     pub shapes: Vec<TensorShape>,
-    /// What the image is made from: the encoded color, or the logits of a kernel pyramid for every
-    /// level, full resolution first.
+    /// The tensors that the image is made from: the encoded color, or the logits of each level of a
+    /// kernel pyramid, full resolution first.
     pub outputs: Vec<TensorId>,
 }
 
@@ -60,9 +60,9 @@ impl Network {
         net
     }
 
-    /// The same network, which instead of color predicts the weights of a kernel pyramid
-    /// ([`reference::kernel_pyramid`](crate::internals::reference::kernel_pyramid)): each level ends
-    /// in a 1×1 convolution to its logits. The bottom has no share.
+    /// The thesis network, predicting the weights of a kernel pyramid instead of color
+    /// ([`reference::kernel_pyramid`](crate::internals::reference::kernel_pyramid)): each level
+    /// ends in a 1×1 convolution to its logits. The bottom has no share.
     ///
     /// # Panics
     /// Panics if `widths` is empty.

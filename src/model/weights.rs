@@ -138,10 +138,11 @@ impl Weights {
         macs_per_pixel(&self.network)
     }
 
-    /// The same where only these images are given: the channels of the others are cut out.
+    /// [`macs_per_pixel`](Self::macs_per_pixel) if only these images are given: the channels of the
+    /// others are cut out.
     ///
     /// # Errors
-    /// Fails if the network cannot do without one of the others.
+    /// Fails if the network was not trained with one of these images or cannot do without another.
     pub fn macs_per_pixel_for(&self, inputs: Inputs) -> Result<f64> {
         Ok(self.for_inputs(inputs)?.macs_per_pixel())
     }
@@ -192,13 +193,13 @@ impl Weights {
     }
 }
 
-/// The network that the metadata describe, with or without the logit of demodulation.
+/// The network that the metadata describes, with or without the demodulation logit.
 fn network(metadata: &Metadata, demodulates: bool) -> Network {
     let network = metadata.network();
     if demodulates { network.demodulating() } else { network }
 }
 
-/// The channels of every tensor that remain when only channels `input` of the network's input do.
+/// For each tensor, the channels that remain if only channels `input` of the network's input do.
 fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
     let mut kept = vec![input];
     for (i, layer) in network.layers.iter().enumerate() {
@@ -208,7 +209,8 @@ fn kept_channels(network: &Network, input: Vec<usize>) -> Vec<Vec<usize>> {
     kept
 }
 
-/// The remaining channels of a layer that only passes its inputs on, one after the other.
+/// The remaining channels of a layer without weights, which passes on its inputs' channels in
+/// order.
 fn joined(network: &Network, layer: &Layer, kept: &[Vec<usize>]) -> Vec<usize> {
     let mut first = 0;
     let of_input = |&input: &usize| {

@@ -77,7 +77,7 @@ fn check_inputs(kind: &TzaKind, tensors: &[TzaTensor<'_>], size: OidnSize) -> Re
     )))
 }
 
-/// A tensor's data. Behind a concat, moves the skip's input channels before the upsampled ones.
+/// A tensor's data. After a concat, moves the skip's input channels before the upsampled ones.
 fn skip_first(network: &Network, tensor: &TzaTensor<'_>) -> Result<Vec<u8>> {
     let concat = network.layers.iter().enumerate().find_map(|(i, layer)| {
         let weight = tensor.name.strip_suffix(".weight") == Some(&layer.name);

@@ -1,11 +1,11 @@
-//! The purpose of an Open Image Denoise network, which only the file's name tells.
+//! The purpose of an Open Image Denoise network, known only from the file's name.
 
 use crate::error::{Error, Result};
 use crate::model::MainImage::{self, Albedo, Color, Normal};
 use crate::model::TransferFunction::{self, Log, Pu, Signed, Srgb};
 use crate::model::{Inputs, Metadata};
 
-/// The purpose of the files with one name, of any size.
+/// The purpose of the files with one name, for all network sizes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TzaKind {
     /// The file's name without size and extension, such as `rt_hdr_alb_nrm`.
@@ -64,15 +64,15 @@ impl TzaKind {
     }
 }
 
-/// The name, without size, of the weights that serve the purpose of `metadata` and read as many of
-/// `inputs` as possible and no other image.
+/// The name, without size, of the weights that serve the purpose of `metadata`, read as many of
+/// `inputs` as possible and read no other image.
 #[must_use]
 pub fn for_inputs(metadata: &Metadata, inputs: Inputs) -> Option<&'static str> {
     let fits = |kind: &TzaKind| {
         let same = (kind.main, kind.transfer) == (metadata.main, metadata.transfer_function);
         same && kind.inputs.intersection(inputs) == kind.inputs
     };
-    // Of equals, the last wins, and the kinds for noisy albedo and normal come first.
+    // `max_by_key` returns the last of equals: in reverse, the kinds for noisy albedo and normal.
     let kinds = KINDS.into_iter().rev().filter(fits);
     kinds.max_by_key(|kind| kind.inputs.channels()).map(|kind| kind.stem)
 }

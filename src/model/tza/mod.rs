@@ -1,7 +1,7 @@
 //! Reads the weights files of Open Image Denoise (TZA) into this project's format.
 //!
-//! One thing differs: those networks were trained with the upsampled channels before the skip's,
-//! while this project's weights files have the skip's first; see `weights-format.md`.
+//! The channel order differs: those networks were trained with the upsampled channels before the
+//! skip's, while this project's weights files have the skip's first; see `weights-format.md`.
 
 mod convert;
 mod kind;

@@ -1,4 +1,4 @@
-//! The container: a table of named tensors, with their values elsewhere in the file.
+//! Reads the TZA container: a table of named tensors, with their values elsewhere in the file.
 //!
 //! All numbers are little-endian. The file begins with a 16-bit magic number, the major and the
 //! minor version in one byte each, and the 64-bit offset of the table. The table is a 32-bit count
@@ -22,7 +22,7 @@ const MAX_TENSORS: u32 = 64;
 const MAX_DIMENSIONS: usize = 4;
 const MAX_NAME: usize = 64;
 
-/// A tensor whose values are still bytes.
+/// A tensor with its values as bytes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TzaTensor<'a> {
     /// Its name, such as `enc_conv0.weight`.
@@ -133,7 +133,7 @@ impl<'a> Cursor<'a> {
         Ok(TzaTensor { name, shape, dtype, data })
     }
 
-    /// The sizes. Only the layouts of convolutions and biases are allowed.
+    /// Reads the sizes. Only the layouts of convolutions and biases are allowed.
     fn shape(&mut self, name: &str) -> Result<Vec<usize>> {
         let [dimensions] = self.array()?;
         let dimensions = usize::from(dimensions);
