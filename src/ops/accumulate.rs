@@ -1,18 +1,18 @@
-//! The mean of a denoised frame and the last ones along motion vectors. `shaders/accumulate.wgsl`
+//! Averages a denoised frame with the last ones along motion vectors. `shaders/accumulate.wgsl`
 //! defines it.
 //!
-//! All state is on the GPU: the call reads the history of the last frame and writes that of this
-//! one, which copies then put in its place. So frames follow each other as their submissions do.
+//! All state is on the GPU: the call reads the last frame's history and writes this frame's, which
+//! a copy then moves into its place. Frames therefore follow each other in submission order.
 
 use super::image::{ImageBinding, ImageFormat, accumulate_features};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::shader::ShaderRoot;
 
-/// The number of frames that the history counts in a new pass.
+/// The maximum number of past frames that count in a new pass.
 pub const LONGEST: f32 = 8.0;
 
-/// The kernel for motion, albedo, normal and depth in these formats, and a result in another.
+/// The kernel for motion, albedo, normal and depth in these formats and a result in `output`.
 #[must_use]
 pub fn spec(sources: [ImageFormat; 4], output: ImageFormat) -> KernelSpec {
     let names = sources.map(ImageFormat::source_name).join(" ");
@@ -45,13 +45,13 @@ pub fn spec(sources: [ImageFormat; 4], output: ImageFormat) -> KernelSpec {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Settings {
-    /// How many of the last frames count at most.
+    /// The maximum number of past frames that count.
     pub longest: f32,
-    /// 1 if none does in the next frame, else 0.
+    /// 1 if the next frame ignores the history, else 0.
     pub starts_anew: u32,
 }
 
-/// What tells surfaces apart, besides their light.
+/// The features that tell surfaces apart, besides their light.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Features {
     /// Whether there is albedo.
@@ -63,28 +63,28 @@ pub struct Features {
 }
 
 impl Features {
-    /// Bytes of a pixel's history: color and count, and a word for each feature.
+    /// Bytes of history per pixel: color and count, and a word for each feature.
     #[must_use]
     pub fn bytes(self) -> u64 {
         16 + 4 * [self.albedo, self.normal, self.depth].into_iter().map(u64::from).sum::<u64>()
     }
 }
 
-/// Bytes of a pixel that this frame takes beside its history if there are further layers.
+/// Bytes per pixel that this frame takes in addition to its history if there are further layers.
 pub const SOFTNESS_BYTES: u64 = 4;
 
-/// What is known of the last frames, and what will be after the next one.
+/// The history of the last frames, and the one that the next frame leaves.
 #[derive(Debug)]
 pub struct History {
     last: wgpu::Buffer,
-    /// With layers, longer than `last` by what they need of this frame.
+    /// With layers, longer than `last` by the softness, which they need from this frame only.
     next: wgpu::Buffer,
     settings: wgpu::Buffer,
     features: Features,
 }
 
 impl History {
-    /// No frame yet, for pictures of `pixels` pixels with these features, with or without further
+    /// An empty history for images of `pixels` pixels with these features, with or without further
     /// layers.
     #[must_use]
     pub fn new(device: &wgpu::Device, pixels: u64, features: Features, has_layers: bool) -> Self {
@@ -104,7 +104,7 @@ impl History {
         }
     }
 
-    /// What this frame leaves for its layers.
+    /// This frame's history, which its layers read.
     pub(super) fn of_this_frame(&self) -> &wgpu::Buffer {
         &self.next
     }
@@ -113,8 +113,8 @@ impl History {
         self.next.size() > self.last.size()
     }
 
-    /// Records what makes this frame the last one, after the [`accumulate`] call and those of its
-    /// layers.
+    /// Records the copy that makes this frame the last one. Comes after the [`accumulate`] call and
+    /// those of the layers.
     pub fn advance(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.copy_buffer_to_buffer(&self.next, 0, &self.last, 0, self.last.size());
         if self.has_layers() {
@@ -123,23 +123,23 @@ impl History {
         encoder.clear_buffer(&self.settings, ANEW, Some(size_of::<u32>() as u64));
     }
 
-    /// Sets how many of the last frames count at most in later submissions.
+    /// Sets the maximum number of past frames that count in later submissions.
     pub fn set_longest(&self, queue: &wgpu::Queue, frames: f32) {
         queue.write_buffer(&self.settings, 0, bytemuck::bytes_of(&frames));
     }
 
-    /// Makes the next submitted frame start anew.
+    /// Makes the next submitted frame ignore the history.
     pub fn reset(&self, queue: &wgpu::Queue) {
         queue.write_buffer(&self.settings, ANEW, bytemuck::bytes_of(&1_u32));
     }
 }
 
-/// A buffer for what is known of the last frames.
+/// A buffer for the history of the last frames.
 pub(super) fn last_frames(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
     buffer(device, "last frames", size, wgpu::BufferUsages::COPY_DST)
 }
 
-/// A buffer for what this frame leaves.
+/// A buffer for the history that this frame leaves.
 pub(super) fn this_frame(device: &wgpu::Device, size: u64) -> wgpu::Buffer {
     let usage = wgpu::BufferUsages::COPY_SRC | wgpu::BufferUsages::COPY_DST;
     buffer(device, "this frame", size, usage)
@@ -165,7 +165,7 @@ const ANEW: u64 = std::mem::offset_of!(Settings, starts_anew) as u64;
 /// The images of a frame.
 #[derive(Clone, Copy, Debug)]
 pub struct FrameImages<'a> {
-    /// A [`Tile`](super::tile::Tile) with the picture's size and the images' layouts.
+    /// A [`Tile`](super::tile::Tile) with the size and layouts of the images.
     pub tile: &'a wgpu::Buffer,
     /// The denoised frame, `rgba32float`.
     pub denoised: &'a wgpu::TextureView,
@@ -186,8 +186,8 @@ pub struct FrameImages<'a> {
 }
 
 impl<'a> FrameImages<'a> {
-    /// What to bind for motion, albedo, normal and depth. An absent image is never read, but its
-    /// binding cannot stay empty.
+    /// The images to bind as motion, albedo, normal and depth. An absent image is never read, but
+    /// its binding cannot stay empty.
     fn sources(&self) -> [ImageBinding<'a>; 4] {
         let or_motion = |image: Option<_>| image.unwrap_or(self.motion);
         [self.motion, or_motion(self.albedo), or_motion(self.normal), or_motion(self.depth)]
@@ -206,8 +206,8 @@ impl<'a> FrameImages<'a> {
     }
 }
 
-/// The call for a picture of `size` pixels. Record it with [`Dispatch::record_at`] and the offset of
-/// the tile, then [`History::advance`]. The features of the history must be there; further layers
+/// The call for an image of `size` pixels. Record it with [`Dispatch::record_at`] and the offset of
+/// the tile, then [`History::advance`]. `images` must have the history's features. Further layers
 /// have [calls of their own](super::accumulate_layer) around this one.
 #[must_use]
 pub fn accumulate(

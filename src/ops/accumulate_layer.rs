@@ -1,4 +1,4 @@
-//! The mean of a further layer of the picture along motion vectors, by the weights of its beauty.
+//! Averages a further layer of the image along motion vectors, with the weights of its beauty.
 //! `shaders/accumulate_layer.wgsl` defines it.
 
 use super::accumulate::{History, last_frames, this_frame};
@@ -8,13 +8,14 @@ use super::tile::Layout;
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::shader::ShaderRoot;
 
-/// Bytes of a pixel of a layer's [`LayerHistory`].
+/// Bytes per pixel of a [`LayerHistory`].
 pub const BYTES: u64 = 2 * PIXEL_BYTES;
 
 /// A pixel has four 32-bit floats.
 const PIXEL_BYTES: u64 = 16;
 
-/// Has the beauty read as soft as the layer, for motion and result in these formats.
+/// Makes the beauty read its history as softly as the layer, for motion and result in these
+/// formats.
 #[must_use]
 pub fn soften_spec(motion: ImageFormat, output: ImageFormat) -> KernelSpec {
     spec("soften", motion, output)
@@ -47,7 +48,7 @@ fn spec(entry: &'static str, motion: ImageFormat, output: ImageFormat) -> Kernel
     }
 }
 
-/// What is known of a layer's last frames, and what will be after the next one.
+/// The history of a layer's last frames, and the one that the next frame leaves.
 #[derive(Debug)]
 pub struct LayerHistory {
     last: wgpu::Buffer,
@@ -55,7 +56,7 @@ pub struct LayerHistory {
 }
 
 impl LayerHistory {
-    /// No frame yet, for pictures of `pixels` pixels.
+    /// An empty history for images of `pixels` pixels.
     #[must_use]
     pub fn new(device: &wgpu::Device, pixels: u64) -> Self {
         Self {
@@ -64,7 +65,7 @@ impl LayerHistory {
         }
     }
 
-    /// Where the denoised layer must be, with its alpha, before [`LayerCalls::average`].
+    /// Receives the denoised layer with its alpha, before [`LayerCalls::average`].
     #[must_use]
     pub fn denoised(&self) -> ImageBinding<'_> {
         let buffer = &self.next;
@@ -77,7 +78,7 @@ impl LayerHistory {
         Layout::packed_rgba(width)
     }
 
-    /// Records what makes this frame the last one, after [`LayerCalls::average`].
+    /// Records the copy that makes this frame the last one. Comes after [`LayerCalls::average`].
     pub fn advance(&self, encoder: &mut wgpu::CommandEncoder) {
         encoder.copy_buffer_to_buffer(&self.next, 0, &self.last, 0, self.last.size());
     }
@@ -86,9 +87,9 @@ impl LayerHistory {
 /// The images of a layer.
 #[derive(Clone, Copy, Debug)]
 pub struct LayerImages<'a> {
-    /// A [`Tile`](super::tile::Tile) with the picture's size and the images' layouts.
+    /// A [`Tile`](super::tile::Tile) with the size and layouts of the images.
     pub tile: &'a wgpu::Buffer,
-    /// Where each pixel's surface was in the last frame: the beauty's.
+    /// The beauty's motion: where each pixel's surface was in the last frame.
     pub motion: ImageBinding<'a>,
     /// Receives the mean, with the denoised layer's alpha.
     pub output: ImageBinding<'a>,
@@ -97,15 +98,15 @@ pub struct LayerImages<'a> {
 /// The calls for a layer.
 #[derive(Clone, Debug)]
 pub struct LayerCalls {
-    /// Before [`accumulate`](super::accumulate::accumulate).
+    /// Runs before [`accumulate`](super::accumulate::accumulate).
     pub soften: Dispatch,
-    /// After it.
+    /// Runs after it.
     pub average: Dispatch,
 }
 
-/// The calls for a layer of a picture of `size` pixels whose beauty has this history, which must be
-/// one with layers. Record them with [`Dispatch::record_at`] and the offset of the tile, then
-/// [`LayerHistory::advance`].
+/// The calls for a layer of an image of `size` pixels. `beauty` is the history of the image's color
+/// and must have layers. Record the calls with [`Dispatch::record_at`] and the offset of the tile,
+/// then [`LayerHistory::advance`].
 #[must_use]
 pub fn accumulate_layer(
     context: &Context,

@@ -1,4 +1,4 @@
-//! Finds the blocks of 16×16 pixels that the network must work on. `shaders/activity.wgsl` defines
+//! Finds the blocks of 16×16 pixels that the network must process. `shaders/activity.wgsl` defines
 //! clean and active blocks and the map of distances to active ones.
 
 use super::image::{ImageBinding, ImageFormat, color_features};
@@ -49,14 +49,14 @@ pub struct Activity {
     /// Distances in blocks: `r32uint`, one texel per block, [`LAYERS`] layers.
     pub map: wgpu::TextureView,
     /// One `u32` per block, row by row: 1 if clean, 0 if not. A scratch area of the same size
-    /// follows, for the kernels alone.
+    /// follows, for the kernels only.
     pub clean: wgpu::Buffer,
 }
 
 /// Binds the tiles and the color. `tile` is the size of the tiles, width first; it and every tile's
 /// origin are multiples of [`BLOCK`]. Layer 0 of the map counts up to `radius` blocks. A block is
-/// clean if it and all blocks up to `constant_radius` away are the same constant color. Without that
-/// radius, no block is clean and the map only marks what is stored.
+/// clean if it and all blocks up to `constant_radius` away are the same constant color. Without
+/// that radius, no block is clean, and every block with stored pixels is active.
 ///
 /// Needs [`bytes`] of GPU memory.
 ///

@@ -99,7 +99,7 @@ impl Band {
     }
 }
 
-/// The two calls: one computes a band's bins; the other, after all bands, the scale.
+/// The two calls: one computes a band's bins; after all bands, the other computes the scale.
 #[derive(Clone, Debug)]
 pub struct Autoexposure {
     /// Computes the bins of the band in the uniform buffer.

@@ -1,16 +1,16 @@
-//! The albedo's contrast: the logarithm of how much brighter a pixel is than what the weights of a
-//! kernel pyramid gather around it ([`gather_albedo`](super::gather::gather_albedo)). To a power that
-//! the network predicts, light is multiplied by it.
+//! The albedo's contrast: the logarithm of the ratio of a pixel's albedo to the mean that the
+//! weights of a kernel pyramid gather around it ([`gather_albedo`](super::gather::gather_albedo)).
+//! Gathered light is multiplied by this ratio, raised to a power that the network predicts.
 //!
-//! With light gathered by the same weights, this is the ratio of mean light to mean albedo, times the
-//! pixel's own albedo: the ratio estimator of W. G. Cochran, "Sampling Techniques" (1977). Light is
-//! demodulated by the albedo as in Bako et al., "Kernel-Predicting Convolutional Networks for
-//! Denoising Monte Carlo Renderings" (2017).
+//! At power 1, the result is the ratio of mean light to mean albedo, both gathered with the same
+//! weights, times the pixel's own albedo: the ratio estimator of W. G. Cochran, "Sampling
+//! Techniques" (1977). Bako et al. demodulate light by the albedo in "Kernel-Predicting
+//! Convolutional Networks for Denoising Monte Carlo Renderings" (2017).
 
 use crate::gpu::kernel::{Binding, Context, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
 
-/// A kernel that demodulates: it also reads the contrast, its last binding.
+/// The demodulating variant of a kernel, which also reads the contrast, its last binding.
 #[must_use]
 pub fn demodulating(mut spec: KernelSpec) -> KernelSpec {
     spec.features.to_mut().push("demodulates");
@@ -21,20 +21,20 @@ pub fn demodulating(mut spec: KernelSpec) -> KernelSpec {
 /// The contrast of a tile.
 #[derive(Clone, Debug)]
 pub struct Contrast {
-    /// One quad, of which the fourth channel is 0.
+    /// One quad; its fourth channel is 0.
     pub tensor: GpuTensor,
     view: wgpu::TextureView,
 }
 
 impl Contrast {
-    /// None at all, for what is not light: new textures are zero, and reads beyond them return zero
-    /// too.
+    /// No contrast, for layers that are not light: new textures are zero, and reads beyond them
+    /// return zero too.
     #[must_use]
     pub fn none(context: &Context) -> Self {
         Self::new(context, [1, 1])
     }
 
-    /// Room for that of a tile, width first. Needs [`bytes`] of GPU memory.
+    /// Room for the contrast of a tile of this size, width first. Needs [`bytes`] of GPU memory.
     #[must_use]
     pub fn new(context: &Context, [width, height]: [u32; 2]) -> Self {
         let texture = context.device.create_texture(&wgpu::TextureDescriptor {

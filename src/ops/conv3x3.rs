@@ -54,7 +54,7 @@ pub fn matrix_spec(shape: MatrixShape, channels: u32, pools: bool) -> KernelSpec
 }
 
 /// The operator. Weights are `[output][input][ky][kx]`. With `pools`, it also computes the max-pool
-/// of its output if the variant can; [`Operator::pools`](super::operator::Operator::pools) tells.
+/// of its output if the variant can; see [`Operator::pools`](super::operator::Operator::pools).
 #[must_use]
 pub fn conv3x3(
     context: &Context,

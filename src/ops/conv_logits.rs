@@ -1,5 +1,6 @@
 //! The last 3×3 convolution of a kernel pyramid with bias and ReLU, and the 1×1 convolution to its
-//! logits, in one kernel: an invocation holds all channels of its pixels, so no features are stored.
+//! logits, in one kernel. An invocation holds all channels of its pixels, so no features are
+//! stored.
 //!
 //! Values kept in registers are not rounded to the tensors' 16 bits.
 
@@ -76,7 +77,7 @@ pub fn conv_logits(
         }
         tiled_set => tiled(context, Tiling::of(tiled_set), &taps, logits),
     };
-    // Without the inner ReLU: this one is the logits'.
+    // `relu` is that of the logits; the inner ReLU is fixed.
     let constants = [("largest", context.precision.largest()), ("relu", 0.0)];
     let mut held = bias.to_vec();
     held.resize(CHANNELS, 0.0);

@@ -1,5 +1,5 @@
 //! Shared by all convolutions: a kernel bound to inputs, output, weights and bias, and to the
-//! activity map if it can skip what is not needed.
+//! activity map if it can skip unneeded pixels.
 
 use std::borrow::Cow;
 
@@ -10,23 +10,23 @@ use crate::gpu::kernel::{Binding, Context, Dispatch, Kernel, KernelSpec};
 use crate::gpu::kernel_set::KernelSet;
 use crate::shader::ShaderRoot;
 
-/// What a workgroup of the tiled kernels computes, and how.
+/// The tile of a workgroup of the tiled kernels, and how it is computed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tiling {
     /// 16×16 pixels; four input channels are staged at a time.
     Square,
     /// 32×8 pixels; eight input channels are staged at a time.
     Wide,
-    /// `Square` in 16-bit floats: those of four staged input channels are multiplied and added up in
-    /// 16 bits, and the sums in 32.
+    /// `Square` with 16-bit floats: products of four staged input channels are summed in 16 bits,
+    /// and these sums in 32.
     Half,
 }
 
 impl Tiling {
-    /// All.
+    /// All tilings.
     pub const ALL: [Self; 3] = [Self::Square, Self::Wide, Self::Half];
 
-    /// That of a kernel set. Sets without tiled kernels of their own run the square ones.
+    /// The tiling of a kernel set. Sets without tiled kernels of their own run the square ones.
     #[must_use]
     pub fn of(kernels: KernelSet) -> Self {
         match kernels {
@@ -45,7 +45,7 @@ impl Tiling {
         }
     }
 
-    /// The kernel of `module`, whose name and whose features begin with these.
+    /// The kernel of `module`; its name and features begin with these.
     pub(super) fn spec(
         self,
         name: &str,
@@ -109,7 +109,7 @@ impl PackedWeights {
     }
 }
 
-/// A variant of a convolution, and the share of work of one workgroup.
+/// A variant of a convolution, and how it divides work among workgroups.
 pub struct Variant {
     /// The kernel.
     pub spec: KernelSpec,
@@ -120,8 +120,8 @@ pub struct Variant {
     pub tile: [u32; 2],
     /// Workgroups per tile, each computing part of the output channels.
     pub blocks: u32,
-    /// The number of columns for which the kernel decides together whether they are needed; `None`
-    /// if it computes everything.
+    /// The number of columns that the kernel skips or computes together; `None` if it computes
+    /// everything.
     pub footprint: Option<u32>,
     /// Whether it also computes the max-pool of its output.
     pub pools: bool,
@@ -136,7 +136,7 @@ impl Variant {
         Self { spec, weights, tile: [8, 8], blocks, footprint: None, pools: false }
     }
 
-    /// For GPUs: a workgroup computes a tile of pixels, 2×2 per invocation, of one of `blocks`
+    /// For GPUs: a workgroup computes a tile of pixels, 2×2 per invocation, for one of `blocks`
     /// blocks of output quads.
     #[must_use]
     pub fn tiled(spec: KernelSpec, tiling: Tiling, weights: PackedWeights, blocks: usize) -> Self {
@@ -173,7 +173,7 @@ impl Convolution {
         Self { kernel, weights, bias, next: None, tile, blocks, footprint, pools }
     }
 
-    /// Adds weights and bias of a second convolution that the kernel computes.
+    /// Adds weights and bias of a second convolution that the kernel also computes.
     #[must_use]
     pub(super) fn followed_by(self, weights: PackedWeights, bias: wgpu::Buffer) -> Self {
         Self { next: Some((weights, bias)), ..self }

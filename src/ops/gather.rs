@@ -1,7 +1,7 @@
-//! The result of a kernel pyramid: at each level, the sum of 3×3 pixels by the softmax of the
-//! logits, plus the coarser result. The last call stores the image.
+//! The result of a kernel pyramid: at each level, the sum of 3×3 pixels weighted by the softmax of
+//! the logits, plus the coarser result. The last call stores the image.
 //!
-//! Softmax kernels are those of Bako et al., "Kernel-Predicting Convolutional Networks for Denoising
+//! The softmax kernels follow Bako et al., "Kernel-Predicting Convolutional Networks for Denoising
 //! Monte Carlo Renderings" (2017).
 
 use std::borrow::Cow;
@@ -18,7 +18,7 @@ use crate::shader::ShaderRoot;
 /// Pixels of a row per invocation.
 const PIXELS: u32 = 4;
 
-/// The kernel for a level with a coarser one.
+/// The kernel for a level that has a coarser one.
 pub const LEVEL: KernelSpec = KernelSpec {
     name: Cow::Borrowed("gather"),
     source: ShaderRoot::Module("gather"),
@@ -42,7 +42,7 @@ pub const BOTTOM: KernelSpec = KernelSpec {
     ..LEVEL
 };
 
-/// The kernel for full resolution of the albedo, which stores its contrast.
+/// The kernel for the albedo at full resolution, which stores the contrast.
 pub const ALBEDO: KernelSpec = KernelSpec {
     name: Cow::Borrowed("gather_albedo"),
     features: Cow::Borrowed(&["gather", "stores_contrast"]),
@@ -58,14 +58,14 @@ pub const ALBEDO: KernelSpec = KernelSpec {
 /// The overrides of the kernel that repairs the color itself.
 const OVERRIDES: &[&str] = &["brightest", "outlier", "transfer_function"];
 
-/// Where the kernel that stores the image has level 0 of the pyramid from.
+/// Where the kernel that stores the image gets level 0 of the pyramid.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level0 {
     /// It computes the level from the noisy color.
     Computed,
     /// It reads the level.
     Stored,
-    /// It reads the level, which is that of a further layer of the picture.
+    /// It reads the level, which belongs to a further layer of the image.
     OfLayer,
 }
 
@@ -92,8 +92,8 @@ pub fn finest_spec(color: ImageFormat, output: ImageFormat, level0: Level0) -> K
     }
 }
 
-/// The call that computes the result of a level: from the level of the pyramid, its logits and the
-/// coarser result, if there is a coarser level.
+/// The call that computes a level's result from the pyramid's level, its logits and the coarser
+/// result, if there is a coarser level.
 #[must_use]
 pub fn gather(
     context: &Context,
@@ -108,8 +108,8 @@ pub fn gather(
     kernel.dispatch(group, [output.width.div_ceil(PIXELS), output.height, 1])
 }
 
-/// The call that stores the albedo's contrast: from level 0 of its pyramid, the logits of full
-/// resolution and the result of level 1. What it stores in blocks that skip the network is undefined
+/// The call that stores the albedo's contrast, from level 0 of its pyramid, the logits of full
+/// resolution and the result of level 1. In blocks that skip the network, the contrast is undefined
 /// and never read.
 #[must_use]
 pub fn gather_albedo(
@@ -125,8 +125,8 @@ pub fn gather_albedo(
 }
 
 /// The call that stores the image from the noisy color, the logits of full resolution and the
-/// result of level 1; from level 0 of the pyramid, if it is stored; and from the albedo's contrast, if
-/// the network demodulates. Clean blocks keep their input. [`Dispatch::record_at`] selects the tile.
+/// result of level 1, plus level 0 of the pyramid if it is stored and the albedo's contrast if the
+/// network demodulates. Clean blocks keep their input. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn gather_finest(
     context: &Context,

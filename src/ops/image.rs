@@ -1,7 +1,6 @@
 //! A renderer's images as kernels read and write them: textures, or storage buffers of 16-bit or
-//! 32-bit floats. The modules `color`, `albedo`, `normal` and `output` of `shaders/common` have a
-//! variant for each. They load and store pixels as 32-bit floats, so nothing is converted or copied
-//! beforehand.
+//! 32-bit floats. The modules of `shaders/common` named after images have a variant for each. They
+//! load and store pixels as 32-bit floats, so nothing is converted or copied beforehand.
 
 use std::num::NonZeroU64;
 
@@ -48,7 +47,7 @@ pub enum ImageBinding<'a> {
         element: Element,
         /// First bound byte.
         offset: u64,
-        /// Number of bound bytes; `None` for all the rest.
+        /// Number of bound bytes; `None` for the rest of the buffer.
         size: Option<NonZeroU64>,
     },
     /// A two-dimensional texture view with one mip level.
@@ -88,7 +87,7 @@ impl ImageFormat {
     /// 32-bit floats in a buffer, the format of the blocking call.
     pub const F32: Self = Self::Buffer(Element::F32);
 
-    /// Bytes of a pixel: three elements in a buffer, four in a texture.
+    /// Bytes per pixel, with three elements in a buffer.
     #[must_use]
     pub(crate) fn pixel_bytes(self) -> u32 {
         match self {
@@ -115,8 +114,8 @@ impl ImageFormat {
         }
     }
 
-    /// The feature with which kernels read an image in this format, unless it is the default:
-    /// `buffer` for 16-bit floats in a buffer, `texture` for a texture.
+    /// The shader feature for reading an image in this format: `buffer` for 16-bit floats in a
+    /// buffer, `texture` for a texture, `None` for the default.
     fn source_feature(self, buffer: &'static str, texture: &'static str) -> Option<&'static str> {
         match self {
             Self::Buffer(Element::F32) => None,
@@ -125,7 +124,7 @@ impl ImageFormat {
         }
     }
 
-    /// The feature with which kernels write an image in this format, unless it is the default.
+    /// The shader feature for writing an image in this format; `None` for the default.
     ///
     /// # Panics
     /// Panics if kernels cannot write textures of this format.
@@ -172,14 +171,14 @@ pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<
     features
 }
 
-/// The features of a kernel that reads, besides the color, an albedo in this format to gather it.
+/// The features of a kernel that, besides the color, reads an albedo in this format to gather it.
 #[must_use]
 pub(crate) fn albedo_features(albedo: ImageFormat) -> Vec<&'static str> {
     let format = albedo.source_feature("albedo_f16", "albedo_texture");
     ["of_albedo"].into_iter().chain(format).collect()
 }
 
-/// The features of a kernel that reads, besides a layer of the picture, its beauty in this format.
+/// The features of a kernel that, besides a layer, reads the beauty in this format.
 #[must_use]
 pub(crate) fn beauty_features(beauty: ImageFormat) -> Vec<&'static str> {
     let format = beauty.source_feature("beauty_f16", "beauty_texture");

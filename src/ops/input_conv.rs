@@ -2,7 +2,7 @@
 //! network's input is never stored.
 //!
 //! For GPUs only: the generated kernels for CPU drivers would encode every pixel 4.5 times, which
-//! costs more than the tensor in between.
+//! costs more than storing the input.
 //!
 //! [`input_process`]: mod@super::input_process
 
@@ -63,8 +63,8 @@ fn bindings(formats: [ImageFormat; 3]) -> Vec<Binding> {
     bindings
 }
 
-/// Whether the kernel can be the beginning of a network. It repeats the image's edge and cannot pad
-/// with zeros.
+/// Whether a network can start with this kernel, which repeats the image's edge and cannot pad with
+/// zeros.
 #[must_use]
 pub fn begins(network: &Network, encoding: Encoding, kernels: KernelSet) -> bool {
     let first = network.layers.first().is_some_and(|l| l.op == Op::Conv3x3 { relu: true });

@@ -1,4 +1,4 @@
-//! From images to the network's input: repair, exposure, transfer function, layout, padding.
+//! Turns images into the network's input: repair, exposure, transfer function, layout, padding.
 
 use super::channel_map::ChannelMap;
 use super::image::{ImageBinding, ImageFormat, source_features};
@@ -48,7 +48,7 @@ pub(super) fn source_names(formats: [ImageFormat; 3]) -> String {
     formats.map(ImageFormat::source_name).join(" ")
 }
 
-/// How the network's input is stored: each image's three channels have a layer of their own.
+/// How the network's input is stored: the three channels of each image have a layer of their own.
 #[must_use]
 pub fn channel_map(channels: usize) -> ChannelMap {
     let image = |first: usize| [Some(first), Some(first + 1), Some(first + 2), None];
@@ -75,7 +75,7 @@ pub struct Sources<'a> {
 }
 
 impl<'a> Sources<'a> {
-    /// The auxiliary images.
+    /// The auxiliary images that are present.
     #[must_use]
     pub fn inputs(&self) -> Inputs {
         Inputs { albedo: self.albedo.is_some(), normal: self.normal.is_some() }
@@ -87,8 +87,8 @@ impl<'a> Sources<'a> {
         [Some(self.color), self.albedo, self.normal].into_iter().flatten().collect()
     }
 
-    /// What to bind for color, albedo and normal. An absent image is never read, but its binding
-    /// cannot stay empty.
+    /// The images to bind as color, albedo and normal. An absent image is never read, but its
+    /// binding cannot stay empty.
     #[must_use]
     pub fn images(&self) -> [ImageBinding<'a>; 3] {
         [self.color, self.albedo.unwrap_or(self.color), self.normal.unwrap_or(self.color)]
@@ -141,7 +141,7 @@ pub fn scale_binding(input_scale: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
     })
 }
 
-/// One [`Tile`] of a buffer of many.
+/// One [`Tile`] of a buffer; the dynamic offset selects it.
 #[must_use]
 pub fn tile_binding(tiles: &wgpu::Buffer) -> wgpu::BindingResource<'_> {
     wgpu::BindingResource::Buffer(wgpu::BufferBinding {

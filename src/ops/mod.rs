@@ -1,5 +1,5 @@
-//! The operators. Each has a shader and a CPU function of the same name; here is what the host must
-//! know of its kernels, for the planner, the tests and the benches.
+//! The host side of the operators: their kernels, for the planner, the tests and the benches. Each
+//! operator has a shader and a CPU function of the same name.
 
 pub mod accumulate;
 pub mod accumulate_layer;

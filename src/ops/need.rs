@@ -1,22 +1,22 @@
-//! Which part of a tensor a convolution must compute.
+//! Decides which part of a tensor a convolution must compute.
 //!
-//! For each block of 16×16 pixels of the tile, the activity map holds its distance in blocks to the
-//! nearest one the result needs. A convolution runs where that is at most its layer's reach.
-//! Elsewhere its output is left unchanged, since nothing stored depends on it.
+//! For each block of 16×16 pixels of the tile, the activity map holds the distance in blocks to the
+//! nearest active block. A convolution runs where that is at most its layer's reach. Elsewhere it
+//! leaves its output unchanged, since nothing stored depends on it.
 
 use super::activity::{self, LAYERS};
 use super::packing::filled_buffer;
 use crate::gpu::kernel::Binding;
 use crate::plan::halo::BLOCK;
 
-/// What a layer needs for that decision.
+/// The inputs to a layer's decision.
 #[derive(Clone, Copy, Debug)]
 pub struct Need<'a> {
     /// The activity map.
     pub map: &'a wgpu::TextureView,
     /// Both sides of the tensor are the tile's divided by `2^level`.
     pub level: u32,
-    /// How many blocks around a needed one the layer must compute.
+    /// How many blocks around an active one the layer must compute.
     pub reach: u32,
 }
 

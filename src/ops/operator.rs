@@ -1,4 +1,4 @@
-//! The host's view of an operator: something that turns tensors into a kernel call.
+//! The host's view of an operator: it turns tensors into a kernel call.
 
 use super::channel_map::ChannelMap;
 use super::need::Need;

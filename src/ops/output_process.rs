@@ -1,4 +1,5 @@
-//! From the network's output to the image: inverse transfer function, exposure, crop, store.
+//! Turns the network's output into the image: inverse transfer function, inverse exposure, crop,
+//! store.
 
 use super::image::ImageBinding;
 use super::image::{BLEND, ImageFormat, result_features};
@@ -29,7 +30,7 @@ pub(super) fn result_bindings(color: ImageFormat, output: ImageFormat) -> Vec<Bi
     vec![TILE, color.source_binding(), output.target_binding(), BLEND, Binding::Buffer]
 }
 
-/// The images at the end of the network, and what relates them.
+/// The images at the end of the network, and how they relate.
 #[derive(Clone, Copy, Debug)]
 pub struct ResultImages<'a> {
     /// [`Tile`](super::tile::Tile)s, one at each dynamic offset.

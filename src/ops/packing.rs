@@ -9,8 +9,8 @@ use crate::gpu::kernel::Context;
 pub struct Taps<'a> {
     /// Number of output channels.
     pub outputs: usize,
-    /// Number of taps: 9 for 3×3, 4 for the corners of a transposed 2×2, 1 for 1×1, 16 for a 2×2
-    /// kernel for each parity of row and column.
+    /// Number of taps: 9 for 3×3, 4 for the corners of a transposed 2×2, 1 for 1×1, 16 for one 2×2
+    /// kernel per parity of row and column.
     pub taps: usize,
     /// How the input is stored.
     pub map: &'a ChannelMap,
@@ -19,7 +19,7 @@ pub struct Taps<'a> {
 }
 
 impl Taps<'_> {
-    /// The weight of stored channels; 0 if either is padding or beyond the stored ones.
+    /// The weight between stored channels; 0 if either is padding or out of range.
     #[must_use]
     pub fn at(&self, output: usize, stored_input: usize, tap: usize) -> f32 {
         match self.map.get(stored_input).copied().flatten() {

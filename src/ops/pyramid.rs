@@ -1,5 +1,5 @@
-//! The pyramid of the noisy color, or of the albedo, that a kernel pyramid averages: each level is the sum of 2×2
-//! pixels of the finer one, times its own confidence.
+//! The pyramid of the noisy color, or of the albedo, that a kernel pyramid averages: each level is
+//! the sum of 2×2 pixels of the finer one, times its own confidence.
 //!
 //! A pixel is a color and its weight, in 32-bit floats. After Vogels et al., "Denoising with Kernel
 //! Prediction and Asymmetric Loss Functions" (2018), and Bálint et al., "Neural Partitioning
@@ -14,7 +14,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::model::Encoding;
 use crate::shader::ShaderRoot;
 
-/// The kernel for a level from the finer level.
+/// The kernel that computes a level from the finer one.
 pub const LEVEL: KernelSpec = KernelSpec {
     name: Cow::Borrowed("pyramid"),
     source: ShaderRoot::Module("pyramid"),
@@ -31,13 +31,13 @@ pub fn level0_spec(color: ImageFormat) -> KernelSpec {
     spec("level0", color, &[])
 }
 
-/// The kernel for level 1 from noisy color in this format, whose level 0 is not stored.
+/// The kernel that computes level 1 from noisy color in this format, without storing level 0.
 #[must_use]
 pub fn finest_spec(color: ImageFormat) -> KernelSpec {
     spec("finest", color, &[Binding::TensorIn])
 }
 
-/// The kernel that stores level 0 of a further layer of the picture, for layer and beauty in these
+/// The kernel that stores level 0 of a further layer of the image, for layer and beauty in these
 /// formats.
 #[must_use]
 pub fn layer0_spec(layer: ImageFormat, beauty: ImageFormat) -> KernelSpec {
@@ -58,7 +58,7 @@ fn two_images(name: &str, formats: [ImageFormat; 2], features: &[&'static str]) 
     KernelSpec { name: format!("pyramid_{name} {formats}").into(), ..spec }
 }
 
-/// A kernel that reads noisy color, and what is `further` behind the scale.
+/// A kernel that reads noisy color, with `further` bindings after the scale.
 fn spec(feature: &'static str, color: ImageFormat, further: &[Binding]) -> KernelSpec {
     let mut features = color_features(color);
     features.push(feature);
@@ -81,8 +81,8 @@ pub struct NoisyColor<'a> {
     pub tiles: &'a wgpu::Buffer,
     /// The color.
     pub color: ImageBinding<'a>,
-    /// The 32-bit float that brings color to the network's exposure, which decides what an outlier
-    /// is.
+    /// The 32-bit float that brings color to the network's exposure; the outlier limit depends on
+    /// it.
     pub input_scale: &'a wgpu::Buffer,
     /// Decides how the color is repaired.
     pub encoding: Encoding,
@@ -100,8 +100,8 @@ pub fn pyramid_level0(
     from_color(context, spec, noisy, [logits, output], None)
 }
 
-/// The call that stores level 0 of the layer `noisy.color` of a picture whose color is `beauty`,
-/// repaired as `beauty` is. [`Dispatch::record_at`] selects the tile.
+/// The call that stores level 0 of the layer `noisy.color` of an image whose color is `beauty`. The
+/// layer is repaired like `beauty`. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn pyramid_layer0(
     context: &Context,
@@ -114,7 +114,7 @@ pub fn pyramid_layer0(
     from_color(context, spec, noisy, [logits, output], Some(beauty.resource()))
 }
 
-/// The call that stores level 0 of the `albedo`, in which pixels whose color is missing do not count.
+/// The call that stores level 0 of `albedo`. Pixels whose color is missing do not count.
 /// [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn pyramid_albedo0(
@@ -128,8 +128,8 @@ pub fn pyramid_albedo0(
     from_color(context, spec, noisy, [logits, output], Some(albedo.resource()))
 }
 
-/// The call that computes level 1 where level 0 is not stored. `finest` and `logits` are the logits
-/// of level 0 and of this one. [`Dispatch::record_at`] selects the tile.
+/// The call that computes level 1 without a stored level 0. `finest` and `logits` are the logits of
+/// levels 0 and 1. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn pyramid_finest(
     context: &Context,

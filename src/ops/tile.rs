@@ -1,4 +1,4 @@
-//! The location of a tile in the images, needed at both ends of the network.
+//! The location of a tile in the images, for the kernels at both ends of the network.
 
 /// The layout of an image in a buffer of floats. For pixel `(x, y)`, the first channel (red or x) is
 /// at element `offset + y · row_stride + x · pixel_stride`, and the others follow it directly. All
@@ -35,7 +35,7 @@ impl Layout {
         Self::new(0, width * channels, channels).with_channels(channels)
     }
 
-    /// Any other layout of three channels.
+    /// Any layout of three channels.
     #[must_use]
     pub fn new(offset: u32, row_stride: u32, pixel_stride: u32) -> Self {
         Self { offset, row_stride, pixel_stride, channels: 3 }
@@ -82,7 +82,7 @@ pub struct Tile {
     pub begin: [u32; 2],
     /// One past the last pixel to store.
     pub end: [u32; 2],
-    /// Layout of the color, or of the layer that is denoised.
+    /// Layout of the color, or of the further layer to denoise.
     pub color: Layout,
     /// Layout of the albedo; ignored without one.
     pub albedo: Layout,
@@ -92,8 +92,8 @@ pub struct Tile {
     pub output: Layout,
     /// Layout of the color that the network reads; ignored unless a further layer is denoised.
     pub beauty: Layout,
-    /// Layout of the motion; ignored without one.
+    /// Layout of the motion; ignored without motion.
     pub motion: Layout,
-    /// Layout of the depth; ignored without one.
+    /// Layout of the depth; ignored without depth.
     pub depth: Layout,
 }

@@ -4,11 +4,11 @@ use super::convolution::{PackedWeights, TILED_QUADS, Tiling};
 use super::packing::{Taps, storage_buffer};
 use crate::gpu::kernel::Context;
 
-/// Outputs of a block.
+/// Output channels of a block.
 const OUTPUTS: usize = 4 * TILED_QUADS;
 
-/// `[block of output quads][in_quad][tap][out_quad]` matrices of one tensor that a kernel reads after
-/// the other. [`Tiling::Half`] has 16-bit floats, divided by powers of two, and each block of the
+/// `[block of output quads][in_quad][tap][out_quad]` matrices, for each tensor that a kernel reads
+/// in turn. [`Tiling::Half`] has 16-bit floats, divided by powers of two, and each block of the
 /// first tensor begins with a matrix of its outputs' [`exponents`].
 pub(super) fn tiled_weights(
     context: &Context,
@@ -51,19 +51,20 @@ fn divided(taps: &Taps<'_>, exponents: &[i32]) -> Vec<f32> {
     Taps { weight: &weight, ..*taps }.tiled(blocks(taps), TILED_QUADS)
 }
 
-/// For each output, the power of two by which its weights are divided. The absolute weights of a
-/// chunk then add up to at most 16/17. As no input exceeds 65504, neither does a chunk's sum, even if
-/// each of its 36 products and 36 additions rounds up by 2⁻¹¹, which makes it at most 1.036 times as
-/// large. Powers of two cost no precision, except in weights below 2⁻¹⁴ of the divisor.
+/// For each output, the exponent of the power of two that divides its weights, so that the absolute
+/// weights of a chunk add up to at most 16/17. As no input exceeds 65504, neither does a chunk's
+/// sum, even if each of its 36 products and 36 additions rounds up by 2⁻¹¹, which makes it at most
+/// 1.036 times as large. Powers of two cost no precision, except in weights below 2⁻¹⁴ of the
+/// divisor.
 fn exponents(taps: &[&Taps<'_>]) -> Vec<i32> {
     let largest = |o: usize| taps.iter().map(|taps| largest_sum(taps, o)).fold(0.0, f64::max);
-    // As far as 32-bit floats go.
+    // The exponents of normal 32-bit floats.
     let exponent = |sum: f64| (sum * 17.0 / 16.0).log2().ceil().clamp(-126.0, 127.0) as i32;
     (0..taps[0].outputs).map(|o| exponent(largest(o))).collect()
 }
 
-/// The largest sum of absolute weights of an output over the products of a chunk: four input channels
-/// by nine taps, or by the four taps of a parity.
+/// The largest sum of an output's absolute weights over the products of a chunk: four input
+/// channels times nine taps, or times the four taps of a parity.
 fn largest_sum(taps: &Taps<'_>, output: usize) -> f64 {
     let together = if taps.taps == 16 { 4 } else { taps.taps };
     let chunks = (0..taps.in_quads())

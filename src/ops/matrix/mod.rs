@@ -1,6 +1,6 @@
-//! Convolutions on matrix units (wgpu's cooperative matrices), as generated code: 3×3, with or
-//! without the max-pool that follows, the start of a decoder level, and the last one with its
-//! logits.
+//! Generated convolutions for matrix units (wgpu's cooperative matrices): 3×3, with or without the
+//! max-pool that follows, the first one with the images' encoding, the start of a decoder level,
+//! and the last one with its logits.
 //!
 //! A convolution is a sum, over taps and input channels, of matrix products: pixels × input
 //! channels by input channels × output channels. A subgroup multiplies square tiles of these with
@@ -9,17 +9,17 @@
 //! wgpu reports for AMD and Apple, run the tiled kernels.
 //!
 //! A workgroup of four subgroups computes eight rows of pixels, two tiles wide, with 16 or 32
-//! output channels; the sums of more would not fit in registers. For each slice of as many input
-//! channels as a tile is wide, it stages the pixels and their border in workgroup memory, between
-//! two barriers; the tiles of pixels are rows of it, shifted by the tap. Weights come straight from
-//! their buffer. Sums are 32-bit floats.
+//! output channels; the sums of more would not fit in registers. Between two barriers, it stages a
+//! slice of as many input channels as a tile is wide in workgroup memory, with the pixels' border.
+//! The tiles of pixels are rows of it, shifted by the tap. Weights come straight from their buffer.
+//! Sums are 32-bit floats.
 //!
 //! A tile holds pixels of even columns or of odd ones, and a subgroup computes two rows, so it has
-//! four sums for each square of 2×2 pixels. A max-pool is their maximum, and each of them is the
-//! parity for which an upsampled tensor has taps of its own.
+//! four sums for each square of 2×2 pixels. A max-pool is their maximum. In an upsampled tensor,
+//! each of the four has the parity that selects its taps.
 //!
-//! A tile's elements have no addresses, so sums pass through workgroup memory too, for bias, clamp
-//! and store. Workgroup memory: at most 14976 bytes of the 16384 that every device has.
+//! A tile's elements have no addresses, so sums also pass through workgroup memory, for bias, clamp
+//! and store. Workgroup memory takes at most 14976 of the 16384 bytes that every device has.
 //!
 //! No GPU has timed these kernels yet: tile and workgroup sizes are reasoned, not measured.
 
@@ -64,7 +64,7 @@ impl MatrixKernel {
     }
 }
 
-/// Output channels per workgroup: 32 reuse pixels best, fewer waste none.
+/// Output channels per workgroup: 32 reuse pixels best, 16 waste none if there are no more.
 #[must_use]
 pub fn channels_per_workgroup(outputs: usize) -> u32 {
     if outputs <= 16 { 16 } else { 32 }
@@ -108,7 +108,8 @@ pub(super) fn tile(shape: MatrixShape) -> [u32; 2] {
     [2 * shape.side, 2 * SUBGROUPS]
 }
 
-/// The kernel, which must be of this shape, with the weights of each tensor that it reads.
+/// The variant with this kernel, which must be of this shape, and the weights of each tensor that
+/// it reads.
 #[must_use]
 pub fn variant(
     context: &Context,
@@ -127,8 +128,9 @@ pub fn variant(
     }
 }
 
-/// Weights of one tensor after another, each as `[block][slice of input channels][tap][output
-/// channel][input channel]`, so that the tile of some output channels is a column-major matrix.
+/// The weights of one tensor after another, each as
+/// `[block][slice of input channels][tap][output channel][input channel]`, so that a tile of output
+/// channels is a column-major matrix.
 pub(super) fn pack(context: &Context, shape: MatrixShape, taps: &[&Taps<'_>]) -> PackedWeights {
     let data: Vec<f32> = taps.iter().flat_map(|taps| tiles(shape.side as usize, taps)).collect();
     PackedWeights::Buffer(match shape.factor {

@@ -4,8 +4,8 @@ use std::fmt::Write as _;
 
 use super::{MatrixKernel, MatrixShape, SUBGROUPS, SUMS};
 
-/// The entry point for a shape and a number of output channels per workgroup. Everything that needs
-/// no unrolling is in `shaders/`.
+/// The entry point for a shape and a number of output channels per workgroup. Code that needs no
+/// unrolling is in `shaders/`.
 pub(super) fn source(kernel: MatrixKernel, shape: MatrixShape, channels: u32) -> String {
     let MatrixShape { side, lanes, .. } = shape;
     let invocations = lanes * SUBGROUPS;
@@ -109,8 +109,8 @@ fn products(side: u32, channels: u32) -> String {
     text
 }
 
-/// The slices of the low-resolution tensor: each of the four pixels of a square sees 2×2 pixels of
-/// 3×3 around its own, by taps of its own.
+/// The loop over slices of the low-resolution tensor. Each of the four pixels of a square sees 2×2
+/// of the 3×3 low-resolution pixels around it, with taps of its own.
 fn low(side: u32, channels: u32) -> String {
     let products = indented(8, &low_products(side, channels));
     format!(
@@ -153,8 +153,8 @@ fn multiply(text: &mut String, pixels: &str, tap: &str, sum: &str) {
     let _ = writeln!(text, "{sum} = coopMultiplyAdd({pixels}, {tap}, {sum});");
 }
 
-/// From the sums to the output, as many matrices at a time as fit into workgroup memory: one after
-/// another the four pixels of each square, then their maximum.
+/// Stores the sums, as many matrices at a time as fit into workgroup memory: the four pixels of
+/// each square one after another, then their maximum.
 fn stores(kernel: MatrixKernel, shape: MatrixShape, channels: u32) -> String {
     let MatrixShape { side, lanes, .. } = shape;
     let together = (SUMS / (side * side)).min(channels / side);
@@ -182,7 +182,7 @@ fn stores(kernel: MatrixKernel, shape: MatrixShape, channels: u32) -> String {
     text
 }
 
-/// Stores the sums in flight, those of one pixel of each square.
+/// Stores the sums in flight, which belong to one pixel of each square.
 fn puts(kernel: MatrixKernel, at: &str, quad: &str, value: &str, held: u32) -> String {
     if kernel == MatrixKernel::ConvLogits {
         return format!("put_logits({at}, place, lane, LANES);\n");

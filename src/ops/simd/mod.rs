@@ -51,8 +51,8 @@ impl SimdKernel {
         }
     }
 
-    /// Pixels of a row per invocation. More pixels mean fewer broadcasts for each; halving the
-    /// channels keeps the number of accumulators.
+    /// Pixels of a row per invocation. More pixels need fewer broadcasts each; with half the
+    /// channels, the number of accumulators stays the same.
     #[must_use]
     pub fn pixels(self) -> u32 {
         if self == Self::UpConv { 8 } else { 4 }
@@ -81,7 +81,7 @@ impl SimdKernel {
         }
     }
 
-    /// Its reads, source by source.
+    /// Its walks over the tensors it reads.
     fn walks(self) -> &'static [Walk] {
         match self {
             Self::Conv3x3 | Self::ConvLogits => &[walk::ROWS],
@@ -110,7 +110,7 @@ pub fn spec(
     }
 }
 
-/// Invocations along z: blocks of `4 · quads` output channels.
+/// Workgroups along z: blocks of `4 · quads` output channels.
 #[must_use]
 pub fn blocks(shape: SimdKernel, outputs: usize) -> usize {
     outputs.div_ceil(4 * shape.quads(outputs))

@@ -9,7 +9,7 @@ pub(super) struct Walk {
     pub(super) weights: &'static str,
     /// Kernel rows.
     pub(super) rows: usize,
-    /// Taps with weights of their own in a step.
+    /// Taps of a step, each with weights of its own.
     pub(super) taps: usize,
     /// Texels of a row that a step reads, starting at column `x`.
     pub(super) texels: fn(pixels: usize) -> usize,
@@ -19,7 +19,7 @@ pub(super) struct Walk {
     pub(super) y: &'static str,
     /// First row of weights.
     pub(super) first_step: &'static str,
-    /// The pairs of tap and texel that an output pixel sums.
+    /// The `(tap, texel)` pairs that an output pixel sums.
     pub(super) terms: fn(pixel: usize) -> Vec<(usize, usize)>,
 }
 
@@ -39,8 +39,8 @@ pub(super) const ROWS: Walk = Walk {
 /// The same over the skip of a decoder level.
 pub(super) const SKIP: Walk = Walk { tensor: "skip", ..ROWS };
 
-/// The 2×2 low-resolution pixels under the 3×3 neighborhood of each pixel. Whether its coordinates
-/// are even or odd decides which pixels and weights these are. `x` is even.
+/// The 2×2 low-resolution pixels under the 3×3 neighborhood of each pixel. The parity of the
+/// pixel's coordinates selects pixels and weights. `x` is even.
 pub(super) const LOW: Walk = Walk {
     tensor: "low",
     weights: "weights",

@@ -80,7 +80,7 @@ fn low(parts: &Parts<'_>, lows: usize) -> Vec<f32> {
     folded
 }
 
-/// From the first non-zero value to the last: a single one for nearest upsampling.
+/// The range from the first to the last non-zero value: a single one for nearest upsampling.
 fn used(row: &[f64]) -> std::ops::Range<usize> {
     let is_used = |value: &f64| *value != 0.0;
     let first = row.iter().position(is_used).unwrap_or(row.len());

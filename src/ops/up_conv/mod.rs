@@ -1,12 +1,12 @@
 //! The start of a decoder level in one kernel: transposed convolution of the low-resolution tensor,
-//! concatenation behind the skip, 3×3 convolution, bias and ReLU.
+//! concatenation after the skip, 3×3 convolution, bias and ReLU.
 //!
-//! Nothing non-linear lies between the two convolutions, so they can be one. Some of the 3×3
+//! Nothing non-linear lies between the two convolutions, so they fold into one. Some of the 3×3
 //! upsampled pixels around an output pixel share a low-resolution pixel, which leaves a 2×2
-//! convolution whose weights depend on whether the output's row and column are even or odd: 4
-//! products per low-resolution channel and output, and no tensor in between. The transposed
-//! convolution's bias passes through the 3×3 taps too, except where they see the zero padding, so
-//! each of the 3×3 positions relative to the border has its own bias.
+//! convolution whose weights depend on the parity of the output's row and column: 4 products per
+//! low-resolution channel and output, and no intermediate tensor. The transposed convolution's bias
+//! passes through the 3×3 taps too, except where they see the zero padding, so each of the 3×3
+//! positions relative to the border has its own bias.
 
 mod fold;
 
@@ -88,7 +88,7 @@ pub fn up_conv(
     Convolution::new(context, variant, bias, &constants)
 }
 
-/// Rows of weights: the skip's steps, then the low-resolution ones of even and of odd rows.
+/// Rows of weights: the skip's steps, then the low-resolution tensor's for even and odd rows.
 fn generated(context: &Context, skip: &Taps<'_>, low: &Taps<'_>) -> Variant {
     let (skip_quads, low_quads) = (skip.in_quads(), low.in_quads());
     let weight = |step: usize, tap: usize, channel: usize, output: usize| {
