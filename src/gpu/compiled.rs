@@ -1,11 +1,11 @@
-//! Compiled pipelines behind a header that proves where they came from.
+//! Compiled pipelines with a header that proves their origin.
 
 /// Bytes that [`get_data`](wgpu::PipelineCache::get_data) returned for the same key, as far as a
 /// hash can tell.
 pub(crate) struct Compiled<'a>(&'a [u8]);
 
 impl<'a> Compiled<'a> {
-    /// The data behind the header; `None` if the bytes are damaged or belong to another key.
+    /// The data after the header; `None` if the bytes are damaged or belong to another key.
     pub(crate) fn open(key: &str, bytes: &'a [u8]) -> Option<Self> {
         // The header's length does not depend on the data.
         let data = bytes.get(header(key, &[]).len()..)?;

@@ -13,7 +13,7 @@ pub struct Gpu {
     pub queue: wgpu::Queue,
     /// The adapter's description of itself.
     pub info: wgpu::AdapterInfo,
-    /// The adapter, which alone knows its [`MatrixShape`](crate::MatrixShape).
+    /// The adapter. Only it knows its [`MatrixShape`](crate::MatrixShape).
     pub adapter: wgpu::Adapter,
 }
 

@@ -1,4 +1,4 @@
-//! From a shader and its constants to a pipeline, and from a pipeline to a dispatch.
+//! Compiles shaders with their constants to pipelines, and binds pipelines for dispatch.
 
 use std::borrow::Cow;
 use std::collections::HashMap;
@@ -10,7 +10,7 @@ use super::scopes::catch;
 use crate::error::Result;
 use crate::shader::{ComposeError, LIBRARY, ShaderRoot};
 
-/// What a kernel binds at one index of bind group 0.
+/// The kind of resource that a kernel binds at one index of bind group 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Binding {
     /// Tensor to read: a storage texture array with four channels per layer.
@@ -44,8 +44,8 @@ pub enum Binding {
     },
 }
 
-/// A shader and everything the host must know about it. A test compares these declarations with
-/// what naga finds in the source.
+/// A shader and everything the host must know about it. A test compares these declarations with the
+/// source as naga parses it.
 #[derive(Clone, Debug)]
 pub struct KernelSpec {
     /// The kernel's unique name.
@@ -191,8 +191,8 @@ impl Context {
         Self { timeout: timeout.unwrap_or(self.timeout), ..self }
     }
 
-    /// The kernel for a shader and its override values, compiled on first use. Values of other
-    /// overrides than the shader's are left out.
+    /// The kernel for a shader and its override values, compiled on first use. Ignores overrides
+    /// that the shader does not have.
     ///
     /// # Panics
     /// Panics if another thread panicked while compiling a kernel.
@@ -205,8 +205,8 @@ impl Context {
         kernels.entry(key).or_insert_with(|| self.compile(spec, &constants)).clone()
     }
 
-    /// Runs `work` and turns any error the device reports meanwhile into an error of this crate. In
-    /// that case all kernels are forgotten, since one of them may be invalid.
+    /// Runs `work` and turns any error the device reports meanwhile into an error of this crate. On
+    /// an error, drops all kernels, since one of them may be invalid.
     ///
     /// # Errors
     /// Fails if `work` does or the device reports an error.
@@ -274,8 +274,8 @@ impl Context {
 }
 
 /// The default time a device may take for one submission. Tiles are sized so that a submission
-/// holds at most 50 GMAC on a GPU; a minute then means 1.7 GFLOP/s, a 300th of the speed they are
-/// sized for. On a CPU driver, one layer of a large tile may legitimately take minutes.
+/// holds at most 50 GMAC on a GPU; taking a minute for it means 1.7 GFLOP/s, a 300th of the speed
+/// they are sized for. On a CPU driver, one layer of a large tile may legitimately take minutes.
 fn default_timeout(device_type: wgpu::DeviceType) -> Duration {
     match device_type {
         wgpu::DeviceType::Cpu => Duration::from_mins(10),

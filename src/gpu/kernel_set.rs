@@ -2,16 +2,16 @@
 
 use super::matrix_shape::MatrixShape;
 
-/// Subgroup size that the kernels for CPU drivers need. llvmpipe has as many with 256-bit vectors,
-/// its default on current CPUs; with fewer, another variant must run.
+/// Subgroup size that the kernels for CPU drivers need. llvmpipe has it with 256-bit vectors, its
+/// default on current CPUs; with narrower ones, another variant must run.
 pub const SIMD_LANES: u32 = 8;
 
 /// The variants of the convolution kernels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum KernelSet {
-    /// The fastest on the adapter: `Simd` where it runs, else `Matrix` if [`Options::matrix`](crate::Options::matrix) gives
-    /// a shape and its test passes, else `Tiled`.
+    /// The fastest on the adapter: `Simd` where it runs, else `Matrix` if
+    /// [`Options::matrix`](crate::Options::matrix) gives a shape and its test passes, else `Tiled`.
     #[default]
     Auto,
     /// The readable definition: one pixel and four output channels per invocation.
@@ -21,9 +21,9 @@ pub enum KernelSet {
     /// Like `Tiled`, bit for bit, but for 32×8 pixels and with half as many barriers. `Auto` does
     /// not choose it: no GPU has compared them yet.
     Wide,
-    /// `Tiled` in 16-bit floats, which many GPUs multiply and add at twice the rate: products and
-    /// the sums of every four input channels have 16 bits, the sums of those 32. Needs the feature
-    /// `SHADER_F16`. `Auto` does not choose it: no GPU has timed it yet.
+    /// `Tiled` with 16-bit floats, which many GPUs multiply and add at twice the rate: products and
+    /// their sums over every four input channels have 16 bits, the sums of those 32. Needs the
+    /// feature `SHADER_F16`. `Auto` does not choose it: no GPU has timed it yet.
     Half,
     /// For CPU drivers (lavapipe): straight-line code, with weights broadcast across the subgroup.
     Simd,
@@ -82,7 +82,7 @@ impl KernelSet {
         })
     }
 
-    /// The variant's requirements, for the error that they are not met.
+    /// The variant's requirements, for the error message if they are not met.
     pub(crate) fn needs(self) -> &'static str {
         match self {
             Self::Auto | Self::Plain | Self::Tiled | Self::Wide => "nothing",

@@ -1,8 +1,8 @@
 //! How tensors are stored.
 
-/// How tensors are stored between layers. Arithmetic is in 32-bit float either way, except that
-/// [`KernelSet::Matrix`](crate::KernelSet::Matrix) may round factors to 16 bits, with sums of 32, and
-/// [`KernelSet::Half`](crate::KernelSet::Half) computes in 16.
+/// How tensors are stored between layers. Arithmetic uses 32-bit floats either way, except that
+/// [`KernelSet::Matrix`](crate::KernelSet::Matrix) may round factors to 16 bits, with 32-bit sums,
+/// and [`KernelSet::Half`](crate::KernelSet::Half) computes in 16 bits.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Precision {
     /// 32-bit float: four bytes per channel.

@@ -2,8 +2,8 @@
 
 use crate::error::{Error, Result};
 
-/// Runs `work` and turns what the device reports meanwhile on this thread into an error, where wgpu
-/// would otherwise panic. A lost device, now or earlier, is an error too.
+/// Runs `work` and turns errors that the device reports meanwhile on this thread into an error,
+/// where wgpu would otherwise panic. A lost device, now or earlier, is an error too.
 pub(crate) fn catch<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) -> Result<T> {
     let filters = [
         wgpu::ErrorFilter::Validation,
@@ -27,7 +27,7 @@ pub(crate) fn catch<T>(device: &wgpu::Device, work: impl FnOnce() -> Result<T>) 
     }
 }
 
-/// Whether the device is lost. wgpu tells only a callback, of which a device has one, and that
+/// Whether the device is lost. wgpu reports a loss only through a device's single callback, which
 /// belongs to the host. But a lost device reports no other errors, not even for a buffer without
 /// usages.
 fn is_lost(device: &wgpu::Device) -> bool {

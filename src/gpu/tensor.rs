@@ -23,7 +23,7 @@ impl GpuTensor {
         Self::texture_in(context, size, quads, context.precision.texture_format())
     }
 
-    /// The same in 32-bit floats, whatever the precision of tensors.
+    /// A level of a kernel pyramid: one layer of 32-bit floats, whatever the precision of tensors.
     #[must_use]
     pub fn light(context: &Context, size: [u32; 2]) -> Self {
         let format = wgpu::TextureFormat::Rgba32Float;

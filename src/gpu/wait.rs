@@ -1,4 +1,4 @@
-//! Waiting for a device, which may be slow, hung or lost.
+//! Waits for a device, which may be slow, hung or lost.
 
 use super::kernel::Context;
 use crate::error::{Error, Result};
@@ -42,7 +42,8 @@ pub(crate) fn read<T>(
 }
 
 fn hung(context: &Context) -> Error {
-    // Closing a queue waits for its work without a limit; leaking a handle keeps it open for good.
+    // Closing a queue waits for its work without a timeout; leaking a handle keeps it open for
+    // good.
     std::mem::forget(context.queue.clone());
     let adapter = context.device.adapter_info().name;
     Error::Timeout { adapter, after: context.timeout }

@@ -1,4 +1,5 @@
-//! Binds a network to the textures of one tile size and to images: every call of a frame.
+//! Binds a network to images and to the textures of one tile size, which gives every call of a
+//! frame.
 
 use std::ops::Range;
 
@@ -28,7 +29,7 @@ pub(crate) struct Bound<'a> {
     pub(crate) blend: &'a wgpu::Buffer,
     /// Whether constant surroundings skip the network.
     pub(crate) skip_clean: bool,
-    /// Further layers of the picture. Only networks that predict a kernel pyramid take any.
+    /// Further layers of the image. Only networks that predict a kernel pyramid take any.
     pub(crate) layers: &'a [BoundLayer<'a>],
 }
 
@@ -39,22 +40,23 @@ impl<'a> Bound<'a> {
     }
 }
 
-/// A further layer of a picture, to be denoised by the weights of its beauty.
+/// A further layer of the image, to be filtered with the kernels of its beauty.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct BoundLayer<'a> {
-    /// [`Tile`](crate::ops::tile::Tile)s with the layouts of these images, at the offsets of the
-    /// beauty's.
+    /// [`Tile`](crate::ops::tile::Tile)s with the layouts of these images, at the same offsets as
+    /// the beauty's.
     pub(crate) tiles: &'a wgpu::Buffer,
     /// The layer to read.
     pub(crate) color: ImageBinding<'a>,
     /// The image to write.
     pub(crate) output: ImageBinding<'a>,
-    /// Whether it is light, which follows the texture of its surface, and not data such as alpha.
+    /// Whether it is light, which follows the texture of its surface, rather than data such as
+    /// alpha.
     pub(crate) light: bool,
 }
 
 impl<'a> BoundLayer<'a> {
-    /// The images of the layer instead of the beauty's.
+    /// The layer's images, in place of the beauty's.
     fn result_images(&self, bound: &Bound<'a>) -> ResultImages<'a> {
         let Self { tiles, color, output, .. } = *self;
         ResultImages { tiles, color, output, ..bound.result_images() }
@@ -69,8 +71,8 @@ pub(crate) struct TileCalls {
     layers: Vec<Vec<Call>>,
 }
 
-/// Most multiply-accumulates of a submission of several calls: 0.2 s at 100 GFLOP/s. A single call
-/// may have more, up to [`MACS_PER_DISPATCH`](crate::plan::tiles::MACS_PER_DISPATCH).
+/// Maximum multiply-accumulates of a submission of several calls: 0.2 s at 100 GFLOP/s. A single
+/// call may have more, up to [`MACS_PER_DISPATCH`](crate::plan::tiles::MACS_PER_DISPATCH).
 const MACS_PER_SUBMISSION: f64 = 10e9;
 
 impl TileCalls {
@@ -220,7 +222,7 @@ fn layer_calls(
     operators.iter().enumerate().filter_map(call).collect()
 }
 
-/// Groups consecutive calls whose sum stays below the limit; a call above it gets its own group.
+/// Groups consecutive calls whose sum stays within the limit; a call above it gets its own group.
 fn batches(macs: &[f64]) -> Vec<Range<usize>> {
     let mut batches = Vec::new();
     let (mut begin, mut sum) = (0, 0.0);

@@ -1,4 +1,4 @@
-//! One call of a kernel, with what it costs.
+//! One kernel call and its cost.
 
 use crate::gpu::kernel::{Context, Dispatch};
 use crate::gpu::precision::Precision;
@@ -15,7 +15,7 @@ pub(crate) struct Call {
     /// Bytes of the tensors and images it reads and writes, each counted once.
     pub(crate) bytes: f64,
     dispatch: Dispatch,
-    /// Whether it reads the tile's uniform.
+    /// Whether it reads the tile's uniform, at a dynamic offset.
     per_tile: bool,
 }
 
@@ -52,7 +52,7 @@ impl Call {
         Self { bytes: of(tensors, context.precision) + of(light, Precision::F32), ..self }
     }
 
-    /// Adds the bytes of images, `size` pixels of each, to those of tensors.
+    /// Adds the bytes of images of `size` pixels each to those of tensors.
     pub(super) fn touching(self, size: [u32; 2], images: &[ImageBinding<'_>]) -> Self {
         let bytes: u32 = images.iter().map(|image| image.format().pixel_bytes()).sum();
         let pixels = f64::from(size[0]) * f64::from(size[1]);

@@ -1,4 +1,4 @@
-//! The network on the GPU: operators created once for tiles of any size.
+//! Compiles a network: operators that are created once, for tiles of any size.
 
 use super::pyramid;
 use crate::error::{Error, Result};
@@ -28,7 +28,7 @@ pub(crate) struct CompiledNetwork {
     pub(crate) halo: u32,
     /// Reach by tensor of the body; see [`halo::reach`].
     pub(crate) reach: Vec<u32>,
-    /// How far around a block all must be constant; see [`halo::constant_radius`].
+    /// How many blocks around a clean block must be constant; see [`halo::constant_radius`].
     pub(crate) constant_radius: u32,
     /// The encoding of the images.
     pub(crate) encoding: Encoding,
@@ -40,7 +40,7 @@ pub(crate) struct CompiledNetwork {
     pub(crate) ending: Ending,
     /// Whether the network demodulates and reads an albedo.
     pub(crate) demodulates: bool,
-    /// Whether clean blocks can be left out.
+    /// Whether clean blocks can skip the network.
     pub(crate) skips: bool,
 }
 
@@ -49,7 +49,7 @@ pub(crate) struct CompiledNetwork {
 pub(crate) enum Ending {
     /// The tensor is the encoded color.
     Color,
-    /// The last layers are one kernel, which makes the color too.
+    /// One kernel computes the last layers and the color.
     Head(Head),
     /// The tensors are the logits of a kernel pyramid.
     Pyramid {
@@ -60,7 +60,7 @@ pub(crate) enum Ending {
 
 pub(crate) type BoxedOperator = Box<dyn Operator>;
 
-/// The operator that makes the network's input from the images.
+/// The operator that encodes the images and computes the network's first layer.
 #[derive(Debug)]
 pub(crate) struct Stem {
     /// The layer's name.
@@ -83,8 +83,8 @@ impl Stem {
 }
 
 impl CompiledNetwork {
-    /// Uploads the weights and compiles the layers' kernels. Those that read or write images depend
-    /// on the formats and are compiled when bound.
+    /// Uploads the weights and compiles the layers' kernels. Kernels that read or write images
+    /// depend on the formats and are compiled when bound.
     pub(crate) fn new(context: &Context, kernels: KernelSet, weights: &Weights) -> Result<Self> {
         if kernels == KernelSet::Plain {
             let (network, params) = (weights.network(), |layer: &str| weights.params(layer));
@@ -106,7 +106,7 @@ impl CompiledNetwork {
         })
     }
 
-    /// `ending` gets how the last tensor is stored.
+    /// `ending` receives how the last tensor is stored.
     fn build(
         context: &Context,
         kernels: KernelSet,
@@ -139,7 +139,8 @@ impl CompiledNetwork {
         })
     }
 
-    /// GPU memory in bytes for everything between the images, with or without further layers.
+    /// GPU memory in bytes for everything but the images and weights, with or without further
+    /// layers.
     pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64, layers: bool) -> u64 {
         let pyramid = match self.ending {
             Ending::Pyramid { stores_level0 } => {
@@ -186,7 +187,8 @@ fn check_layers(storage: &Storage, limits: &wgpu::Limits) -> Result<()> {
     )))
 }
 
-/// How each tensor is stored. A convolution or `input_process` makes the input.
+/// How each tensor is stored. The input comes from a convolution if `convolved`, else from
+/// `input_process`.
 fn channel_maps(network: &Network, convolved: bool) -> Vec<ChannelMap> {
     let of_input = if convolved { channel_map } else { ops::input_process::channel_map };
     let mut maps = vec![of_input(network.shapes[INPUT].channels)];

@@ -1,5 +1,5 @@
-//! The end of a network that predicts a kernel pyramid: the calls from its logits to the image, and
-//! to further layers of the picture.
+//! The end of a network that predicts a kernel pyramid: the calls from its logits to the image and
+//! its further layers.
 
 use super::call::Call;
 use crate::gpu::kernel::{Context, Dispatch};
@@ -13,23 +13,25 @@ use crate::ops::pyramid::{
     NoisyColor, pyramid, pyramid_albedo0, pyramid_finest, pyramid_layer0, pyramid_level0,
 };
 
-/// Bytes of a pixel: a color and its weight as 32-bit floats.
+/// Bytes per pixel: a color and its weight as 32-bit floats.
 const PIXEL_BYTES: u64 = 16;
 
-/// GPU memory in bytes for the pyramid of a tile and its results, of which level 0 is the image.
+/// GPU memory in bytes for the pyramid of a tile and its results. The result of level 0 is the
+/// image.
 pub(crate) fn bytes(tile: [u32; 2], levels: usize, stores_level0: bool) -> u64 {
     let level = |l| tile.map(|side| u64::from(side >> l)).iter().product::<u64>();
     let level0 = if stores_level0 { level(0) } else { 0 };
     PIXEL_BYTES * (level0 + 2 * (1..levels).map(level).sum::<u64>())
 }
 
-/// The end of a network on one tile: what it predicted, and room for the pyramid and its results.
+/// The end of a network on one tile: the predicted logits, and textures for the pyramid and its
+/// results.
 pub(super) struct Pyramid<'a> {
     context: &'a Context,
     /// By level.
     logits: Vec<&'a GpuTensor>,
     activity: &'a Activity,
-    /// Those of light and of other layers, if the network demodulates.
+    /// The contrasts for light and for other layers, if the network demodulates.
     contrast: Option<[Contrast; 2]>,
     level0: Option<GpuTensor>,
     /// From level 1 on.
@@ -38,8 +40,8 @@ pub(super) struct Pyramid<'a> {
 }
 
 impl<'a> Pyramid<'a> {
-    /// Creates the textures. Layers need a stored level 0, and so does a pyramid that `demodulates`.
-    /// The calls of [`albedo`](Self::albedo) come before all others then.
+    /// Creates the textures. Layers need a stored level 0, and so does a pyramid that
+    /// `demodulates`, for which the calls of [`albedo`](Self::albedo) come before all others.
     pub(super) fn new(
         context: &'a Context,
         logits: Vec<&'a GpuTensor>,
@@ -57,7 +59,7 @@ impl<'a> Pyramid<'a> {
         Self { context, logits, activity, contrast, level0, levels, results }
     }
 
-    /// The calls that gather the albedo of a picture and store its contrast.
+    /// The calls that gather the albedo and store its contrast.
     ///
     /// # Panics
     /// Panics if the pyramid does not demodulate.
@@ -92,8 +94,8 @@ impl<'a> Pyramid<'a> {
         calls
     }
 
-    /// The calls that store a further layer, the color of `images`, by the same weights; demodulated
-    /// if it is `light`. `beauty` is the color that the network reads.
+    /// The calls that store a further layer, the color of `images`, filtered with the same kernels
+    /// and demodulated if it is `light`. `beauty` is the color that the network reads.
     ///
     /// # Panics
     /// Panics if there is no texture for level 0.
@@ -113,7 +115,7 @@ impl<'a> Pyramid<'a> {
         calls
     }
 
-    /// What demodulates light, or leaves what is no light as it is.
+    /// The contrast that demodulates light, or the one that leaves other layers unchanged.
     fn contrast_for(&self, light: bool) -> Option<&Contrast> {
         self.contrast.as_ref().map(|[of_light, none]| if light { of_light } else { none })
     }
@@ -122,7 +124,7 @@ impl<'a> Pyramid<'a> {
         [self.logits[0], &self.results[0]]
     }
 
-    /// It reads the noisy color where level 0 is not stored.
+    /// The last call. It reads the noisy color if level 0 is not stored.
     fn last(
         &self,
         dispatch: Dispatch,
@@ -138,12 +140,12 @@ impl<'a> Pyramid<'a> {
         call.touching(self.size(), &touched)
     }
 
-    /// Of full resolution.
+    /// Full resolution.
     fn size(&self) -> [u32; 2] {
         [self.logits[0].width, self.logits[0].height]
     }
 
-    /// From the noisy color to level 1 without storing level 0.
+    /// The call from the noisy color to level 1, without storing level 0.
     fn computed_beginning(&self, noisy: &NoisyColor<'_>) -> Call {
         let (logits, level1) = ([self.logits[0], self.logits[1]], &self.levels[0]);
         let call = pyramid_finest(self.context, noisy, logits, level1);
@@ -153,13 +155,13 @@ impl<'a> Pyramid<'a> {
         call.touching(self.size(), &[noisy.color])
     }
 
-    /// From the noisy color to level 1.
+    /// The calls from the noisy color to level 1, storing level 0.
     fn stored_beginning(&self, noisy: &NoisyColor<'_>, level0: &GpuTensor) -> Vec<Call> {
         let call = pyramid_level0(self.context, noisy, self.logits[0], level0);
         vec![self.first(call, level0, &[noisy.color]), self.level(1, level0)]
     }
 
-    /// From the layer that is the noisy color to level 1.
+    /// The calls from a layer, in place of the noisy color, to level 1.
     fn layer_beginning(
         &self,
         noisy: &NoisyColor<'_>,
@@ -177,14 +179,14 @@ impl<'a> Pyramid<'a> {
         call.touching(self.size(), images)
     }
 
-    /// From level 1 to the coarsest, and back to the result of level 1.
+    /// The calls from level 1 to the coarsest, and back to the result of level 1.
     fn levels_and_results(&self) -> Vec<Call> {
         let count = self.logits.len();
         let down = (2..count).map(|l| self.level(l, &self.levels[l - 2]));
         down.chain((1..count).rev().map(|l| self.result(l))).collect()
     }
 
-    /// Level `l` from the finer one.
+    /// The call that computes level `l` from the finer one.
     fn level(&self, l: usize, finer: &GpuTensor) -> Call {
         let (logits, level) = (self.logits[l], &self.levels[l - 1]);
         let call = pyramid(self.context, finer, logits, level);
@@ -192,7 +194,7 @@ impl<'a> Pyramid<'a> {
         call.moving(self.context, &[&confidences(logits)], &[finer, level])
     }
 
-    /// The result of level `l` from the coarser one.
+    /// The call that computes the result of level `l`, from the coarser one if there is one.
     fn result(&self, l: usize) -> Call {
         let (level, result, coarser) =
             (&self.levels[l - 1], &self.results[l - 1], self.results.get(l));
@@ -209,12 +211,13 @@ pub(super) fn noisy<'a>(images: &ResultImages<'a>) -> NoisyColor<'a> {
     NoisyColor { tiles, color, input_scale, encoding }
 }
 
-/// The tensors that the last call reads. For counting.
+/// The tensors that the last call reads, for counting bytes.
 fn read<'a>(logits: &'a GpuTensor, contrast: Option<&'a Contrast>) -> Vec<&'a GpuTensor> {
     [logits].into_iter().chain(contrast.map(|contrast| &contrast.tensor)).collect()
 }
 
-/// The quad of logits that has the confidence, all that the pyramid reads of them. For counting.
+/// The quad of logits that holds the confidence, the only one the pyramid reads, for counting
+/// bytes.
 fn confidences(logits: &GpuTensor) -> GpuTensor {
     GpuTensor { quads: 1, ..logits.clone() }
 }

@@ -1,5 +1,5 @@
-//! What a frame moves and computes, counted from the compiled calls: against arithmetic by hand,
-//! and against the tables of `docs/performance.md`.
+//! Compares the bytes and operations of a frame, counted from the compiled calls, with arithmetic
+//! by hand and with the tables of `docs/performance.md`.
 
 use super::bind::{Bound, TileCalls};
 use super::compile::CompiledNetwork;
@@ -25,7 +25,7 @@ const SETS: [(&str, KernelSet); 2] = [("tiled", KernelSet::Tiled), ("matrix", MA
 const SIDE: u32 = 64;
 const PIXELS: f64 = (SIDE * SIDE) as f64;
 
-/// Name, and multiply-accumulates and bytes per pixel of the image.
+/// Name, then multiply-accumulates and bytes per pixel of the image.
 type Counted = (String, f64, f64);
 
 /// The calls of a frame with albedo and normal, three 32-bit floats a pixel, and 16-bit tensors.
@@ -76,9 +76,9 @@ fn gpu() -> Gpu {
     Gpu::open(None).expect("the tests need an adapter")
 }
 
-/// `balanced` has 16 channels at full resolution, 32 bytes, and twice as many at half; 12 logits
-/// per level, of which the pyramid reads four. An image has 12 bytes, a color of the pyramid with its
-/// weight 16, the albedo's contrast 8.
+/// `balanced` has 16 channels at full resolution (32 bytes per pixel), twice as many at half, and
+/// 12 logits per level, of which the pyramid reads four. An image has 12 bytes per pixel, a pyramid
+/// color with its weight 16, and the albedo's contrast 8.
 #[test]
 fn the_calls_at_full_resolution_move_what_was_calculated_by_hand() {
     let images = 3.0 * 12.0;
@@ -141,7 +141,8 @@ fn the_half_kernels_do_the_work_of_the_tiled_ones() {
     assert_eq!(half, tiled);
 }
 
-/// Times are those of the traffic and of the products alone, at the rates in the table's head.
+/// Formats a row of the table. Times count traffic or products alone, at the rates in the table's
+/// header.
 fn row(tier: &str, set: &str, calls: &[Counted]) -> String {
     let is_pyramid = |call: &Counted| {
         ["albedo", "pyramid", "gather"].iter().any(|name| call.0.starts_with(name))

@@ -1,4 +1,4 @@
-//! How far an output pixel sees: the tile overlap that makes tiling exact.
+//! The receptive field of an output pixel: the tile overlap that makes tiling exact.
 
 use crate::model::operators::Interval;
 use crate::model::{INPUT, Network};
@@ -9,13 +9,12 @@ pub const BLOCK: u32 = 16;
 /// How far around a bad pixel the repair looks (`shaders/common/fill.wgsl`).
 pub const REPAIR: i64 = 2;
 
-/// The number of pixels by which a tile must extend beyond what it stores, on every side, so that
-/// the stored pixels equal the whole image's result bit for bit. A multiple of the network's
-/// alignment.
+/// The number of pixels by which a tile must extend beyond its stored pixels, on every side, so
+/// that these equal the whole image's result bit for bit. A multiple of the network's alignment.
 ///
-/// For the network, walks from an aligned block of output layer by layer towards the input and
-/// tracks the interval of pixels needed. Adds the pixels that bad ones are repaired from. The blocks
-/// that decide whether one is clean (`activity`) lie within the halo as well.
+/// Walks from an aligned block of output layer by layer towards the input, tracking the interval of
+/// pixels needed, and adds the pixels that bad ones are repaired from. The blocks that decide
+/// whether one is clean (`activity`) lie within the halo as well.
 #[must_use]
 pub fn halo(network: &Network) -> u32 {
     let align = network.alignment();
@@ -26,7 +25,7 @@ pub fn halo(network: &Network) -> u32 {
 
 /// How many blocks around a block must be the same constant for it to skip the network, counting
 /// diagonal steps. A kernel pyramid gathers its color from no further, so its result is that
-/// constant; for other networks, as far as they see, but at most three.
+/// constant. For other networks, this is as far as they see, but at most three.
 #[must_use]
 pub fn constant_radius(network: &Network) -> u32 {
     // The logits of full resolution are needed as far as the color is gathered from.
@@ -34,9 +33,9 @@ pub fn constant_radius(network: &Network) -> u32 {
     if network.has_pyramid() { reach[network.outputs[0]] } else { reach[INPUT].min(3) }
 }
 
-/// How many blocks of 16×16 pixels around a block of output each tensor must be correct in, by
-/// [`TensorId`](crate::model::TensorId), counting diagonal steps: everything the output block needs
-/// of the tensor lies within that distance. Blocks are counted from a multiple of the network's
+/// For each [`TensorId`](crate::model::TensorId), how many blocks of 16×16 pixels around a block of
+/// output the tensor must be correct in, counting diagonal steps: everything the output block needs
+/// from it lies within that distance. Blocks are counted from a multiple of the network's
 /// alignment.
 #[must_use]
 pub fn reach(network: &Network) -> Vec<u32> {
@@ -76,8 +75,8 @@ fn needed(network: &Network, image: Interval) -> Vec<Interval> {
     needed
 }
 
-/// The interval of pixels of each level of a kernel pyramid, and so of its logits, that an interval
-/// of the image needs.
+/// The intervals of pixels that an interval of the image needs in each level of a kernel pyramid,
+/// and so in its logits.
 fn pyramid(levels: usize, image: Interval) -> Vec<Interval> {
     // Bilinear upsampling reads the coarser pixels on both sides of a pixel's center.
     let coarser =
@@ -91,7 +90,7 @@ fn pyramid(levels: usize, image: Interval) -> Vec<Interval> {
     needed
 }
 
-/// The interval of no pixels.
+/// An interval without pixels.
 const NOTHING: Interval = (i64::MAX, i64::MIN);
 
 /// The smallest interval that holds both.

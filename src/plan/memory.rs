@@ -1,16 +1,16 @@
 //! A tile's share of the memory budget.
 
-/// The bytes a tile needs: a number per pixel, with a minimum for one of its buffers; and those
-/// that are needed whatever its size.
+/// The bytes a tile needs: a number per pixel, with a minimum for one of its buffers, plus a number
+/// that does not depend on its size.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Footprint {
-    /// Bytes per pixel of everything, that buffer included; more than `buffer_per_pixel`.
+    /// Bytes per pixel in total, including that buffer; more than `buffer_per_pixel`.
     pub per_pixel: u64,
     /// Bytes per pixel of that buffer.
     pub buffer_per_pixel: u64,
     /// Minimum bytes of that buffer, however small the tile.
     pub buffer_least: u64,
-    /// Bytes for a picture of any number of tiles.
+    /// Bytes for the whole image, however many tiles it has.
     pub picture: u64,
 }
 
@@ -22,7 +22,7 @@ impl Footprint {
         pixels * (self.per_pixel - self.buffer_per_pixel) + buffer + self.picture
     }
 
-    /// The most pixels that fit into this many bytes; 0 if none do.
+    /// The maximum number of pixels that fit into this many bytes; 0 if none do.
     #[must_use]
     pub fn most_pixels(&self, bytes: u64) -> u64 {
         let bytes = bytes.saturating_sub(self.picture);

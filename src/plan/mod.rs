@@ -1,4 +1,4 @@
-//! Planning on numbers alone: where tensors live, how an image is tiled, and what it costs.
+//! Planning from numbers alone: where tensors live, how an image is tiled, and what it costs.
 
 pub mod halo;
 pub mod memory;

@@ -72,7 +72,7 @@ fn check_plan(size: [u32; 2], plan: &TilePlan, limits: &Constraints) {
     let left: Vec<_> = plan.tiles.iter().step_by(columns).copied().collect();
     check_axis(0, &top, size[0], plan.tile[0], limits);
     check_axis(1, &left, size[1], plan.tile[1], limits);
-    // Every other tile lies where its row and its column meet.
+    // Every other tile lies at the intersection of its row and column.
     assert_eq!(plan.tiles.len(), top.len() * left.len());
     for (tile, (row, column)) in
         plan.tiles.iter().zip(left.iter().flat_map(|row| top.iter().map(move |top| (row, top))))
@@ -211,8 +211,8 @@ proptest! {
     fn the_halo_is_what_an_aligned_block_sees_around_it(network in networks()) {
         let align = i64::from(network.alignment());
         let input = &seen(&network, 0..align)[INPUT];
-        // Plus the two pixels from which bad ones are filled; at least the blocks that decide
-        // whether this one is skipped.
+        // Adds the two pixels from which bad ones are filled. The halo covers at least the blocks
+        // that decide whether this one is skipped.
         let blocks = 16 * i64::from(constant_radius(&network));
         let first = (*input.first().unwrap() - 2).min(-blocks);
         let last = (*input.last().unwrap() + 2).max(align - 1 + blocks);

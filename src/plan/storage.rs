@@ -72,7 +72,7 @@ impl Storage {
 
 /// Tensors grouped by the concat they end up in.
 struct Groups {
-    /// By tensor: the tensor whose texture it is part of, and its first layer in it.
+    /// By tensor: the root whose texture it is part of, and its first layer in it.
     root: Vec<(TensorId, u32)>,
     /// By tensor: array layers.
     quads: Vec<u32>,

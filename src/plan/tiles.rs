@@ -14,11 +14,11 @@ pub struct Constraints {
     pub halo: u32,
     /// Largest side of a tile.
     pub max_side: u32,
-    /// Most pixels of a tile.
+    /// Maximum pixels of a tile.
     pub max_pixels: u64,
 }
 
-/// Most multiply-accumulates of one dispatch when a display or a watchdog waits for it: 0.2 s at
+/// Maximum multiply-accumulates of one dispatch when a display or a watchdog waits for it: 0.2 s at
 /// 0.5 TFLOP/s, and at 0.05 TFLOP/s the 2 s after which Windows resets an unresponsive GPU.
 pub const MACS_PER_DISPATCH: f64 = 50e9;
 
