@@ -1,5 +1,5 @@
 //! The pyramid of the noisy color, or of the albedo, that a kernel pyramid averages: each level is
-//! the sum of 2×2 pixels of the finer one, times its own confidence.
+//! the mean of 2×2 weighted pixels of the finer one, times its own confidence.
 //!
 //! A pixel is a color and its weight, in 32-bit floats. After Vogels et al., "Denoising with Kernel
 //! Prediction and Asymmetric Loss Functions" (2018), and Bálint et al., "Neural Partitioning
