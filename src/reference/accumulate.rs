@@ -1,4 +1,4 @@
-//! The mean of a denoised frame and the last ones, along motion vectors.
+//! Averages a denoised frame with the last ones along motion vectors.
 
 use super::repair::GREY;
 use crate::image::Image;
@@ -9,19 +9,20 @@ const ALBEDO: f64 = 0.1;
 const NORMAL: f64 = 0.2;
 const LIGHT: f64 = 0.3;
 const DEPTH: f64 = 0.1;
-/// What leaves the range of the nearest pixels by this, relative to them, is only rounded.
+/// Values that leave the range of the nearest pixels by no more than this, relative to them, do so
+/// by rounding alone.
 const ROUNDING: f64 = 3e-6;
 /// Exposed light that counts as dark: half a percent of the average.
 const DARK: f64 = 0.005 * GREY;
 
-/// A denoised frame and what is known of its surfaces, row by row. All images have one size.
+/// A denoised frame and the features of its surfaces, row by row. All images have one size.
 #[derive(Clone, Copy, Debug)]
 pub struct Frame<'a> {
     /// Linear light, finite.
     pub denoised: &'a Image,
-    /// Further layers of the picture, denoised too, finite.
+    /// Further denoised layers of the image, finite.
     pub layers: &'a [&'a Image],
-    /// Where each pixel's surface was in the last frame, relative to the pixel: right and down.
+    /// Where each pixel's surface was in the last frame, relative to the pixel: x right, y down.
     pub motion: &'a [[f32; 2]],
     /// Albedo in `[0, 1]`.
     pub albedo: Option<&'a Image>,
@@ -33,18 +34,18 @@ pub struct Frame<'a> {
     pub input_scale: f32,
 }
 
-/// What a frame leaves for the next one, row by row.
+/// The history that a frame leaves for the next one, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub struct History(pub Vec<Past>);
 
 /// A pixel of the history.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Past {
-    /// The mean of the frames, which is the result.
+    /// The mean of the frames: the result.
     pub color: [f64; 3],
-    /// The same mean of each layer.
+    /// The same mean for each layer.
     pub layers: Vec<[f64; 3]>,
-    /// The number of frames that it counts: 1 and more.
+    /// The number of frames that the mean counts: at least 1.
     pub count: f64,
     seen: Seen,
 }
@@ -58,25 +59,25 @@ struct Seen {
     depth: f64,
 }
 
-/// The mean of a frame, with weight 1, and the history at the end of each pixel's motion `q`, with
+/// Averages a frame, with weight 1, and the history at `q`, the end of each pixel's motion, with
 /// weight `n = v · min(count, longest)`:
 ///
 /// `v = exp(−(Δalbedo / 0.1)² − (Δnormal / 0.2)² − (Δlight / 0.3)² − (Δdepth / 0.1)²)`
 ///
-/// Δalbedo and Δnormal are mean differences of channels, Δlight and Δdepth are relative to the mean
-/// of both sides. All are taken from means of 3×3 pixels, those of the history read bilinearly at
-/// `q`. Light is exposed, and half a percent of middle gray is added to its mean. Depths are
-/// averaged where something was hit. The history keeps albedo and normals in steps of 1/255 and
-/// 1/127, and they are compared so.
+/// Δalbedo and Δnormal are mean differences of channels; Δlight and Δdepth are relative to the mean
+/// of both sides. All compare means of 3×3 pixels, those of the history read bilinearly at `q`.
+/// Light is exposed, and half a percent of middle gray is added to its mean. Depths are averaged
+/// where something was hit. Albedo and normals are rounded to steps of 1/255 and 1/127, as the
+/// history keeps them.
 ///
-/// The color at `q` is read by Catmull-Rom splines, as far as these stay in the range of the four
-/// nearest pixels, and bilinearly beyond that. Layers are averaged by the same weights and read in the
-/// same way: all images take the largest share of the splines that each can take. The history counts nothing where `q` is no number or
-/// outside the picture, half a pixel beyond the outermost centers. Beyond the picture's edge, its
-/// pixels repeat.
+/// The color at `q` is read with Catmull-Rom splines, as far as these stay in the range of the four
+/// nearest pixels, and bilinearly beyond that. Layers are averaged with the same weights and read
+/// in the same way: all images use the largest share of the splines that every one of them allows.
+/// The history does not count where `q` is not a number or lies outside the image, whose border is
+/// half a pixel beyond the outermost centers. Beyond the edge of the image, its pixels repeat.
 ///
 /// # Panics
-/// If the sizes differ.
+/// Panics if the sizes differ.
 #[must_use]
 pub fn accumulate(frame: &Frame<'_>, history: Option<&History>, longest: f64) -> History {
     let (width, height) = frame.denoised.size();
@@ -139,7 +140,7 @@ fn seen(frame: &Frame<'_>, grid: Grid, i: usize) -> Seen {
     }
 }
 
-/// The pixels of a picture.
+/// The pixels of an image.
 #[derive(Clone, Copy)]
 struct Grid {
     width: i64,
@@ -151,12 +152,12 @@ impl Grid {
         [i as i64 % self.width, i as i64 / self.width]
     }
 
-    /// Beyond the edges, they repeat.
+    /// The index of a pixel. Beyond the edges, pixels repeat.
     fn index(self, x: i64, y: i64) -> usize {
         (y.clamp(0, self.height - 1) * self.width + x.clamp(0, self.width - 1)) as usize
     }
 
-    /// Where the motion of a pixel ends, if that is in the picture.
+    /// Where the motion of a pixel ends, if that is in the image.
     fn end(self, i: usize, motion: [f32; 2]) -> Option<[f64; 2]> {
         let [x, y] = self.place(i);
         let [x, y] = [x as f64 + f64::from(motion[0]), y as f64 + f64::from(motion[1])];
@@ -165,20 +166,20 @@ impl Grid {
     }
 }
 
-/// An image between its pixels.
+/// A value of an image between its pixels.
 struct Reading {
-    /// Bilinearly.
+    /// The bilinear mean.
     linear: [f64; 3],
-    /// What splines add.
+    /// What splines add to it.
     change: [f64; 3],
-    /// The largest share of that with which the image stays in the range of the four nearest pixels.
+    /// The largest share of `change` that keeps the value in the range of the four nearest pixels.
     share: f64,
 }
 
 /// The 4×4 pixels of the history around a place.
 struct Taps<'a> {
     pixels: [&'a Past; 16],
-    /// The place between the four nearest.
+    /// The position between the four nearest pixels.
     t: [f64; 2],
 }
 
@@ -189,7 +190,7 @@ impl<'a> Taps<'a> {
         Self { pixels: std::array::from_fn(pixel), t: place.map(|v| v - v.floor()) }
     }
 
-    /// A sum by weights along each axis.
+    /// The sum with weights along each axis.
     fn sum(&self, weights: fn(f64) -> [f64; 4], value: impl Fn(&Past) -> f64) -> f64 {
         let [across, down] = self.t.map(weights);
         (0..16).map(|k| across[k % 4] * down[k / 4] * value(self.pixels[k])).sum()
@@ -199,7 +200,7 @@ impl<'a> Taps<'a> {
         self.sum(|t| [0.0, 1.0 - t, t, 0.0], value)
     }
 
-    /// The color, and then each layer.
+    /// The color, then each layer.
     fn lights(&self, layers: usize) -> Vec<[f64; 3]> {
         let color = self.reading(|past| past.color);
         let layers = (0..layers).map(|l| self.reading(move |past| past.layers[l]));
@@ -310,7 +311,7 @@ mod tests {
             let found = accumulate(&frame(&moved, &[[right, 0.0]; 24]), Some(&history), 8.0);
             let counts = found.0[6..12].iter().filter(|past| past.count > 1.0);
             assert_eq!(counts.count(), inside, "{right}");
-            // At the edges, which repeat, a ramp is none.
+            // At the edges, where pixels repeat, the ramp ends.
             let [found, expected] = [found.0[8].color[0], f64::from(moved.pixels()[8][0])];
             assert!((found - expected).abs() < 1e-7, "{right}: {found}, expected {expected}");
         }
@@ -326,7 +327,7 @@ mod tests {
         assert_eq!(counts, [2.0, 1.0]);
     }
 
-    /// A peak, and an edge beside which splines overshoot unless they are left out.
+    /// Uses a peak, and an edge next to which splines overshoot unless they are left out.
     #[test]
     fn layers_are_as_soft_as_the_softest_image() {
         let row = |values: [f32; 6]| {

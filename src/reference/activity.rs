@@ -1,4 +1,4 @@
-//! The blocks of an image that a network must work on, and the distance of the others from those.
+//! The blocks of an image that a network must process, and the distance of the others from them.
 
 use crate::image::{Image, Rect};
 
@@ -9,7 +9,7 @@ const FAR: u32 = 255;
 /// Layer `m` of the map has one value for `2^m × 2^m` blocks.
 const LAYERS: u32 = 5;
 
-/// The findings about a tile's blocks.
+/// The clean blocks of a tile, and the distances to active ones.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Activity {
     /// Whether each block is clean, row by row.
@@ -29,13 +29,12 @@ pub struct TileOfImage {
     pub stores: Rect,
 }
 
-/// The blocks of a tile.
+/// Classifies the blocks of a tile.
 ///
-/// A block is clean if it and all blocks up to `constant_radius` away, counting diagonal steps, have
-/// exactly the same finite color in all pixels. Only blocks within the tile and the image count,
-/// and of a block that the image ends in, only pixels of the image. Zeros of either sign are the
-/// same. Without a radius, no block is clean. A block is active if it is not clean and has pixels
-/// that the tile stores.
+/// A block is clean if it and all blocks up to `constant_radius` away, counting diagonal steps,
+/// have exactly the same finite color in all pixels. Only blocks within the tile and pixels within
+/// the image count. Zeros of either sign are the same. Without a radius, no block is clean. A block
+/// is active if it is not clean and has pixels that the tile stores.
 ///
 /// The map's first layer holds the distance from each block to the nearest active one, counting
 /// diagonal steps, or 255 if it exceeds `radius`. Layer `m` holds the minimum over `2^m × 2^m`
@@ -92,7 +91,7 @@ fn stores(tile: &TileOfImage, block: [usize; 2]) -> bool {
     })
 }
 
-/// How many steps, also diagonal ones, lead from one block to another.
+/// The number of steps from one block to another, counting diagonal ones.
 fn steps(a: [usize; 2], b: [usize; 2]) -> u32 {
     a[0].abs_diff(b[0]).max(a[1].abs_diff(b[1])) as u32
 }

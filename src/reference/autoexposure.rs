@@ -19,14 +19,14 @@ const DARKEST: f64 = f32::MIN_POSITIVE as f64;
 /// smallest normal 32-bit float. A bin with a single lit pixel and no other light may be black
 /// apart from a firefly; such bins count only if the image has no other light.
 ///
-/// The bright bins decide which others tell something about the exposure. `q` is the bin that is
+/// The bright bins decide which others say something about the exposure. `q` is the bin that is
 /// brighter than 95 % of the lit ones, which neither a few lamps nor a dark background of up to
 /// four fifths can move out of the scene. Bins 2¹¹ times darker than `q` have no weight, those up
 /// to 2⁹ times darker have full weight, with a linear transition in `log₂`.
 ///
 /// After the autoexposure of Intel Open Image Denoise, which follows Reinhard et al., "Photographic
-/// Tone Reproduction for Digital Images" (2002). That one neither limits the brightest pixel nor
-/// treats single pixels specially, and all bins above 1e-8 have the same weight.
+/// Tone Reproduction for Digital Images" (2002). The original neither limits the brightest pixel
+/// nor treats single pixels specially, and gives all bins above 1e-8 the same weight.
 #[must_use]
 pub fn autoexposure(color: &Image) -> f32 {
     let (width, height) = (color.width() as usize, color.height() as usize);

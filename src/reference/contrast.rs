@@ -5,19 +5,18 @@ use super::pyramid::{Light, finest};
 use super::tensor::Tensor;
 use crate::image::Image;
 
-/// Added to the albedo, so that noise in black is no texture.
+/// Added to the albedo, so that noise in black is not texture.
 const FLOOR: f64 = 0.05;
-/// Channel of the logits with the power of the contrast.
+/// The logit of the power of the contrast.
 const POWER: usize = 11;
-/// Of the power's logit.
+/// Gain of that logit.
 const GAIN: f64 = 8.0;
 
-/// The logarithm of how much brighter the albedo of each pixel is than what the kernel pyramid gathers
-/// of it, both raised by 0.05: `[3, h, w]` with the size of the finest logits, from −3.05 to 3.05.
+/// The logarithm of the ratio of each pixel's albedo to the mean that the kernel pyramid gathers,
+/// with 0.05 added to both: `[3, h, w]` with the size of the finest logits, from −3.05 to 3.05.
 ///
-/// `albedo` is in `[0, 1]`. Pixels whose color is not `valid` do not count; where nothing else does, the
-/// contrast is 0. `logits` are as for
-/// [`kernel_pyramid`](fn@super::kernel_pyramid).
+/// `albedo` is in `[0, 1]`. Pixels whose color is not `valid` do not count; where no other pixel
+/// counts, the contrast is 0. `logits` are as for [`kernel_pyramid`](fn@super::kernel_pyramid).
 ///
 /// # Panics
 /// Panics if the shapes do not match.
@@ -33,8 +32,8 @@ pub fn contrast(albedo: &Image, valid: &[bool], logits: &[Tensor]) -> Tensor {
     })
 }
 
-/// How much brighter its surface's texture makes each pixel, row by row: the contrast to the
-/// predicted power, or 1 without a contrast.
+/// The factor by which its surface's texture brightens each pixel, row by row:
+/// `exp(power · contrast)` with the predicted power, or 1 without a contrast.
 ///
 /// # Panics
 /// Panics if the contrast is smaller than the logits, which are `[12, h, w]` then.
@@ -49,7 +48,7 @@ pub fn texture(contrast: Option<&Tensor>, logits: &Tensor) -> Vec<[f64; 3]> {
     pixels.map(|i| contrast.map_or([1.0; 3], |contrast| at(contrast, i))).collect()
 }
 
-/// Light with its texture.
+/// Light multiplied by its texture.
 #[must_use]
 pub fn modulated(light: &Light, texture: &[[f64; 3]]) -> Light {
     let pixel =

@@ -1,4 +1,4 @@
-//! A whole frame: see [`denoise`].
+//! Denoises a whole frame: see [`denoise`].
 
 use super::input_process::input_process_in;
 use super::kernel_pyramid::kernel_pyramid;
@@ -9,7 +9,7 @@ use super::tensor::Tensor;
 use crate::image::Image;
 use crate::model::{Op, Params, Weights};
 
-/// The images of a frame. They have one size.
+/// The images of a frame, all of one size.
 #[derive(Clone, Copy, Debug)]
 pub struct Images<'a> {
     /// Noisy color.
@@ -20,8 +20,8 @@ pub struct Images<'a> {
     pub normal: Option<&'a Image>,
 }
 
-/// What the network makes of a frame, from pixels to pixels. The weights must be
-/// [for the inputs](Weights::for_inputs) that the frame has.
+/// Denoises a frame, from pixels to pixels. The weights must be [for the
+/// inputs](Weights::for_inputs) that the frame has.
 ///
 /// # Panics
 /// Panics if the images differ in size.
@@ -50,10 +50,10 @@ pub fn denoise_by(
     output_process_in(encoding, &outputs[0], input_scale, color.width(), color.height())
 }
 
-/// What the network predicts for a frame, and the albedo that it reads, if it demodulates.
+/// The network's outputs for a frame, and the albedo that it reads, if it demodulates.
 pub(super) type Predicted = (Vec<Tensor>, Option<Image>);
 
-/// What the network predicts for a frame.
+/// Runs the network on a frame.
 pub(super) fn predicted(weights: &Weights, images: Images<'_>, input_scale: f32) -> Predicted {
     predicted_by(weights, images, input_scale, apply)
 }

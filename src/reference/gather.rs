@@ -3,11 +3,11 @@
 use super::pyramid::{Light, pyramid, weight};
 use super::tensor::Tensor;
 
-/// Channel of the logits with the share's logarithm.
+/// The logit that holds the share's logarithm.
 const SHARE: usize = 10;
 
-/// A level's result: the sum of the 3×3 pixels around each, by the softmax of the first nine
-/// logits, plus the share times the coarser result, bilinearly upsampled by 2.
+/// A level's result: the sum of the 3×3 pixels around each, weighted by the softmax of the first
+/// nine logits, plus the share times the coarser result, bilinearly upsampled by 2.
 ///
 /// `logits` are `[10 or 11, h, w]`, as large as the level; `coarser` has half its sides, or is
 /// absent at the bottom, where there is no share.
@@ -63,7 +63,7 @@ fn add(sum: &mut [f64; 4], pixel: [f64; 4], factor: f64) {
     }
 }
 
-/// The sums of full resolution that the logits of all levels make of level 0.
+/// The result at full resolution, gathered from level 0 with the logits of all levels.
 pub(super) fn gathered(level0: Light, logits: &[Tensor]) -> Light {
     let mut levels = vec![level0];
     for logits in &logits[1..] {

@@ -30,7 +30,7 @@ pub fn head(
     keep_clean(result, color, clean, input.width.div_ceil(16))
 }
 
-/// The result with the noisy color in its clean blocks of 16×16 pixels. There, negative values
+/// Puts the noisy color into the result's clean blocks of 16×16 pixels. There, negative values
 /// become 0 if the luminance is negative; all else is unchanged. `clean` has a flag per block, in
 /// rows of `columns`.
 ///

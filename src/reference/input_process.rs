@@ -1,4 +1,4 @@
-//! From images to the tensor that the network reads.
+//! Turns images into the tensor that the network reads.
 
 use super::repair::{fill, repair_in};
 use super::tensor::Tensor;
@@ -9,10 +9,10 @@ use crate::model::{Encoding, TransferFunction};
 /// Encodes the images for the network and extends them to multiples of `alignment` by repeating the
 /// last column to the right and the last row downwards.
 ///
-/// The result has three channels per given image, in the order color, albedo, normal, all in `[0,
-/// 1]`. Color is [repaired](super::repair()), clamped to at least 0, multiplied by `input_scale` and
-/// [encoded](encode) by [`pu`](super::pu). Albedo and normal are [filled](fill). Albedo is clamped to `[0, 1]`. A normal
-/// is clamped to `[−1, 1]` and mapped to `[0, 1]`.
+/// The result has three channels per given image, in the order color, albedo, normal, all in
+/// `[0, 1]`. Color is [repaired](super::repair()), clamped to at least 0, multiplied by
+/// `input_scale` and [encoded](encode) by [`pu`](super::pu). Albedo and normal are [filled](fill).
+/// Albedo is clamped to `[0, 1]`. A normal is clamped to `[−1, 1]` and mapped to `[0, 1]`.
 ///
 /// # Panics
 /// Panics if the images differ in size or `alignment` is 0.

@@ -6,13 +6,13 @@ use super::pyramid::{Light, finest};
 use super::tensor::Tensor;
 use crate::image::Image;
 
-/// The image that a kernel pyramid makes of the noisy color: down the pyramid, and back up gathering
-/// at every level. The sums of weighted colors are divided by the sums of weights at the end, where
-/// no weight gives black.
+/// Filters the noisy color with a kernel pyramid: down the pyramid, then back up, gathering at
+/// every level. At the end, sums of weighted colors are divided by the sums of weights; without any
+/// weight, the result is black.
 ///
-/// `logits` are those of every level, `[11, h, w]` at full resolution and `[10, …]` at the bottom.
-/// `color` is repaired; the pixels that are not `valid` do not count. With an `albedo` in `[0, 1]` and
-/// a twelfth logit at full resolution, the result is multiplied by its [`texture`].
+/// `logits` has the logits of every level, `[11, h, w]` at full resolution and `[10, …]` at the
+/// bottom. `color` is repaired; pixels that are not `valid` do not count. With an `albedo` in
+/// `[0, 1]` and a twelfth logit at full resolution, the result is multiplied by its [`texture`].
 ///
 /// After Bako et al., "Kernel-Predicting Convolutional Networks for Denoising Monte Carlo
 /// Renderings" (2017), and Vogels et al., "Denoising with Kernel Prediction and Asymmetric Loss

@@ -1,4 +1,4 @@
-//! Further layers of a picture: see [`repair_layer`] and [`denoise_layer`].
+//! Further layers of an image: see [`repair_layer`] and [`denoise_layer`].
 
 use super::denoise::{Images, predicted};
 use super::kernel_pyramid::kernel_pyramid;
@@ -6,12 +6,12 @@ use super::repair::{MOST, Repaired, is_finite, mean_around, repair_in, substitut
 use crate::image::Image;
 use crate::model::{Encoding, Weights};
 
-/// A layer, repaired where its picture's `beauty` is, so that layers that add up to the beauty still
-/// do:
+/// Repairs a layer where its image's `beauty` is repaired, so that layers that add up to the beauty
+/// still do:
 ///
-/// 1. +∞ stands for what it stands for in the beauty.
+/// 1. +∞ stands for the same value as in the beauty.
 /// 2. Where the beauty or the layer is missing, the layer is filled like the beauty.
-/// 3. Elsewhere, each channel is changed by the factor by which the repair changes the beauty's.
+/// 3. Elsewhere, each channel is multiplied by the factor by which the repair changes the beauty's.
 ///
 /// A pixel counts where the beauty's does.
 #[must_use]
@@ -40,8 +40,8 @@ fn factor(before: f32, after: f32) -> f32 {
     if before == 0.0 { 1.0 } else { after / before }
 }
 
-/// A layer denoised by the weights that the network predicts for a frame; demodulated like the color
-/// if it is `light`. The network must predict a kernel pyramid.
+/// Filters a layer with the kernels that the network predicts for a frame, and demodulates it like
+/// the color if it is `light`. The network must predict a kernel pyramid.
 ///
 /// # Panics
 /// Panics if the images differ in size.

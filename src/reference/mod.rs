@@ -1,4 +1,4 @@
-//! What every operator computes, written as plainly as possible, on the CPU.
+//! Every operator, written as plainly as possible, on the CPU.
 //!
 //! The GPU is tested against this reference, which shares only names and definitions with it and is
 //! itself tested against `PyTorch`. It is never optimized: each result is one sum in 64-bit floats,

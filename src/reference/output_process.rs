@@ -1,4 +1,4 @@
-//! From the tensor that the network outputs to an image.
+//! Turns the tensor that the network outputs into an image.
 
 use super::tensor::Tensor;
 use super::transfer_function::decode;

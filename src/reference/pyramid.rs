@@ -25,7 +25,7 @@ impl Light {
         Self { width, height, pixels: (0..width * height).map(place).collect() }
     }
 
-    /// The pixel at a column and a row. Beyond the edges, they repeat.
+    /// The pixel at a column and a row. Beyond the edges, pixels repeat.
     #[must_use]
     pub fn at(&self, x: i64, y: i64) -> [f64; 4] {
         let clamped = |at: i64, side: usize| at.clamp(0, side as i64 - 1) as usize;
@@ -33,12 +33,12 @@ impl Light {
     }
 }
 
-/// Channel of the logits with the confidence's logarithm.
+/// The logit that holds the confidence's logarithm.
 const CONFIDENCE: usize = 9;
 /// Logarithms of confidences and shares are clamped to ± this.
 const MOST: f64 = 8.0;
 
-/// The exponential of a logit, clamped to ±8 before.
+/// The exponential of a logit clamped to ±8.
 pub(super) fn weight(logit: f32) -> f64 {
     f64::from(logit).clamp(-MOST, MOST).exp()
 }

@@ -9,7 +9,8 @@ pub const GREY: f64 = 0.18;
 pub const MOST: f32 = 1e30;
 /// Fewer infinite pixels together are fireflies.
 const SUN: usize = 4;
-/// +∞ is at least this bright: the largest 16-bit float, which most renderers' files cannot exceed.
+/// A counted +∞ is at least this bright: the largest 16-bit float, which most renderers' files
+/// cannot exceed.
 const LARGEST_F16: f32 = 65504.0;
 
 /// Color that a network can read.
@@ -21,20 +22,20 @@ pub struct Repaired {
     pub valid: Vec<bool>,
 }
 
-/// The image without bad pixels. A pixel that is not finite in all channels becomes the mean of the
-/// finite ones among the eight around it, or else among the 24 around it, or else black. For the
-/// mean, values are clamped to ±1e30.
+/// Fills bad pixels. A pixel that is not finite in all channels becomes the mean of the finite ones
+/// among the eight around it, or else among the 24 around it, or else black. For the mean, values
+/// are clamped to ±1e30.
 #[must_use]
 pub fn fill(image: &Image) -> Repaired {
     map(image, |place| filled(image, place, f32::INFINITY))
 }
 
-/// Noisy color as the network sees it, before exposure. In this order:
+/// Repairs noisy color for the network, before exposure. In this order:
 ///
-/// 1. If at least four of the 3×3 pixels around the one in question have +∞ in a channel, it
-///    becomes, for this and the other steps, the largest finite value of any channel among the 5×5
-///    pixels, but at least 65504. Fewer infinite pixels are fireflies.
-/// 2. NaN, −∞ or else +∞ in any channel makes a pixel missing, and it is filled as by [`fill`].
+/// 1. If at least four of the 3×3 pixels around a pixel have +∞ in a channel, +∞ stands, in this
+///    and the other steps, for the largest finite value of any channel among the 5×5 pixels, but at
+///    least 65504. Fewer infinite pixels are fireflies.
+/// 2. NaN, −∞ or any other +∞ in a channel makes a pixel missing, and it is filled as by [`fill`].
 /// 3. All values are clamped to ±1e30, and negative ones to 0 where the luminance is negative.
 /// 4. No pixel is brighter than `outlier` times the brightest good one of the eight around it or
 ///    `outlier` times middle gray, `0.18 / input_scale`, whichever is more; brighter pixels are
@@ -52,7 +53,7 @@ pub fn repair(color: &Image, input_scale: f32, outlier: f64) -> Repaired {
     })
 }
 
-/// [`repair`], or only [`fill`] for data that is no light.
+/// [`repair`], or only [`fill`] for data that is not light.
 #[must_use]
 pub fn repair_in(encoding: Encoding, color: &Image, input_scale: f32) -> Repaired {
     match encoding.transfer_function {
@@ -61,13 +62,13 @@ pub fn repair_in(encoding: Encoding, color: &Image, input_scale: f32) -> Repaire
     }
 }
 
-/// The pixel or the mean of good ones around it, if there is any. +∞ stands for `infinite`.
+/// The pixel, or the mean of good ones around it if there are any. +∞ stands for `infinite`.
 fn filled(image: &Image, place: [i64; 2], infinite: f32) -> Option<[f32; 3]> {
     let pixel = image.row(place[1] as u32)[place[0] as usize];
     good(pixel, infinite).or_else(|| mean(image, place, infinite))
 }
 
-/// The mean of the good pixels around a pixel, if there is any.
+/// The mean of the good pixels around a pixel, if there are any.
 fn mean(image: &Image, place: [i64; 2], infinite: f32) -> Option<[f32; 3]> {
     let rings = [1, 2].map(|distance| around(image, place, distance, infinite));
     let mean = |ring: &Vec<[f32; 3]>| {
@@ -77,26 +78,26 @@ fn mean(image: &Image, place: [i64; 2], infinite: f32) -> Option<[f32; 3]> {
     rings.iter().find(|ring| !ring.is_empty()).map(mean)
 }
 
-/// What a layer has in place of a missing pixel: the mean of its good pixels around it, or else 0.
-/// +∞ stands for what it stands for in the beauty.
+/// The replacement for a missing pixel of a layer: the mean of the layer's good pixels around it,
+/// or else 0. +∞ stands for the same value as in the beauty.
 pub(super) fn mean_around(layer: &Image, beauty: &Image, place: [i64; 2]) -> [f32; 3] {
     mean(layer, place, infinity(beauty, place)).unwrap_or_default()
 }
 
-/// A pixel of a layer, in which +∞ stands for what it stands for in the beauty.
+/// A pixel of a layer, with +∞ replaced by the value it stands for in the beauty.
 pub(super) fn substituted(layer: &Image, beauty: &Image, place: [i64; 2]) -> [f32; 3] {
     let infinite = infinity(beauty, place);
     let pixel = layer.row(place[1] as u32)[place[0] as usize];
     pixel.map(|v| if v == f32::INFINITY { infinite } else { v })
 }
 
-/// The pixel, unless it has a value that is not finite after `infinite` took the place of +∞.
+/// The pixel with `infinite` in place of +∞, if all its values are then finite.
 fn good(pixel: [f32; 3], infinite: f32) -> Option<[f32; 3]> {
     let pixel = pixel.map(|v| if v == f32::INFINITY { infinite } else { v });
     is_finite(pixel).then_some(pixel)
 }
 
-/// What +∞ stands for at a pixel.
+/// The value that +∞ stands for at a pixel.
 fn infinity(image: &Image, place: [i64; 2]) -> f32 {
     let near = window(image, place, 1).map(|[x, y]| image.row(y as u32)[x as usize]);
     if near.filter(|pixel| pixel.contains(&f32::INFINITY)).count() < SUN {

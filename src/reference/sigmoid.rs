@@ -1,4 +1,4 @@
-//! The network's last step: `torch.sigmoid`.
+//! Logistic function: `torch.sigmoid`.
 
 use super::tensor::Tensor;
 use crate::model::Params;

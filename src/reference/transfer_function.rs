@@ -1,7 +1,8 @@
-//! The curve from radiance to the network's values: a perceptually uniform encoding.
+//! The curves from color to the network's values. The default is a perceptually uniform encoding,
+//! [`pu`].
 //!
 //! Aydın, Mantiuk and Seidel, "Extending Quality Metrics to Full Luminance Range Images" (2008),
-//! designed a curve on which equal steps look equally large at any luminance. This is the closed
+//! designed a curve on which equal steps look equally large at any luminance. [`pu`] is the closed
 //! form that Intel Open Image Denoise fitted to it for denoising: a line in the darks, a power in
 //! the middle, a logarithm in the lights.
 

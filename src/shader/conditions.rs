@@ -12,7 +12,7 @@ pub(super) struct Features<'a> {
     pub(super) enabled: &'a [&'a str],
 }
 
-/// The text with its conditions resolved: without them, and without what they exclude.
+/// Resolves the conditions in a text: removes them and everything they exclude.
 pub(super) fn select(text: &str, features: Features<'_>) -> Result<String, Problem> {
     let (mut selected, mut rest) = (String::new(), text);
     // `None` outside a chain; inside, whether a branch has been taken.
@@ -37,7 +37,7 @@ pub(super) fn select(text: &str, features: Features<'_>) -> Result<String, Probl
     Ok(selected + rest)
 }
 
-/// Splits the text into what precedes the next condition, its keyword, and what follows that.
+/// Splits the text into the part before the next condition, its keyword, and the part after that.
 fn next_condition(text: &str) -> Option<(&str, &str, &str)> {
     text.match_indices('@').find_map(|(at, _)| {
         let (keyword, after) = split_word(&text[at + 1..]);

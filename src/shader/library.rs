@@ -1,4 +1,4 @@
-//! All of `shaders/`, and the features of its variants.
+//! All modules of `shaders/`, and the features of their variants.
 
 use super::composer::Library;
 
@@ -45,7 +45,7 @@ const FEATURES: &[&str] = &[
     "output_f16",
     "output_rgba16float",
     "output_rgba32float",
-    // The kernel denoises a further layer of the picture by the weights of its beauty.
+    // The kernel filters a further layer of the image with the weights of its beauty.
     "layer",
     "beauty_f16",
     "beauty_texture",
@@ -57,7 +57,8 @@ const FEATURES: &[&str] = &[
     // The kernel stores level 0 of the pyramid, or reads it instead of computing it.
     "level0",
     "stored_finest",
-    // The pyramid is the albedo's; the last kernel stores its contrast; light is multiplied by that.
+    // The pyramid is the albedo's; the last kernel stores its contrast; that contrast modulates
+    // light.
     "of_albedo",
     "stores_contrast",
     "demodulates",
@@ -68,7 +69,7 @@ const FEATURES: &[&str] = &[
     "wide",
     // The tiled kernels multiply in 16-bit floats, and add up in them for a chunk of input channels.
     "half",
-    // The kernel is the one of this name, with bindings of its own.
+    // The kernel of this name has bindings of its own.
     "accumulate",
     "gather",
     "input_conv",

@@ -1,4 +1,4 @@
-//! The ways in which shader modules can be wrong.
+//! Errors in shader modules.
 
 /// A kernel that cannot be composed, and why.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
@@ -10,7 +10,7 @@ pub struct ComposeError {
     pub problem: Problem,
 }
 
-/// The ways in which a module can be wrong.
+/// An error in a module.
 #[derive(Debug, PartialEq, Eq, thiserror::Error)]
 pub enum Problem {
     /// A bracket, comment or statement without an end, or a closing bracket without a start.

@@ -47,7 +47,7 @@ fn is_word(c: char) -> bool {
     c.is_alphanumeric() || c == '_'
 }
 
-/// Block comments can be nested.
+/// Removes comments. Block comments can be nested.
 pub(super) fn without_comments(text: &str) -> Result<String, Problem> {
     let (mut code, mut rest, mut depth) = (String::new(), text, 0);
     while let Some(c) = rest.chars().next() {
