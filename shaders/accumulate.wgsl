@@ -1,5 +1,5 @@
-// The mean of a denoised frame and the last ones, along the motion of what a pixel sees, as far as
-// both see the same. One pixel of the picture per invocation.
+// Averages a denoised frame with the last ones along the motion of the surface that a pixel sees,
+// as far as both show the same. One pixel of the image per invocation.
 
 import package::common::history::{keep, keep_softness, softness_at};
 import package::common::inputs::{has_albedo, has_normal};
@@ -13,19 +13,19 @@ import package::common::spline::{sharpened, sharpness};
 import package::common::tile::tile;
 
 struct Settings {
-    longest: f32,            // how many of the last frames count at most
-    starts_anew: u32,        // whether none does in this frame
+    longest: f32,            // the maximum number of past frames that count
+    starts_anew: u32,        // whether this frame ignores the history
 }
 
 @group(0) @binding(10) var<uniform> settings: Settings;
 
-// Differences at which agreement falls to 1/e: of albedo and normals, and of light and depth
-// relative to their mean.
+// Differences at which agreement falls to 1/e: albedo, normals, and light and depth relative to
+// their mean.
 const ALBEDO = 0.1;
 const NORMAL = 0.2;
 const LIGHT = 0.3;
 const DEPTH = 0.1;
-const DARK = 0.005 * GREY;   // light far below the picture's mean counts as equal
+const DARK = 0.005 * GREY;   // light far below the image's mean counts as equal
 const DIFFERENT = 100.0;     // exp(-DIFFERENT) times any count changes no mean
 
 fn mean_of(channels: vec3<f32>) -> f32 {
@@ -36,7 +36,7 @@ fn square(v: f32) -> f32 {
     return v * v;
 }
 
-// From 0 to 1.
+// How well two pixels agree, from 0 to 1.
 fn agreement(own: Seen, other: Seen) -> f32 {
     let mean = mean_of(max(own.light, vec3(0.0)) + max(other.light, vec3(0.0))) / 2.0;
     var squares = square(mean_of(abs(own.light - other.light)) / (mean + DARK) / LIGHT);
@@ -53,7 +53,7 @@ fn agreement(own: Seen, other: Seen) -> f32 {
     return exp(-min(squares, DIFFERENT));
 }
 
-// How many frames the history counts beside this one.
+// How many past frames count in addition to this one.
 fn frames_of(place: vec3<f32>, past: Past, own: Seen) -> f32 {
     let is_known = place.z > 0.0 && past.count > 0.0 && settings.starts_anew == 0u;
     let frames = agreement(own, past.seen) * min(past.count, settings.longest);

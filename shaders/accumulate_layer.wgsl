@@ -1,7 +1,7 @@
-// The mean of a further layer of the picture and its last frames, by the weights that `accumulate`
-// finds for its beauty: layers that add up to the beauty still do. Before `accumulate`, `soften` has
-// it read the beauty as soft as the layer must be read; after it, `average` stores the mean. One
-// pixel of the picture per invocation.
+// Averages a further layer of the image with its last frames, using the weights that `accumulate`
+// finds for its beauty, so that layers that add up to the beauty still do. Before `accumulate`,
+// `soften` makes it read the beauty as softly as the layer must be read; after it, `average` stores
+// the mean. One pixel of the image per invocation.
 
 import package::common::light::is_finite;
 import package::common::mean::mean_with;
@@ -12,14 +12,14 @@ import package::common::spline::{
 };
 import package::common::tile::tile;
 
-// What the beauty keeps of this frame, as in `history`.
+// The history that this frame leaves for the beauty, laid out as in `history`.
 @group(0) @binding(3) var<storage, read_write> beauty: array<u32>;
-// The mean of the last frames, and in w whether there is one: 1 or 0.
+// The mean of the last frames; w is 1 if there is one, else 0.
 @group(0) @binding(4) var<storage, read> last: array<vec4<f32>>;
-// The denoised layer with its alpha, and then what is `last` for the next frame.
+// The denoised layer with its alpha, then the next frame's `last`.
 @group(0) @binding(5) var<storage, read_write> next: array<vec4<f32>>;
 
-const COUNT = 3u;            // the beauty's plane of how many frames count
+const COUNT = 3u;            // the beauty's plane with the number of frames that count
 
 fn index_of(at: vec2<u32>) -> u32 {
     return at.y * tile.image_size.x + at.x;

@@ -1,12 +1,12 @@
-// Finds the blocks of a tile that the network must work on, so that its layers can skip the others.
+// Finds the blocks of a tile that the network must process, so that its layers can skip the others.
 //
 // A block is clean if it and all blocks within `constant_radius` blocks, counting diagonal steps,
 // have exactly the same finite color everywhere; blocks outside the image or the tile do not count.
-// A kernel pyramid gathers color from no further and makes of a constant that same constant, so
-// skipping shows nowhere; one that demodulates would print a texture on it that the light does not
-// have. Networks that output color see further and may be off a little; there the radius is at most
-// three. `classify` finds the constant blocks. One block per invocation, which stops at the first
-// pixel that differs. `settle` compares the blocks with each other.
+// A kernel pyramid gathers color from no further and maps a constant to itself, so skipping is
+// invisible; one that demodulates would print a texture on it that the light does not have.
+// Networks that output color see further, so skipping may change their result slightly; there the
+// radius is at most three. `classify` finds the constant blocks, one per invocation, which stops at
+// the first pixel that differs. `settle` compares the blocks with each other.
 //
 // A block is active if it is not clean and has pixels that the tile stores. `spread` writes the
 // map. Layer 0: the distance in blocks, counting diagonal steps, to the nearest active block; FAR
@@ -18,12 +18,12 @@ import package::common::color::load_color;
 import package::common::light::is_finite;
 import package::common::tile::tile;
 
-// Whether each block is clean, row by row: 1 or 0. A second list says whether it is constant.
+// Whether each block is clean, row by row: 1 or 0. A second list holds whether it is constant.
 @group(0) @binding(2) var<storage, read_write> clean: array<u32>;
 @group(0) @binding(3) var map: texture_storage_2d_array<r32uint, write>;
 
 override radius: i32;        // search radius of `spread` in blocks, below FAR
-override constant_radius: i32;   // that of `settle`; if negative, no block counts as clean
+override constant_radius: i32;   // radius of `settle`; if negative, no block counts as clean
 
 const FAR = 255u;
 
@@ -121,7 +121,7 @@ fn is_active(block: vec2<i32>) -> bool {
     return stored && clean[place_of(vec2<u32>(block))] == 0u;
 }
 
-// Searches ring by ring, so that an active block is done at once.
+// Searches ring by ring, so that an active block finishes at once.
 fn distance_to_active(block: vec2<i32>) -> u32 {
     for (var d = 0; d <= radius; d++) {
         for (var i = -d; i <= d; i++) {

@@ -1,6 +1,6 @@
 // The scale that brings an image to the exposure the network was trained at, as Open Image Denoise
-// defines it: 0.18 / exp2(mean over bins of log2(mean luminance of the bin)). Made robust: bad
-// pixels do not count, one pixel cannot move a bin by more than its second brightest allows, and
+// defines it: 0.18 / exp2(mean over bins of log2(mean luminance of the bin)). For robustness, bad
+// pixels do not count, one pixel cannot move a bin by more than the second brightest allows, and
 // bins far darker than the bright ones, such as a background or a letterbox, have no weight. `bins`
 // computes one bin per invocation, from a band of the image's rows. `reduce` then turns all bins
 // into the scale, in a fixed order, so that the result does not depend on the bands.
@@ -24,11 +24,11 @@ struct Band {
 @group(0) @binding(3) var<storage, read_write> input_scale: f32;
 
 const SMALLEST = 1.1754944e-38;   // smaller values are 0 on many GPUs
-const SPIKE = 16.0;          // a bin's brightest pixel counts as so many times the second at most
+const SPIKE = 16.0;          // a bin's brightest pixel counts as at most this many times the second
 const LONE = 1024.0;         // offset of bins with a lone lit pixel: more than any log2
 const UNLIT = -4096.0;       // a bin without light
-const NO_WEIGHT = -11.0;     // a bin has none so far below a bright one, in powers of two,
-const FADE = 2.0;            // and full weight so much above that
+const NO_WEIGHT = -11.0;     // at this distance from a bright bin, in powers of two, weight is 0,
+const FADE = 2.0;            // and this much above that, it is full
 
 // −1 if the pixel is bad.
 fn luminance_at(x: u32, y: u32) -> f32 {
@@ -51,7 +51,7 @@ fn bins(@builtin(global_invocation_id) id: vec3<u32>) {
 }
 
 // A lone lit pixel may be a firefly on a black background. Bins with nothing else are stored far
-// below the others, so that they count only if all lit bins are like that.
+// below the others, so that they count only if all lit bins are such bins.
 fn log_of_bin(begin: vec2<u32>, end: vec2<u32>) -> f32 {
     var count = 0u;
     var sum = 0.0;             // of all but the brightest
@@ -90,8 +90,8 @@ fn value_of(key: u32) -> f32 {
 
 const LANES = 256u;
 const DIGITS = 16u;          // of a key, two bits each
-// How many keys are below each threshold of `value_at`, three per digit; then the lit bins and the
-// lone ones. Every count has a place of its own, so that one barrier is enough for each digit.
+// The number of keys below each threshold of `value_at`, three per digit; then of lit and of lone
+// bins. Every count has a place of its own, so that one barrier per digit is enough.
 const COUNTS = 3u * DIGITS + 2u;
 var<workgroup> counts: array<atomic<u32>, COUNTS>;
 var<workgroup> sums: array<vec2<f32>, LANES>;
@@ -118,7 +118,7 @@ fn candidates(lane: u32) -> u32 {
 }
 
 // The value with `rank` others below it. Finds its key digit by digit, from the highest down, by
-// counting how many keys are below each choice.
+// counting the keys below each choice.
 fn value_at(rank: u32, lane: u32) -> f32 {
     var key = 0u;
     for (var digit = 0u; digit < DIGITS; digit++) {
@@ -151,11 +151,11 @@ fn total(lane: u32, share: vec2<f32>) -> vec2<f32> {
     return sums[lane];
 }
 
-// Unlit bins sort below lone ones and those below the others, so a rank among the candidates is one
-// among all bins, and whatever is no candidate is too dark to have weight.
+// Unlit bins sort below lone ones, and lone ones below the others, so a rank among the candidates
+// becomes one among all bins, and bins that are not candidates are too dark to have weight.
 @compute @workgroup_size(256)
 fn reduce(@builtin(local_invocation_index) lane: u32) {
-    // Workgroup memory does not begin as zeros here.
+    // Workgroup memory is not zero-initialized here.
     if lane < COUNTS {
         atomicStore(&counts[lane], 0u);
     }

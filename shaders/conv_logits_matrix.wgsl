@@ -6,7 +6,7 @@ import package::common::conv_output::{activated, bias, output};
 import package::common::logits::logits_of;
 import package::common::matrix::{SIDE, sum_of};
 
-// Four channels of pixel x, of the sums that start at `place`.
+// Four channels of pixel x, from the sums that start at `place`.
 fn features(place: u32, x: u32, quad: u32) -> vec4<f32> {
     return feature_of(sum_of(place, x, quad) + bias[quad]);
 }

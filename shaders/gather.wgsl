@@ -1,9 +1,10 @@
-// One level of a kernel pyramid's result: the sum of 3×3 pixels of the level by the softmax of its
-// logits, plus the coarser level's result, upsampled and times the share. Four pixels of a row per
-// invocation, which share what they read.
-// Of the albedo at full resolution, only how the pixel's own compares with that sum is stored.
-// At the finest level, the color of that sum, modulated, is the image; clean blocks keep their input.
-// A further layer, which need not be clean where the picture is, keeps level 0 of its pyramid there.
+// One level of a kernel pyramid's result: the sum of 3×3 pixels of the level, weighted by the
+// softmax of its logits, plus the coarser level's result, upsampled and times the share. Four
+// pixels of a row per invocation, which share what they read.
+//
+// For the albedo at full resolution, only the contrast of the pixel's own with that sum is stored.
+// At the finest level, the modulated color of the sum is the image; clean blocks keep their input.
+// In them, a further layer, which need not be clean itself, keeps level 0 of its pyramid.
 
 import package::common::gathered::{Nine, gathered};
 import package::common::tensor::TensorIn;
@@ -46,7 +47,7 @@ fn size() -> vec2<i32> {
     return vec2<i32>(textureDimensions(logits));
 }
 
-// A pixel of the level. Its edge repeats.
+// A pixel of the level. Beyond the edge, pixels repeat.
 fn at_level(pixel: vec2<i32>) -> vec4<f32> {
     let at = vec2<u32>(clamp(pixel, vec2(0), size() - 1));
     @if(finest)
@@ -94,7 +95,7 @@ fn gathered_at(pixel: vec2<i32>, left: Column, center: Column, right: Column) ->
     return gathered(pixels, load_logits(pixel, 0u), load_logits(pixel, 1u), last);
 }
 
-// With the coarser level, bilinear: of its four nearest pixels, the nearest counts 3/4 along each
+// Adds the coarser level, bilinearly: of its four nearest pixels, the nearest counts 3/4 along each
 // axis.
 @if(bottom)
 fn with_coarser(pixel: vec2<i32>, own: vec4<f32>, near: Pair, far: Pair) -> vec4<f32> {
@@ -107,8 +108,8 @@ fn with_coarser(pixel: vec2<i32>, own: vec4<f32>, near: Pair, far: Pair) -> vec4
     return sum_of_two(own, sum, share(load_logits(pixel, LAST_QUAD)));
 }
 
-// A layer's pixel of a clean block. There, the repair at most fills what is not finite and makes
-// negative light 0. The rest keeps its bits.
+// A layer's pixel in a clean block. There, the repair at most fills values that are not finite and
+// sets negative light to 0. All other values keep their bits.
 @if(finest && layer)
 fn kept(at: vec2<u32>, repaired: vec3<f32>) -> vec3<f32> {
     let bits = load_color(tile.color, at);
@@ -143,8 +144,8 @@ fn store_result(pixel: vec2<i32>, sum: vec4<f32>) {
     textureStore(output, pixel, 0, sum);
 }
 
-// The two pixels over one coarser pixel, `middle`, and the columns from the left of the first to the
-// right of the second.
+// Stores the two pixels over one coarser pixel, `middle`. The columns `a` to `d` reach from the
+// left of the first to the right of the second.
 fn store_two(
     first: vec2<i32>,
     a: Column, b: Column, c: Column, d: Column,

@@ -1,7 +1,7 @@
-// From images to the network's input: repair, exposure, transfer function, channel layout and
+// Turns images into the network's input: repair, exposure, transfer function, channel layout and
 // padding. One pixel of the tile per invocation. Each given image has a layer of its own, in the
-// order color, albedo, normal, so that leaving one out moves no other channel and sums keep their
-// order. Pixels to the right of or below the image repeat its edge, or are 0.
+// order color, albedo, normal, so that leaving one out moves no other channel within its layer and
+// sums keep their order. Pixels to the right of or below the image repeat its edge, or are 0.
 
 import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal};
 import package::common::inputs::{has_albedo, has_normal};

@@ -1,5 +1,5 @@
-// From the network's output to the image: inverse transfer function, inverse exposure, crop, blend
-// with the noisy color, store. One pixel of the tile per invocation.
+// Turns the network's output into the image: inverse transfer function, inverse exposure, crop,
+// blend with the noisy color, store. One pixel of the tile per invocation.
 
 import package::common::encoding::decode;
 import package::common::result::store_denoised;

@@ -1,7 +1,7 @@
-// One level of a kernel pyramid: the sum of 2×2 pixels of the finer level, a quarter each, times
-// the level's confidence. One pixel per invocation. Level 0 is the noisy color with its confidence, or
-// the albedo with the same one. On GPUs the color's is not stored, and level 1 computes what it needs
-// of it.
+// One level of a kernel pyramid: the mean of 2×2 pixels of the finer level, times the level's
+// confidence. One pixel per invocation. Level 0 is the noisy color with its confidence, or the
+// albedo with the same confidence. On GPUs the color's level 0 is not stored, and level 1 computes
+// what it needs from it.
 
 import package::common::tensor::TensorIn;
 import package::common::weighted::{LAST_QUAD, LightIn, LightOut, confidence, sum_of_four};

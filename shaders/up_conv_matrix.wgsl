@@ -1,6 +1,6 @@
-// The start of a decoder level on matrix units: what it reads besides the skip. A row of pixels of
-// the low-resolution tensor serves both rows of a subgroup, in even and in odd columns, each of the
-// four with taps of its own.
+// The start of a decoder level on matrix units: its low-resolution tensor. A row of its pixels
+// serves both rows of a subgroup, in even and in odd columns, each of the four with taps of its
+// own.
 
 import package::common::conv_output::output;
 import package::common::matrix::{CHANNELS, QUADS, SIDE, SUBGROUPS, input_slices, keep};

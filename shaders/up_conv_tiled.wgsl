@@ -1,6 +1,6 @@
 // The start of a decoder level for GPUs: a 3×3 convolution over the skip and over the
-// low-resolution tensor, which a transposed convolution upsamples; that part is folded into 2×2
-// taps by the parity of the output's row and column. The skip is the `input` of the 3×3
+// low-resolution tensor upsampled by a transposed convolution. The second part is folded into 2×2
+// taps for each parity of the output's row and column. The skip is the `input` of the 3×3
 // convolution.
 
 import package::common::conv_output::output;
@@ -29,7 +29,7 @@ fn stage_low(corner: vec2<i32>, quad: u32, lane: u32) {
     }
 }
 
-// The sums of the skip and of the low-resolution tensor, whose weights follow the skip's:
+// Adds the sums of the low-resolution tensor to the skip's. Its weights follow the skip's:
 // [block][low quad][parity of row, of column, tap row, tap column][output quad].
 fn convolve_low(skip: Sums, corner: vec2<i32>, block: u32, lane: u32) -> Sums {
     let square = square_of(lane);

@@ -1,4 +1,4 @@
-// The color that the network reads, where the kernel denoises a further layer of the picture by the
+// The color that the network reads, for kernels that filter a further layer of the image with the
 // same weights. Stored like the color.
 
 import package::common::layout::{Layout, element_of};

@@ -27,7 +27,7 @@ fn load_color(image: Layout, at: vec2<u32>) -> vec3<u32> {
     return vec3(color_element(i), color_element(i + 1u), color_element(i + 2u));
 }
 
-// The alpha bits, or 1 if the image has none.
+// The alpha, or 1 if the image has none.
 @if(color_texture)
 fn alpha_of_color(image: Layout, at: vec2<u32>) -> f32 {
     return textureLoad(color, at, 0).a;

@@ -1,4 +1,4 @@
-// What a convolution adds to the sums of an output quad at a pixel.
+// The bias of a convolution for an output quad at a pixel.
 
 import package::common::conv_output::bias;
 @if(up_conv) import package::common::conv_output::output;
@@ -8,7 +8,7 @@ fn bias_at(at: vec2<i32>, quad: u32) -> vec4<f32> {
     return bias[quad];
 }
 
-// Beyond the border there is no low-resolution tensor whose bias the convolution could see.
+// Beyond the border there is no upsampled tensor whose bias the convolution could see.
 @if(up_conv)
 fn bias_at(at: vec2<i32>, quad: u32) -> vec4<f32> {
     let last = vec2<i32>(textureDimensions(output)) - 1;

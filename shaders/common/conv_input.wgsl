@@ -1,4 +1,4 @@
-// What a 3×3 convolution reads: a tensor, or the images, which it encodes itself.
+// The input of a 3×3 convolution: a tensor, or the images, which it encodes itself.
 
 @if(input_conv) import package::common::conv_output::output;
 @if(input_conv) import package::common::encoded::{encoded_albedo, encoded_color, encoded_normal};

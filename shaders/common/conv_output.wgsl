@@ -1,4 +1,4 @@
-// From a convolution's sums to its output: bias, optional ReLU, store.
+// The output of a convolution: bias, optional ReLU, clamp.
 
 import package::common::tensor::{TensorOut, stored};
 

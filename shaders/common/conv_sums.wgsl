@@ -1,14 +1,15 @@
-// The sums of a 3×3 convolution for GPUs. A workgroup computes 16 output channels of 16×16 or, in
-// the wide set, 32×8 pixels: for every four or eight input channels it stages the pixels with their
-// border and the weights in workgroup memory, then every invocation computes 2×2 pixels.
+// The sums of a 3×3 convolution for GPUs. A workgroup computes 16 output channels of 16×16 pixels,
+// or of 32×8 in the wide set. For every four input channels, eight in the wide set, it stages the
+// pixels with their border and the weights in workgroup memory; then every invocation computes 2×2
+// pixels.
 
 import package::common::conv_input::{input_quads, input_size, load_input};
 import package::common::sums::{ChunkSums, Number, Sums, Taps, plus, staged};
 @if(half) import package::common::sums::collected;
 
-// [block of 4 output quads][input quad][tap][output quad]. In the half set a block begins with
-// exponents: column q of that matrix belongs to output quad q, whose weights are divided by those
-// powers of two, so that no sum of a chunk exceeds 16 bits.
+// [block of 4 output quads][input quad][tap][output quad]. In the half set, a block begins with a
+// matrix of exponents. Column q belongs to output quad q, whose weights are divided by these powers
+// of two, so that no sum of a chunk exceeds 16 bits.
 @if(input_conv) @group(0) @binding(6) var<storage, read> conv_weights: array<Taps>;
 @else @group(0) @binding(2) var<storage, read> conv_weights: array<Taps>;
 
@@ -39,7 +40,7 @@ fn square_of(lane: u32) -> vec2<u32> {
     return vec2(lane % (WIDTH / 2u), lane / (WIDTH / 2u));
 }
 
-// The number of matrices of this many blocks.
+// The number of matrices in this many blocks.
 fn matrices_of(blocks: u32) -> u32 {
     return blocks * (EXPONENTS + input_quads() * 9u * QUADS);
 }
@@ -69,8 +70,8 @@ fn stage_pixels(corner: vec2<i32>, quad: u32, place: u32, lane: u32) {
     }
 }
 
-// The sums of a block of output quads, without bias, at an invocation's pixels in the tile of
-// pixels starting at `corner`. The whole workgroup must call it.
+// The sums of a block of output quads, without bias, at an invocation's pixels in the tile that
+// starts at `corner`. The whole workgroup must call it.
 fn convolve(corner: vec2<i32>, block: u32, lane: u32) -> Sums {
     let pixel = square_of(lane) * 2u;
     let in_quads = input_quads();

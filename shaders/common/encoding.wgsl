@@ -7,11 +7,11 @@ const LOG = 1u;
 const SRGB = 2u;
 const SIGNED = 3u;           // for values from −1 to 1
 
-override brightest: f32;     // brighter light counts as this; PU and LOG map 65504 to 1
+override brightest: f32;     // brighter light is clamped to this; PU and LOG map 65504 to 1
 
-// Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending
-// quality metrics to full luminance range images", scaled so that 65504 becomes 1. The names A, B and C
-// alone are taken: WGSL's matrices have roles of these names.
+// Perceptually uniform encoding of luminance: the fit PU2 of Aydin et al. 2008, "Extending quality
+// metrics to full luminance range images", scaled so that 65504 becomes 1. The plain names A, B and
+// C are taken by the roles of cooperative matrices.
 const PU_A = 1.41283765e3;
 const PU_B = 1.64593172;
 const PU_C = 0.431384981;

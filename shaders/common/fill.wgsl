@@ -1,12 +1,11 @@
-// Images without bad pixels. A pixel that is not finite in every channel becomes the mean of the
-// finite ones among the eight around it, or, if all of those are bad, among the 24 around it, or
-// else black.
+// Fills bad pixels. A pixel that is not finite in every channel becomes the mean of the finite ones
+// among the eight around it, or, if all of those are bad, among the 24 around it, or else black.
 
 import package::common::images::load;
 import package::common::light::{INFINITE, MOST, is_finite, lit, luminance, with_infinity};
 import package::common::tile::tile;
 
-// The finite pixels around a pixel as sums with counts in w, and the brightest light among the
+// The finite pixels around a pixel, as sums with counts in w, and the brightest light among the
 // eight.
 struct Around {
     near: vec4<f32>,         // the eight nearest
@@ -17,15 +16,15 @@ struct Around {
 const REPAIR = 2u;           // how far around a pixel to look
 const SQUARE = 2u * REPAIR + 1u;
 // Steps over the whole square. CPU drivers take all branches for all pixels but leave a loop
-// without steps early, so rarely needed work is a loop of either none or AROUND steps.
+// without steps early, so rarely needed work is a loop of either 0 or AROUND steps.
 const AROUND = SQUARE * SQUARE;
 
-// Beyond the left and top borders this wraps around to more than any size.
+// Beyond the left and top borders, this wraps around to values larger than any image.
 fn place_around(at: vec2<u32>, i: u32) -> vec2<u32> {
     return at + vec2(i % SQUARE, i / SQUARE) - REPAIR;
 }
 
-// `infinite` has the bits that +∞ stands for; INFINITE leaves it as bad as NaN.
+// `infinite` has the bits that +∞ stands for; with INFINITE it stays as bad as NaN.
 fn around(image: u32, at: vec2<u32>, infinite: u32, steps: u32) -> Around {
     var found = Around();
     for (var i = 0u; i < steps; i++) {
@@ -45,13 +44,13 @@ fn around(image: u32, at: vec2<u32>, infinite: u32, steps: u32) -> Around {
     return found;
 }
 
-// W is 0 if there is nothing to take the mean of, else 1.
+// w is 0 if there is nothing to average, else 1.
 fn mean(found: Around) -> vec4<f32> {
     let sum = select(found.near, found.wide, found.near.w == 0.0);
     return sum / max(sum.w, 1.0);
 }
 
-// W as in `mean`.
+// w is as in `mean`.
 fn filled(image: u32, at: vec2<u32>) -> vec4<f32> {
     let bits = load(image, at);
     let near = around(image, at, INFINITE, select(AROUND, 0u, is_finite(bits)));

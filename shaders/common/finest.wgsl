@@ -1,7 +1,7 @@
 // The finest level of a kernel pyramid: the noisy color, or the albedo, with its confidence as the
-// weight, 0 where the color is missing. Kernels for CPU drivers read it from memory; those for GPUs,
-// where memory is slower than arithmetic, compute it from the noisy color wherever it is needed. That
-// of the albedo is always stored.
+// weight, 0 where the color is missing. Kernels for CPU drivers read it from memory; those for
+// GPUs, where memory is slower than arithmetic, compute it from the noisy color wherever it is
+// needed. The albedo's is always stored.
 
 import package::common::tensor::TensorIn;
 @if(stored_finest) import package::common::weighted::LightIn;

@@ -1,8 +1,8 @@
-// The sum of 3×3 pixels by the softmax of nine logits.
+// The sum of 3×3 pixels, weighted by the softmax of nine logits.
 
 import package::common::weighted::inverse;
 
-// By tap, row by row.
+// One pixel per tap, row by row.
 struct Nine {
     a: vec4<f32>, b: vec4<f32>, c: vec4<f32>, d: vec4<f32>, e: vec4<f32>,
     f: vec4<f32>, g: vec4<f32>, h: vec4<f32>, i: vec4<f32>,
@@ -24,7 +24,7 @@ fn brightest_of(p: Nine) -> vec3<f32> {
     return max(max(upper, lower), p.e.rgb);
 }
 
-// `first` are the logits of taps 0 to 3, `middle` of 4 to 7, `last` of tap 8.
+// `first` holds the logits of taps 0 to 3, `middle` of 4 to 7, `last` of tap 8.
 fn gathered(p: Nine, first: vec4<f32>, middle: vec4<f32>, last: f32) -> vec4<f32> {
     let most = max(max(largest_of(first), largest_of(middle)), last);
     // Below −100 the odds are 0, and the difference of huge logits would be infinite.

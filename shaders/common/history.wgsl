@@ -1,7 +1,8 @@
-// What a frame leaves for the next one. Each 32-bit word of a pixel has a plane of its own: red,
-// green, blue and how many frames their mean counts, 0 for none; then as many of albedo, normal and
-// depth as the pass has. With further layers of the picture, one more is for those of this frame: the
-// share of what splines add to the bilinear mean that was left out.
+// The history that a frame leaves for the next one. Each 32-bit word of a pixel has a plane of its
+// own: red, green, blue and how many frames their mean counts, 0 for none; then as many of albedo,
+// normal and depth as the pass has. With further layers of the image, one more plane is for the
+// layers of this frame: the softness, the share of what splines add to the bilinear mean that is
+// left out.
 
 import package::common::inputs::{has_albedo, has_normal};
 import package::common::seen::{Seen, has_depth, packed_albedo, packed_normal};
@@ -34,7 +35,7 @@ fn number(plane: u32, at: vec2<u32>) -> f32 {
     return bitcast<f32>(last[word_of(plane, at)]);
 }
 
-// The mean color, and in w how many frames it counts.
+// The mean color, with the number of frames it counts in w.
 fn kept_color(at: vec2<u32>) -> vec4<f32> {
     return vec4(number(0u, at), number(1u, at), number(2u, at), number(COUNT, at));
 }
@@ -67,7 +68,7 @@ fn keep(at: vec2<u32>, color: vec3<f32>, count: f32, seen: Seen) {
     }
 }
 
-// What the layers need.
+// The softness that the layers need.
 fn softness_at(at: vec2<u32>) -> f32 {
     if has_layers {
         return bitcast<f32>(next[word_of(softness_plane(), at)]);

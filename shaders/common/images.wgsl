@@ -9,7 +9,7 @@ import package::common::tile::tile;
 const COLOR = 0u;
 const ALBEDO = 1u;
 const NORMAL = 2u;
-const LAYER = 3u;            // the color of a kernel that denoises a further layer
+const LAYER = 3u;            // the further layer, bound as the color
 
 // The bits of a pixel as 32-bit floats.
 fn load(image: u32, at: vec2<u32>) -> vec3<u32> {

@@ -1,13 +1,13 @@
-// A further layer of the picture, repaired where its beauty is: pixels that are missing in either are
-// filled, and what the repair takes from the beauty it takes from every layer by the same factor. So
-// layers that add up to the beauty still do.
+// A further layer of the image, repaired where its beauty is: pixels that are missing in either are
+// filled, and the repair scales every layer by the same factor as the beauty. So layers that add up
+// to the beauty still do.
 
 import package::common::fill::{AROUND, around, mean};
 import package::common::images::{COLOR, LAYER, load};
 import package::common::light::{MOST, is_finite, with_infinity};
 import package::common::repair::{infinite_of, repaired};
 
-// Linear color, and in w what the beauty has there.
+// Linear color, with the beauty's w.
 fn repaired_layer(at: vec2<u32>) -> vec4<f32> {
     let found = load(COLOR, at);
     let infinite = infinite_of(at, found);

@@ -1,6 +1,6 @@
 // Constants of light: middle gray and the limits of brightness.
 
-const GREY: f32 = 0.18;      // the average luminance, times input_scale
+const GREY: f32 = 0.18;      // the average luminance times input_scale
 const MOST: f32 = 1e30;      // sums and quotients of values clamped to this stay within f32
 const INFINITE = 0x7f800000u;   // the bits of +∞
 

@@ -1,7 +1,7 @@
-// The ground of the convolutions on matrix units. A workgroup of SUBGROUPS subgroups computes
-// CHANNELS output channels of WIDTH × HEIGHT pixels, each subgroup two rows of them. A slice of
-// SIDE input channels is staged at a time. Generated code multiplies; it cannot address what a
-// matrix holds, so sums pass through workgroup memory too.
+// Shared by the convolutions on matrix units. A workgroup of SUBGROUPS subgroups computes CHANNELS
+// output channels of WIDTH × HEIGHT pixels, each subgroup two rows of them. A slice of SIDE input
+// channels is staged at a time. Generated code multiplies; it cannot address the elements of a
+// matrix, so sums also pass through workgroup memory.
 //
 // Even and odd columns are kept apart: row j of a matrix is pixel 2j or 2j + 1. So a subgroup has
 // four sums at every place, those of a square of 2×2 pixels.
@@ -37,18 +37,18 @@ const HALF = SIDE + 1u;      // staged pixels of a row in even columns, and as m
 const ROW = 2u * HALF * SIDE;
 const STAGED = ROW * (HEIGHT + 2u);
 const SUMS = 256u;           // sums of a subgroup in flight to the output at a time
-// The sums actually used: those of as many matrices as fit, or as the output channels need.
+// The sums actually used: of as many matrices as fit, or as the output channels need.
 const SUMS_USED = SIDE * SIDE * min(SUMS / (SIDE * SIDE), CHANNELS / SIDE);
 
-// For the tensor, then for the low-resolution one, if there is one:
+// For the input tensor, then for the low-resolution one, if there is one:
 // [block of output channels][slice of input channels][tap][output channel][input channel]
 @if(input_conv) @group(0) @binding(6) var<storage, read> weights: array<Factor>;
 @else @group(0) @binding(2) var<storage, read> weights: array<Factor>;
 
 var<workgroup> pixels: array<Factor, STAGED>;
 var<workgroup> sums: array<f32, SUBGROUPS * SUMS>;
-// Whether the tile is needed. Products must run in control flow that is known to be uniform, which
-// what a texture holds is not, but workgroupUniformLoad's result is.
+// Whether the tile is needed. Products must run in control flow that is known to be uniform. A
+// value from a texture is not, but the result of workgroupUniformLoad is.
 var<workgroup> needed: bool;
 
 fn decide(corner: vec2<i32>, index: u32) {
@@ -57,7 +57,7 @@ fn decide(corner: vec2<i32>, index: u32) {
     }
 }
 
-// Keeps four channels of a pixel, of which all are 0 outside the image.
+// Stages four channels of a pixel; outside the image, all are 0.
 fn keep(place: u32, texel: vec4<f32>, inside: bool) {
     let most = vec4(LARGEST_FACTOR);
     let value = vec4<Factor>(clamp(select(vec4<f32>(), texel, inside), -most, most));
@@ -91,7 +91,7 @@ fn column(x: u32) -> u32 {
     return (x % 2u * HALF + x / 2u) * SIDE;
 }
 
-// A quad of pixel x, of sums that start at `place` and are [output channel][pixel].
+// A quad of pixel x, from the sums [output channel][pixel] that start at `place`.
 fn sum_of(place: u32, x: u32, quad: u32) -> vec4<f32> {
     let first = place + quad * 4u * SIDE + x;
     let below = vec2(sums[first], sums[first + SIDE]);

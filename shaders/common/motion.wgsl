@@ -28,8 +28,8 @@ fn load_motion(image: Layout, at: vec2<u32>) -> vec2<u32> {
     return vec2(motion_element(i), motion_element(i + 1u));
 }
 
-// Where the surface was in the last frame, from the center of the first pixel; in z whether that is
-// in the picture, whose border is half a pixel outside the outermost centers.
+// Where the surface was in the last frame, from the center of the first pixel; z is 1 if that is in
+// the image, whose border is half a pixel outside the outermost centers, else 0.
 fn last_place(at: vec2<u32>) -> vec3<f32> {
     let bits = load_motion(tile.motion, at);
     let is_number = all((bits & vec2(INFINITE)) != vec2(INFINITE));

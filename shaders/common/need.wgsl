@@ -1,4 +1,4 @@
-// Which part of a tensor a convolution must compute. Elsewhere its output is left unchanged.
+// Decides which part of a tensor a convolution must compute. Elsewhere its output stays unchanged.
 
 struct Need {
     layer: u32,              // of the activity map
@@ -13,7 +13,7 @@ struct Need {
 @if(input_conv) @group(0) @binding(9) var<uniform> need: Need;
 @else @group(0) @binding(5) var<uniform> need: Need;
 
-// Whether the pixels under one texel of the map, among them `at`, are needed.
+// Whether the pixels under the map's texel that covers `at` are needed.
 fn is_needed(at: vec2<i32>) -> bool {
     return textureLoad(activity, at >> vec2(need.shift), need.layer, 0).x <= need.reach;
 }

@@ -1,4 +1,4 @@
-// What the history shows between its pixels.
+// The history between its pixels.
 
 import package::common::history::{kept_albedo, kept_color, kept_depth, kept_normal};
 import package::common::inputs::{has_albedo, has_normal};
@@ -15,11 +15,11 @@ struct Past {
 
 struct Sums {
     color: Reading,
-    light: vec4<f32>,        // what `Seen` has, and in w the sum of the shares
+    light: vec4<f32>,        // as in `Seen`, with the sum of the shares in w
     count: f32,
 }
 
-// Of means of three pixels that are read bilinearly.
+// The weights of means of three pixels that are read bilinearly.
 fn wide_weights(t: f32) -> vec4<f32> {
     return vec4(1.0 - t, 1.0, 1.0, t) / 3.0;
 }
@@ -40,7 +40,7 @@ fn sums_around(place: vec2<f32>) -> Sums {
     return sums;
 }
 
-// Bilinear means of what else is kept.
+// Bilinear means of the features that are kept.
 fn features_around(place: vec2<f32>) -> Seen {
     let t = place - floor(place);
     var sum = Seen();

@@ -1,4 +1,4 @@
-// From a pixel of the tile to one of the bound images.
+// Maps a pixel of the tile to one of the bound images.
 
 import package::common::tile::tile;
 

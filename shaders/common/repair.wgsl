@@ -1,10 +1,10 @@
 // The color as the network sees it. Pixels with NaN or −∞ are missing and filled, and so are those
 // with +∞, unless at least SUN of the 3×3 pixels have it. Then it is very bright light: the largest
-// 16-bit float, or the largest value around. Negative channels stay, as wide
-// gamuts need them, unless the pixel's luminance is negative too. A pixel may be `outlier` times as
-// bright as the brightest of the eight around it, or as middle gray, whichever is more. Brighter
-// pixels are darkened to that limit and keep their hue. So a firefly cannot spread, while anything
-// as bright as its neighbors, such as a lamp or a highlight, stays.
+// 16-bit float, or the largest value around if that is more. Negative channels stay, as wide gamuts
+// need them, unless the pixel's luminance is negative too. A pixel may be `outlier` times as bright
+// as the brightest of the eight around it, or as middle gray, whichever is more. Brighter pixels
+// are darkened to that limit and keep their hue. So a firefly cannot spread, while anything as
+// bright as its neighbors, such as a lamp or a highlight, stays.
 
 import package::common::encoding::{SIGNED, transfer_function};
 import package::common::fill::{AROUND, around, filled, mean, place_around};
@@ -20,7 +20,7 @@ override outlier: f32;       // how many times brighter than its surroundings a 
 
 const SUN = 4u;              // fewer infinite pixels together are fireflies
 
-// The bits that +∞ stands for at a pixel. INFINITE leaves it as bad as NaN.
+// The bits that +∞ stands for at a pixel; with INFINITE it stays as bad as NaN.
 fn infinite_at(at: vec2<u32>, steps: u32) -> u32 {
     var most = LARGEST_F16;
     var count = 0u;
@@ -48,9 +48,9 @@ fn steps_around(found: vec3<u32>) -> u32 {
     return select(0u, AROUND, is_bright || !is_finite(found));
 }
 
-// Linear color, 1 in w. Where a pixel is missing and has nothing to be filled from, all is 0.
+// Linear color, with 1 in w. Where a missing pixel cannot be filled, everything is 0.
 fn repaired(at: vec2<u32>) -> vec4<f32> {
-    // Such data is no light.
+    // Signed data is not light.
     if transfer_function == SIGNED {
         return filled(COLOR, at);
     }
@@ -62,7 +62,7 @@ fn repaired(at: vec2<u32>) -> vec4<f32> {
     return vec4(darkened(whole.rgb, outlier * max(GREY / input_scale, near.brightest)), whole.w);
 }
 
-// Without negative luminance, and with at most this much.
+// Sets negative channels to 0 if the luminance is negative, and limits the luminance to `most`.
 fn darkened(rgb: vec3<f32>, most: f32) -> vec3<f32> {
     let lowest = select(-MOST, 0.0, luminance(rgb) < 0.0);
     let number = clamp(rgb, vec3(lowest), vec3(MOST));

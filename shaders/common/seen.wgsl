@@ -1,5 +1,6 @@
-// What a pixel sees, as means of 3×3 pixels, because features are noisy. What is kept for the next
-// frame is rounded to bytes, and so is what is compared with it: nothing that stays seems to change.
+// The light and features of a pixel, as means of 3×3 pixels, because features are noisy. The albedo
+// and normal kept for the next frame are rounded to bytes, and so are those compared with them, so
+// that what stays the same does not seem to change.
 
 import package::common::albedo::load_albedo;
 import package::common::depth::load_depth;
@@ -18,20 +19,20 @@ struct Seen {
     light: vec3<f32>,        // at the network's exposure
     albedo: vec3<f32>,
     normal: vec3<f32>,
-    depth: f32,              // of the pixels that hit something; 0 if none does
+    depth: f32,              // mean of the pixels that hit something; 0 if none does
 }
 
 fn exposed(rgb: vec3<f32>) -> vec3<f32> {
     return clamp(rgb * input_scale, vec3(-MOST), vec3(MOST));
 }
 
-// 0 where it is no number.
+// 0 where it is not finite.
 fn albedo_at(at: vec2<u32>) -> vec3<f32> {
     let bits = load_albedo(tile.albedo, at);
     return saturate(bitcast<vec3<f32>>(select(vec3(0u), bits, is_finite(bits))));
 }
 
-// 0 where it is no number.
+// 0 where it is not finite.
 fn normal_at(at: vec2<u32>) -> vec3<f32> {
     let bits = load_normal(tile.normal, at);
     let xyz = bitcast<vec3<f32>>(select(vec3(0u), bits, is_finite(bits)));
@@ -54,7 +55,7 @@ fn packed_normal(normal: vec3<f32>) -> u32 {
     return pack4x8snorm(vec4(normal, 0.0));
 }
 
-// Beyond the picture, its edge repeats.
+// Beyond the image, its edge repeats.
 fn seen_around(at: vec2<u32>) -> Seen {
     var sum = Seen();
     var hits = 0.0;

@@ -7,7 +7,7 @@ import package::common::need::is_needed;
 // output quad.
 @group(0) @binding(2) var weights: texture_storage_2d_array<rgba32float, read>;
 
-// Whether any lane's pixels are needed. All lanes take the loops together, since each reads weights
+// Whether any lane's pixels are needed. All lanes run the loops together, since each reads weights
 // for the others.
 fn any_needed(x: i32, y: i32) -> bool {
     let size = vec2<i32>(textureDimensions(output));

@@ -1,11 +1,11 @@
-// Light between the pixels of a picture: the 4×4 around a place, without those that have none.
-// Beyond the picture, its edge repeats.
+// Reads light between the pixels of an image, from the 4×4 around a place that have any. Beyond the
+// image, its edge repeats.
 
 import package::common::light::MOST;
 import package::common::tile::tile;
 
-// What a spline rounds, relative to the light: the sizes of its 16 weights add up to at most 1.25²,
-// and sums, products and weights have 26 roundings of 2⁻²⁴.
+// The rounding error of a spline, relative to the light: its 16 absolute weights add up to at most
+// 1.25², and sums, products and weights have 26 roundings of 2⁻²⁴.
 const ROUNDING = 3e-6;
 
 // Along x and along y.
@@ -15,8 +15,8 @@ struct Weights {
 }
 
 struct Reading {
-    spline: vec3<f32>,       // by Catmull-Rom splines
-    linear: vec4<f32>,       // by bilinear shares, and in w their sum
+    spline: vec3<f32>,       // sum with Catmull-Rom weights
+    linear: vec4<f32>,       // sum with bilinear shares, with the sum of the shares in w
     least: vec3<f32>,        // of the four nearest pixels
     most: vec3<f32>,
     is_whole: bool,          // all pixels have light
@@ -57,7 +57,7 @@ fn nothing_read() -> Reading {
     return Reading(vec3(0.0), vec4(0.0), vec3(MOST), vec3(-MOST), true);
 }
 
-// Adds a pixel: its light, and in w 0 if it has none.
+// Adds a pixel: its light; w is 0 if it has none.
 fn with_pixel(so_far: Reading, weights: Weights, step: vec2<u32>, kept: vec4<f32>) -> Reading {
     var reading = so_far;
     let has_light = kept.w > 0.0;
@@ -75,9 +75,9 @@ fn bilinear(reading: Reading) -> vec3<f32> {
     return clamp(reading.linear.rgb / reading.linear.w, reading.least, reading.most);
 }
 
-// The largest share of what splines add to the bilinear mean with which all channels stay in the
-// range of the four nearest pixels. Where light is constant, sums round out of it, which must not
-// soften what else is read.
+// The largest share of what splines add to the bilinear mean that keeps all channels in the range
+// of the four nearest pixels. Where light is constant, rounding leaves that range, which must not
+// soften the other images.
 fn sharpness(reading: Reading) -> f32 {
     let linear = bilinear(reading);
     let change = reading.spline - linear;

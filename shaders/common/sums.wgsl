@@ -1,6 +1,6 @@
-// How the tiled kernels multiply and add up: in 32-bit floats or, in the half set, in 16-bit floats,
-// which many GPUs multiply and add in pairs. A sum in 16 bits covers one chunk of input channels;
-// the chunks add up in 32 bits.
+// The arithmetic of the tiled kernels: 32-bit floats or, in the half set, 16-bit floats, which many
+// GPUs multiply and add in pairs. A sum in 16 bits covers one chunk of input channels; the chunks
+// add up in 32 bits.
 
 @if(half && !(tensor_f16 && !input_conv)) import package::common::limits::LARGEST_F16;
 
@@ -31,7 +31,7 @@ struct ChunkSums {
 }
 @else alias ChunkSums = Sums;
 
-// A value as it is multiplied. What a 16-bit tensor holds is within the range of 16 bits.
+// A value as it is multiplied. The values of a 16-bit tensor are within the range of 16 bits.
 @if(!half)
 fn staged(value: vec4<f32>) -> vec4<f32> {
     return value;

@@ -1,6 +1,6 @@
-// Pixels of a kernel pyramid: a color, and the weight with which it counts. As in premultiplied
-// alpha, sums are of weighted colors. Weights and colors are kept apart, so that neither overflows
-// and the mean of equal colors is that color, bit for bit.
+// Pixels of a kernel pyramid: a color and its weight. As with premultiplied alpha, weighted colors
+// add up. Weights and colors are kept apart, so that neither overflows and the mean of equal colors
+// is that color, bit for bit.
 
 import package::common::tensor::TensorIn;
 
@@ -22,8 +22,8 @@ fn share(logits: vec4<f32>) -> f32 {
     return weight_of(logits.z);
 }
 
-// The reciprocal of a sum of weights; 0 if nothing has any weight. That of a smaller sum would be
-// infinite.
+// The reciprocal of a sum of weights; 0 if nothing has any weight. The reciprocal of a smaller sum
+// could be infinite.
 fn inverse(sum: f32) -> f32 {
     return select(0.0, 1.0 / sum, sum >= 1.1754944e-38);
 }
