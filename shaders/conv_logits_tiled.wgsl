@@ -1,5 +1,5 @@
-// The last 3×3 convolution of a kernel pyramid and the 1×1 convolution to its logits, for GPUs. Each
-// invocation computes 2×2 pixels with all channels, at most 16.
+// The last 3×3 convolution of a kernel pyramid and the 1×1 convolution to its logits, for GPUs.
+// Each invocation computes 2×2 pixels with all channels, at most 16.
 
 import package::common::conv_logits::feature_of;
 import package::common::conv_output::{activated, bias, output};

@@ -36,7 +36,7 @@ pub enum Error {
     /// again.
     #[error("memory: {0}")]
     OutOfMemory(String),
-    /// The device was lost, and everything created on it with it. Open another and start over.
+    /// The device was lost, along with everything created on it. Open another and start over.
     #[error(
         "device: the device was lost{}; a driver reset or update, an overlong dispatch and running \
          out of memory can all cause this; open it again, and if it is lost again, use smaller \

@@ -59,8 +59,8 @@
 //!
 //! # Features
 //!
-//! - [`Denoiser::warm_up`] compiles the kernels ahead of the first frame, and [`PipelineFile`] keeps
-//!   them on disk between runs.
+//! - [`Denoiser::warm_up`] compiles the kernels ahead of the first frame, and [`PipelineFile`]
+//!   keeps them on disk between runs.
 //! - A pass with [motion](PassDescriptor::motion) averages frames along it to reduce flicker, and
 //!   its layers with the same weights.
 //! - A [`Schedule`] decides how often a progressive renderer denoises and how much noisy color to
@@ -73,8 +73,8 @@
 //!
 //! # Requirements
 //!
-//! wgdenoise uses wgpu 30 and re-exports it as [`wgpu`]; a renderer on the same major version passes
-//! its own objects. WebGPU's default limits suffice and no feature is required.
+//! wgdenoise uses wgpu 30 and re-exports it as [`wgpu`]; a renderer on the same major version
+//! passes its own objects. WebGPU's default limits suffice and no feature is required.
 //! [`required_features`] and [`required_limits`] list the optional ones that make it faster and
 //! what leaving each out costs. The repository's `docs/embedding.md` covers devices, images and
 //! frames in detail; `examples/` has complete programs.

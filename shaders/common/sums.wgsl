@@ -56,7 +56,7 @@ fn plus(sum: vec4<f32>, w: Taps, value: vec4<f32>) -> vec4<f32> {
     return sum + w * value;
 }
 
-// Adds the sums of a chunk. Column q of `scales` undoes the scaling of the weights of output quad q.
+// Adds the sums of a chunk. Column q of `scales` undoes the scaling of output quad q's weights.
 @if(half)
 fn collected(s: Sums, chunk: ChunkSums, scales: mat4x4<f32>) -> Sums {
     return Sums(

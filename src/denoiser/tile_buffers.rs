@@ -112,12 +112,12 @@ impl<'a> TileBuffers<'a> {
         }
     }
 
-    /// Submits the whole network for the uploaded tile in parts and waits for all of them. Each part
-    /// has its own timeout. After each part but the last, `progress` receives the number of finished
-    /// calls.
+    /// Submits the whole network for the uploaded tile in parts and waits for all of them. Each
+    /// part has its own timeout. After each part but the last, `progress` receives the number of
+    /// finished calls.
     ///
-    /// One part waits behind the one that runs, so the device is never idle, and the queue's other
-    /// users, such as a window, wait for no more than these two.
+    /// One part is queued behind the running one, so that the device is never idle and the queue's
+    /// other users, such as a window, wait for no more than these two.
     pub(crate) fn run(&self, progress: &mut dyn FnMut(usize) -> Result<()>) -> Result<()> {
         let (mut done, mut running) = (0, None);
         for batch in self.calls.batches() {

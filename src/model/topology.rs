@@ -79,9 +79,9 @@ impl Network {
         net
     }
 
-    /// The kernel pyramid with one more logit at full resolution: that of the power to which the
-    /// albedo's contrast ([`reference::contrast`](crate::internals::reference::contrast))
-    /// multiplies gathered light.
+    /// The kernel pyramid with one more logit at full resolution. It gives the power of the
+    /// albedo's contrast ([`reference::contrast`](crate::internals::reference::contrast)) by which
+    /// gathered light is multiplied.
     #[must_use]
     pub fn demodulating(mut self) -> Self {
         self.shapes[self.outputs[0]].channels = LOGITS + 1;

@@ -53,7 +53,7 @@ pub(crate) enum Ending {
     Head(Head),
     /// The tensors are the logits of a kernel pyramid.
     Pyramid {
-        /// Whether the color's level 0 is stored, which pays where memory is faster than arithmetic.
+        /// Whether the color's level 0 is stored, which pays if memory is faster than arithmetic.
         stores_level0: bool,
     },
 }

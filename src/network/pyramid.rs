@@ -140,7 +140,7 @@ impl<'a> Pyramid<'a> {
         call.touching(self.size(), &touched)
     }
 
-    /// Full resolution.
+    /// Full resolution, width first.
     fn size(&self) -> [u32; 2] {
         [self.logits[0].width, self.logits[0].height]
     }

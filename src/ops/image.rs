@@ -211,7 +211,8 @@ pub(crate) fn accumulate_features(
     features.into_iter().flatten().collect()
 }
 
-/// The features of the kernel that averages a further layer, for motion and result in these formats.
+/// The features of the kernels that average a further layer, for motion and result in these
+/// formats.
 #[must_use]
 pub(crate) fn accumulate_layer_features(
     motion: ImageFormat,

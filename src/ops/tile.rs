@@ -1,8 +1,8 @@
 //! The location of a tile in the images, for the kernels at both ends of the network.
 
-/// The layout of an image in a buffer of floats. For pixel `(x, y)`, the first channel (red or x) is
-/// at element `offset + y · row_stride + x · pixel_stride`, and the others follow it directly. All
-/// values count elements, not bytes.
+/// The layout of an image in a buffer of floats. For pixel `(x, y)`, the first channel (red or x)
+/// is at element `offset + y · row_stride + x · pixel_stride`, and the others follow it directly.
+/// All values count elements, not bytes.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 pub struct Layout {

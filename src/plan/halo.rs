@@ -112,8 +112,8 @@ mod tests {
 
     #[test]
     fn a_kernel_pyramid_sees_128_pixels_far_and_gathers_color_from_32() {
-        // Upsampling needs pixel −1 of level 4, whose 3×3 taps reach −2: −32 at full size. From there
-        // the confidence sees 94 further, plus 2 for the repair.
+        // Upsampling needs pixel −1 of level 4, whose 3×3 taps reach −2: −32 at full size. From
+        // there the confidence sees 94 further, plus 2 for the repair.
         let network = Network::kernel_pyramid(9, &[4, 4, 4, 4, 4]);
         assert_eq!((halo(&network), constant_radius(&network)), (128, 2));
         // Two levels: −1 at level 1 is gathered from −2, so from −4 at full size.

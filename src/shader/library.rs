@@ -67,7 +67,7 @@ const FEATURES: &[&str] = &[
     // A workgroup of the tiled kernels computes 32×8 pixels instead of 16×16 and stages eight input
     // channels at a time instead of four.
     "wide",
-    // The tiled kernels multiply in 16-bit floats, and add up in them for a chunk of input channels.
+    // The tiled kernels multiply in 16-bit floats and sum a chunk of input channels in them.
     "half",
     // The kernel of this name has bindings of its own.
     "accumulate",

@@ -40,8 +40,8 @@ pub enum NormalEncoding {
 #[derive(Clone, Copy, Debug)]
 #[non_exhaustive]
 pub struct PassLayer<'a> {
-    /// The noisy layer, in a format for colors: linear light that is part of the color, or other data
-    /// that is averaged with it, such as alpha.
+    /// The noisy layer, in a format for colors: linear light that is part of the color, or other
+    /// data that is averaged with it, such as alpha.
     pub noisy: PassImage<'a>,
     /// Receives the denoised layer, in a format for outputs.
     pub output: PassImage<'a>,

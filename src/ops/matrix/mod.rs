@@ -64,7 +64,7 @@ impl MatrixKernel {
     }
 }
 
-/// Output channels per workgroup: 32 reuse pixels best, 16 waste none if there are no more.
+/// Output channels per workgroup: 32 reuse pixels best, but waste work on layers of up to 16.
 #[must_use]
 pub fn channels_per_workgroup(outputs: usize) -> u32 {
     if outputs <= 16 { 16 } else { 32 }
