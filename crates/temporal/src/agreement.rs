@@ -1,4 +1,4 @@
-//! Whether two frames see the same.
+//! How well two frames agree at each pixel.
 
 use rayon::prelude::*;
 
@@ -7,25 +7,27 @@ use crate::shot::Feature;
 use crate::trend::{Changes, trend};
 use crate::{Offsets, Shot};
 
-/// Differences at which agreement falls to 1/e: pixels between a surface and where its motion back
-/// leads, albedo, normals, and light relative to its mean. Features are those of a noisy render and
-/// the light is denoised; all but the motion are means of 3×3 pixels.
+/// The differences at which agreement falls to 1/e: pixels off after following the motion there and
+/// back, albedo, normals, and light relative to its mean. Albedo and normals are noisy, light is
+/// denoised; all three are averaged over 3×3 pixels.
 const MOTION: f32 = 1.0;
 const ALBEDO: f32 = 0.1;
 const NORMAL: f32 = 0.2;
 const LIGHT: f32 = 0.4;
-/// The same for the mean change of light in the 15×15 pixels around, which noise hardly has.
+/// The same for the mean change of light over 15×15 pixels, which noise hardly affects.
 const TREND: f32 = 0.13;
 
-/// Light below this share of the picture's mean counts as equal.
+/// Added to the light, as a fraction of the frame's mean, so that differences in the dark count
+/// little.
 const DARK: f32 = 0.02;
 
-/// How far `other` shows at the end of a pixel's offset what `own` shows at the pixel: from 0 for no
-/// agreement to 1. It is 0 where the surface has left the picture.
+/// Measures how well each pixel of `own` agrees with the place in `other` its offset leads to: from
+/// 0 for not at all to 1, row by row. It is 0 where the surface has left the picture.
 ///
-/// `to` leads from `own` to `other`, and `back` from `other` to `own`, where that is known: where one
-/// does not undo the other, one of both surfaces is hidden. Albedo and normal have to agree if both
-/// frames have them. So does the light, because reflections and shadows move otherwise than surfaces.
+/// `to` leads from `own` to `other`; `back`, if known, leads from `other` to `own`. Where one does
+/// not undo the other, one of the two surfaces is hidden. Albedo and normals must agree if both
+/// frames have them. Light must agree too, because reflections and shadows do not move with the
+/// surface.
 ///
 /// # Panics
 /// If the sizes differ.
@@ -53,17 +55,17 @@ pub fn agreement(own: &Shot, other: &Shot, to: &Offsets, back: Option<&Offsets>)
     found.iter().zip(&trends).map(|(found, trend)| found.agreement * (-trend).exp()).collect()
 }
 
-/// What a pixel differs by from what another frame shows of it.
+/// How a pixel differs from its counterpart in another frame.
 #[derive(Clone, Copy, Debug, Default)]
 struct Difference {
-    /// That of light, as far as all else agrees.
+    /// The change of light, weighted by how well everything else agrees.
     changes: Changes,
-    /// From 0 to 1.
+    /// Agreement in everything, light included, from 0 to 1.
     agreement: f32,
 }
 
 impl Difference {
-    /// From the change of light, and the squares of differences without and with that of light.
+    /// Takes the change of light, and the sums of squared differences without and with light.
     fn new(change: f32, [others, all]: [f32; 2]) -> Self {
         // NaN agrees with nothing.
         if !(all.is_finite() && change.is_finite()) {
@@ -73,7 +75,7 @@ impl Difference {
     }
 }
 
-/// How far the way there and back ends from its start, in pixels.
+/// How far a round trip along both offsets ends from its start, in pixels.
 fn detour([right, down]: [f32; 2], back: &Offsets, four: &Four) -> f32 {
     let [left, up] = four.mean(back.pixels());
     (right + left).hypot(down + up)

@@ -1,10 +1,10 @@
-//! How a renderer means its motion vectors.
+//! The conventions renderers follow for motion vectors.
 
 use std::fmt;
 
 use crate::Offsets;
 
-/// Motion vectors of a frame as its file has them: one or two vectors a pixel.
+/// A frame's motion vectors as the file stores them: one or two per pixel.
 #[derive(Clone, Debug)]
 pub struct Motion {
     width: u32,
@@ -13,8 +13,8 @@ pub struct Motion {
 }
 
 impl Motion {
-    /// From two or four planes, row by row: x and y, and x and y of the second vector. `None` if their
-    /// number or sizes do not fit.
+    /// Takes two or four planes, row by row: x and y, then x and y of the second vector. Returns
+    /// `None` if their number or sizes do not fit.
     #[must_use]
     pub fn new(width: u32, height: u32, planes: Vec<Vec<f32>>) -> Option<Self> {
         let pixels = width as usize * height as usize;
@@ -28,24 +28,25 @@ impl Motion {
         (self.width, self.height)
     }
 
-    /// How many vectors a pixel has: one or two.
+    /// Vectors per pixel: one or two.
     #[must_use]
     pub fn vectors(&self) -> usize {
         self.planes.len() / 2
     }
 }
 
-/// How to read motion vectors as offsets to a frame.
+/// How to convert motion vectors to offsets to another frame.
 ///
-/// Renderers differ in all of it: Blender's `Vector` leads to the previous frame's place, and then from
-/// the next frame's place back to this one's, both in pixels with y up; others store pixels with y down,
-/// or shares of the picture's sides.
+/// Renderers differ in every respect. Blender's `Vector` leads to the surface's place in the
+/// previous frame; its second vector leads from the place in the next frame back to this one. Both
+/// are in pixels with y up. Others store pixels with y down, or fractions of the picture's width
+/// and height.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Convention {
-    /// The first of the two planes.
+    /// Index of the vector's x plane; its y plane follows.
     plane: usize,
     unit: Unit,
-    /// Whether positive values lead left and up.
+    /// Whether positive x points left, and positive y up.
     is_left: bool,
     is_up: bool,
 }
@@ -53,14 +54,14 @@ pub struct Convention {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Unit {
     Pixel,
-    /// The picture's sides.
+    /// The picture's width and height.
     Side,
-    /// Half of the picture's sides.
+    /// Half the picture's width and height.
     HalfSide,
 }
 
 impl Convention {
-    /// All there are for a number of vectors per pixel.
+    /// All conventions for this many vectors per pixel.
     pub(crate) fn all(vectors: usize) -> impl Iterator<Item = Self> {
         let flags = [(false, false), (false, true), (true, false), (true, true)];
         let units = [Unit::Pixel, Unit::Side, Unit::HalfSide];
@@ -71,10 +72,10 @@ impl Convention {
         })
     }
 
-    /// The offsets that the vectors stand for.
+    /// Converts motion vectors to offsets.
     ///
     /// # Panics
-    /// If it is that of a second vector, and there is only one.
+    /// If the convention reads a second vector and `motion` has only one.
     #[must_use]
     pub fn offsets(&self, motion: &Motion) -> Offsets {
         let (width, height) = motion.size();
@@ -82,13 +83,13 @@ impl Convention {
         Offsets { width, height, pixels }
     }
 
-    /// The offset of a pixel.
+    /// The offset of pixel `i`.
     pub(crate) fn offset(&self, motion: &Motion, i: usize) -> [f32; 2] {
         let [right, down] = self.factors(motion.size());
         [motion.planes[self.plane][i] * right, motion.planes[self.plane + 1][i] * down]
     }
 
-    /// From a vector to pixels right and down.
+    /// Factors from a vector's components to pixels right and down.
     fn factors(&self, (width, height): (u32, u32)) -> [f32; 2] {
         let sign = |is_negative: bool| if is_negative { -1.0 } else { 1.0 };
         let scale = match self.unit {
@@ -101,7 +102,7 @@ impl Convention {
 }
 
 impl fmt::Display for Convention {
-    /// Such as `the second vector, x left and y down, in pixels`.
+    /// Formats it like `the second vector, x left and y down, in pixels`.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let which = if self.plane == 0 { "first" } else { "second" };
         let x = if self.is_left { "left" } else { "right" };

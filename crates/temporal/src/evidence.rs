@@ -1,4 +1,4 @@
-//! Which convention motion vectors follow, by the frames that they lead to.
+//! Finds the convention that motion vectors follow, from the frames they link.
 
 use rayon::prelude::*;
 
@@ -8,47 +8,48 @@ use crate::sample::Four;
 use crate::shot::Feature;
 use crate::{Offsets, Shot};
 
-/// What pairs of frames tell about the convention of motion vectors.
+/// Evidence from pairs of frames for the convention of motion vectors.
 ///
-/// One pair may leave it open: a pan does not tell up from down, a slow start or a cut tells nothing.
-/// So all pairs count, and the convention that leads to the most similar surfaces is followed.
+/// One pair may be ambiguous: a pan cannot tell up from down, and a slow start or a cut tells
+/// nothing. So every pair counts, and the convention that leads to the most similar surfaces wins.
 #[derive(Clone, Debug)]
 pub struct Evidence {
-    /// The sum of the pairs' mean differences at the ends of the offsets.
+    /// For each convention, the mean difference at the ends of its offsets, summed over the pairs.
     differences: Vec<(Convention, f64)>,
-    /// How many pairs have been compared.
+    /// Pairs compared so far.
     pairs: u32,
-    /// Whether a pair was clear.
+    /// Whether any pair was clear.
     is_clear: bool,
-    /// Whether a pair moves so far that its convention matters.
+    /// Whether any pair moves far enough for the convention to matter.
     matters: bool,
 }
 
-/// Most pixels to compare.
+/// Most pixels compared per pair.
 const SAMPLES: usize = 20_000;
-/// A pair is clear if what the offsets leave of the difference is at most this share of what staying in
-/// place leaves.
+/// A pair is clear if following the offsets leaves at most this fraction of the difference that
+/// staying in place leaves.
 const CLEAR: f64 = 0.75;
-/// So many of the compared pixels have to move.
+/// At least this many pixels must move.
 const FEWEST: usize = 50;
-/// Smaller motion, in pixels, tells nothing.
+/// Motion below this many pixels tells nothing.
 const LEAST: f32 = 0.25;
-/// Offsets of at most so many pixels are followed while the convention is open.
+/// While the convention is unknown, offsets of at most this many pixels are followed.
 const HARMLESS: f32 = 1.0;
 
 impl Evidence {
-    /// None yet, on one or two vectors a pixel.
+    /// Starts without evidence, for one or two vectors per pixel.
     #[must_use]
     pub fn new(vectors: usize) -> Self {
         let differences = Convention::all(vectors).map(|convention| (convention, 0.0)).collect();
         Self { differences, pairs: 0, is_clear: false, matters: false }
     }
 
-    /// Adds what a pair of frames shows: whether the motion of `own` leads to the same surfaces in
-    /// `other`, by albedo and normals, or by light if a frame lacks them.
+    /// Adds a pair of frames: tests whether the motion of `own` leads to the same surfaces in
+    /// `other`, judged by the albedo and normals that both have, or by light if they share neither.
     ///
     /// # Panics
-    /// If the sizes or the numbers of vectors differ.
+    /// If the sizes differ, or `motion` has fewer vectors per pixel than [`new`](Self::new) was
+    /// given.
     pub fn add(&mut self, motion: &Motion, own: &Shot, other: &Shot) {
         let size = motion.size();
         assert!([own.size(), other.size()] == [size; 2], "sizes");
@@ -66,32 +67,32 @@ impl Evidence {
         self.is_clear |= is_clear(self.best(), &places, motion, &seen);
     }
 
-    /// The convention; `None` while it is open.
+    /// The convention, or `None` while it is unknown.
     #[must_use]
     pub fn convention(&self) -> Option<Convention> {
         self.is_clear.then(|| self.best())
     }
 
-    /// Whether the convention is open and that leaves out pixels of the frames so far.
+    /// Whether pixels so far are left out because the convention is unknown.
     #[must_use]
     pub fn is_lacking(&self) -> bool {
         !self.is_clear && self.matters
     }
 
-    /// The offsets that the vectors stand for. While the convention is open, only short ones, for which
-    /// it matters little.
+    /// Converts motion vectors to offsets. While the convention is unknown, keeps only short ones,
+    /// for which it hardly matters.
     ///
     /// # Panics
-    /// If the numbers of vectors differ.
+    /// If `motion` has fewer vectors per pixel than [`new`](Self::new) was given.
     #[must_use]
     pub fn offsets(&self, motion: &Motion) -> Offsets {
         let offsets = self.best().offsets(motion);
         if self.is_clear { offsets } else { offsets.up_to(HARMLESS) }
     }
 
-    /// What following the vectors leaves of the differences, as a mean of the pairs; infinite while the
-    /// convention is open. Vectors that may lead to the previous or to the next frame lead to the one with
-    /// the smaller difference.
+    /// The difference that following the vectors leaves, averaged over the pairs; infinite while
+    /// the convention is unknown. If vectors may lead to the previous or to the next frame, they
+    /// lead to the one with the smaller difference.
     #[must_use]
     pub fn difference(&self) -> f64 {
         if self.is_clear { self.least().1 / f64::from(self.pairs) } else { f64::INFINITY }
@@ -107,15 +108,16 @@ impl Evidence {
     }
 }
 
-/// A pixel that is compared.
+/// A pixel to compare.
 struct Place {
     i: usize,
-    /// The difference from the same place in the other frame.
+    /// Its difference from the same pixel of the other frame.
     staying: f32,
 }
 
 impl Place {
-    /// The difference at the end of the offset; where that is out of the picture, as in place.
+    /// The difference at the end of the offset, or in place where that is outside the picture or
+    /// not finite.
     fn end(&self, convention: Convention, motion: &Motion, seen: &Seen<'_>) -> f32 {
         let size = motion.size();
         let four = Four::around(end(self.i, convention.offset(motion, self.i), size.0), size);
@@ -124,10 +126,10 @@ impl Place {
     }
 }
 
-/// Pixels spread over the picture that move in any vector.
+/// Pixels across the picture with motion in any vector.
 fn places(motion: &Motion, seen: &Seen<'_>) -> Vec<Place> {
     let (width, height) = motion.size();
-    // In the largest unit, so that none is taken for still.
+    // Assumes the largest unit, so that no motion counts as still.
     let least = LEAST / width.max(height) as f32;
     let moves = |i: usize| motion.planes.iter().any(|p| p[i].is_finite() && p[i].abs() >= least);
     let all: Vec<_> = (0..motion.planes[0].len()).filter(|&i| moves(i)).collect();
@@ -139,7 +141,7 @@ fn places(motion: &Motion, seen: &Seen<'_>) -> Vec<Place> {
     all.into_iter().step_by(step).filter_map(place).collect()
 }
 
-/// Whether what moves by a convention moves to the same surfaces.
+/// Whether pixels that move under a convention land on the same surfaces.
 fn is_clear(convention: Convention, places: &[Place], motion: &Motion, seen: &Seen<'_>) -> bool {
     let moves = |place: &&Place| {
         let [right, down] = convention.offset(motion, place.i);
@@ -151,7 +153,7 @@ fn is_clear(convention: Convention, places: &[Place], motion: &Motion, seen: &Se
     moving.len() >= FEWEST && ends.sum::<f64>() <= CLEAR * staying.sum::<f64>()
 }
 
-/// Two frames.
+/// Two frames and the features to compare them by.
 struct Seen<'a> {
     own: &'a Shot,
     other: &'a Shot,
@@ -181,7 +183,7 @@ mod tests {
 
     const SIZE: (u32, u32) = (48, 32);
 
-    /// A picture without repetition, moved right and down by whole pixels.
+    /// A picture without repetition, shifted right and down by whole pixels.
     fn scene([right, down]: [i32; 2]) -> Image {
         let value = |x: i32, y: i32| {
             let (x, y) = ((x - right) as f32, (y - down) as f32);
@@ -237,7 +239,7 @@ mod tests {
         add(&mut evidence, &[7.0, 5.0], [20, -13]);
         add(&mut evidence, &[0.0, -4.0], [0, 4]);
         assert_eq!(evidence.offsets(&motion(&[-4.0, -4.0])).pixels()[0], [4.0, 4.0]);
-        // A cut does not open it again.
+        // A cut does not make it ambiguous again.
         add(&mut evidence, &[7.0, 5.0], [20, -13]);
         assert_eq!(evidence.offsets(&motion(&[-4.0, -4.0])).pixels()[0], [4.0, 4.0]);
     }

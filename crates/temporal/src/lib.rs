@@ -1,9 +1,9 @@
-//! Averages denoised frames of an animation along their motion, so that what noise is left does not
+//! Averages denoised frames of an animation along their motion, so that residual noise does not
 //! flicker.
 //!
-//! Each pixel of a frame is averaged with what the frames around it show of the same surface. Motion
-//! vectors lead there ([`Offsets`]); they count as far as both frames agree on what they see
-//! ([`agreement`]). [`Evidence`] finds out how a renderer means its motion vectors.
+//! Each pixel is averaged with the pixels of nearby frames that show the same surface. Motion
+//! vectors lead there ([`Offsets`]), and each frame counts as far as both agree on what they show
+//! ([`agreement`]). [`Evidence`] finds the convention that a renderer's vectors follow.
 
 mod agreement;
 mod convention;

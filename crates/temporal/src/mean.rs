@@ -1,4 +1,4 @@
-//! The mean of what frames show of the same surfaces.
+//! Averages the same surfaces across frames.
 
 use rayon::prelude::*;
 use wgdenoise::Image;
@@ -6,22 +6,23 @@ use wgdenoise::Image;
 use crate::Offsets;
 use crate::sharp::{Patch, Reading};
 
-/// The images of another frame, and how they count for each pixel of the own one.
+/// Another frame's images, and their weights at each pixel of the frame to average.
 #[derive(Clone, Debug)]
 pub struct Part<'a> {
-    /// As many as the own frame has, of the same size.
+    /// As many images as the frame to average has, of the same size.
     pub images: Vec<&'a Image>,
-    /// To the other frame.
+    /// Offsets from the frame to average to this one.
     pub offsets: &'a Offsets,
-    /// From 0 to 1, as [`agreement`](crate::agreement()) finds it.
+    /// Weight of each pixel from 0 to 1, as [`agreement`](crate::agreement()) finds it.
     pub agreement: &'a [f32],
 }
 
-/// Each pixel of a frame's images averaged with those that the offsets lead to in the others; `own`
-/// counts 1, the others as far as they agree.
+/// Averages each pixel of a frame's images with the places in the other frames its offsets lead to.
+/// `own` has weight 1, the others their agreement.
 ///
-/// Between pixels the others are read by Catmull-Rom splines, as far as those stay in the range of the
-/// four nearest pixels in every image: all take the same share, so that images that add up still do.
+/// Between pixels, the others are sampled with Catmull-Rom splines, kept within the range of the
+/// four nearest pixels. All images use the same sharpness, that of the most limited, so that images
+/// that add up still do.
 ///
 /// # Panics
 /// If there is no image, or if numbers or sizes differ.
@@ -60,7 +61,8 @@ fn average_rows(size: (u32, u32), images: &mut [Vec<[f32; 3]>], others: &[Part<'
     });
 }
 
-/// Hands over what the other frames add to each image at pixel `i`; returns the sum of all weights.
+/// Passes what the other frames add to each image at pixel `i` to `add`; returns the sum of all
+/// weights.
 fn add_others(
     i: usize,
     others: &[Part<'_>],

@@ -4,17 +4,17 @@ use rayon::prelude::*;
 
 use crate::sample::Four;
 
-/// For each pixel of a frame, how far away its surface is in another frame of the same size.
+/// For each pixel of a frame, the offset to the same surface in another frame of the same size.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Offsets {
     pub(crate) width: u32,
     pub(crate) height: u32,
-    /// In pixels, right and down, row by row. NaN where the surface is not seen.
+    /// Pixels right and down, row by row; NaN where the surface is not visible.
     pub(crate) pixels: Vec<[f32; 2]>,
 }
 
 impl Offsets {
-    /// From offsets in pixels, right and down, row by row; `None` if their number does not fit the
+    /// Takes offsets in pixels, right and down, row by row; `None` if their number does not fit the
     /// size.
     #[must_use]
     pub fn new(width: u32, height: u32, pixels: Vec<[f32; 2]>) -> Option<Self> {
@@ -25,7 +25,7 @@ impl Offsets {
         })
     }
 
-    /// Nothing moves.
+    /// Zero offsets: nothing moves.
     #[must_use]
     pub fn still(width: u32, height: u32) -> Self {
         Self { width, height, pixels: vec![[0.0; 2]; width as usize * height as usize] }
@@ -37,13 +37,13 @@ impl Offsets {
         (self.width, self.height)
     }
 
-    /// In pixels, right and down, row by row.
+    /// Offsets in pixels, right and down, row by row; NaN where the surface is not visible.
     #[must_use]
     pub fn pixels(&self) -> &[[f32; 2]] {
         &self.pixels
     }
 
-    /// Only those of at most `most` pixels; the surface of the others is not seen.
+    /// Keeps offsets of at most `most` pixels; the others become NaN, as if not visible.
     #[must_use]
     pub fn up_to(mut self, most: f32) -> Self {
         for offset in &mut self.pixels {
@@ -55,12 +55,13 @@ impl Offsets {
         self
     }
 
-    /// How many pixels' surfaces are not seen.
+    /// Number of pixels whose surface is not visible.
     pub(crate) fn unseen(&self) -> usize {
         self.pixels.iter().filter(|offset| offset[0].is_nan()).count()
     }
 
-    /// On to a third frame: `next` leads there from the frame that these offsets lead to.
+    /// Chains offsets to a third frame: `next` leads there from the frame that these offsets lead
+    /// to.
     ///
     /// # Panics
     /// If the sizes differ.
@@ -75,8 +76,8 @@ impl Offsets {
         Self { pixels, ..*self }
     }
 
-    /// The way back: from each pixel of the other frame to the pixel whose offset leads closest to it, by
-    /// the same motion. NaN where no offset leads.
+    /// The way back: each pixel of the other frame gets the negated offset that leads closest to
+    /// it. NaN where no offset leads.
     #[must_use]
     pub fn reversed(&self) -> Self {
         let mut pixels = vec![[f32::NAN; 2]; self.pixels.len()];
@@ -92,19 +93,18 @@ impl Offsets {
         Self { pixels, ..*self }
     }
 
-    /// The pixels of the other frame around the surface of a pixel; `None` if it is not in the
-    /// picture.
+    /// The pixels of the other frame around a pixel's surface; `None` outside the picture.
     pub(crate) fn four(&self, i: usize) -> Option<Four> {
         Four::around(self.end(i), self.size())
     }
 
-    /// The place of a pixel's surface in the other frame, from its first pixel's center.
+    /// Where a pixel's surface is in the other frame; whole numbers are pixel centers.
     pub(crate) fn end(&self, i: usize) -> [f32; 2] {
         end(i, self.pixels[i], self.width)
     }
 }
 
-/// Where an offset from a pixel leads, from the center of the first pixel.
+/// Where an offset from pixel `i` leads; whole numbers are pixel centers.
 pub(crate) fn end(i: usize, [right, down]: [f32; 2], width: u32) -> [f32; 2] {
     let width = width as usize;
     [(i % width) as f32 + right, (i / width) as f32 + down]

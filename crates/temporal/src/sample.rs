@@ -1,6 +1,6 @@
-//! Images between their pixels.
+//! Bilinear sampling of images.
 
-/// The four pixels around a point, their edge repeated, and the share of each.
+/// The four pixels around a point, with edges repeated, and their bilinear weights.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Four {
     at: [usize; 4],
@@ -8,8 +8,8 @@ pub(crate) struct Four {
 }
 
 impl Four {
-    /// Around the point `x`, `y`, where whole numbers are centers of pixels; `None` beyond the
-    /// image's border, which is half a pixel outside the outermost centers, and for NaN.
+    /// Finds the pixels around the point `x`, `y`, where whole numbers are pixel centers. `None`
+    /// beyond the image's border, half a pixel outside the outermost centers, and for NaN.
     pub(crate) fn around([x, y]: [f32; 2], (width, height): (u32, u32)) -> Option<Self> {
         let is_inside = |at: f32, side: u32| at >= -0.5 && at <= side as f32 - 0.5;
         if !is_inside(x, width) || !is_inside(y, height) {
@@ -29,12 +29,13 @@ impl Four {
         })
     }
 
-    /// The pixels and their shares.
+    /// The pixels and their weights.
     pub(crate) fn shares(self) -> impl Iterator<Item = (usize, f32)> {
         self.at.into_iter().zip(self.shares)
     }
 
-    /// The bilinear mean of values by pixel. A pixel without a share does not count, even if it is NaN.
+    /// The bilinear mean of per-pixel values. A pixel of weight 0 does not count, even if it is
+    /// NaN.
     pub(crate) fn mean<const N: usize>(&self, pixels: &[[f32; N]]) -> [f32; N] {
         self.mean_of(self.at.map(|at| pixels[at]))
     }
@@ -52,7 +53,7 @@ impl Four {
     }
 }
 
-/// The two nearest centers along an axis, and the share of the second.
+/// The two nearest centers along an axis, and the weight of the second.
 fn axis(at: f32, side: usize) -> ([usize; 2], f32) {
     let first = at.floor();
     let clamped = |index: f32| (index.max(0.0) as usize).min(side - 1);

@@ -1,8 +1,8 @@
-//! Images between their pixels, with less blur than a bilinear mean has.
+//! Sampling between pixels with less blur than a bilinear mean.
 
 use crate::sample::Four;
 
-/// The 4×4 pixels around a point, their edge repeated, and their weights by row and column.
+/// The 4×4 pixels around a point, with edges repeated, and their weights by row and column.
 pub(crate) struct Patch {
     four: Four,
     width: usize,
@@ -13,7 +13,7 @@ pub(crate) struct Patch {
 }
 
 impl Patch {
-    /// As [`Four::around`].
+    /// Like [`Four::around`].
     pub(crate) fn around(point: [f32; 2], size: (u32, u32)) -> Option<Self> {
         let four = Four::around(point, size)?;
         let (width, height) = (size.0 as usize, size.1 as usize);
@@ -21,7 +21,7 @@ impl Patch {
         Some(Self { four, width, columns, rows, across, down })
     }
 
-    /// What an image shows there.
+    /// Samples an image at the point.
     pub(crate) fn read(&self, pixels: &[[f32; 3]]) -> Reading {
         let rows = self.rows.map(|row| self.row(&pixels[row * self.width..][..self.width]));
         let near = [rows[1][1], rows[1][2], rows[2][1], rows[2][2]];
@@ -33,7 +33,7 @@ impl Patch {
 
     fn row(&self, row: &[[f32; 3]]) -> [[f32; 3]; 4] {
         let [first, .., last] = self.columns;
-        // Inside the picture, one check of the bounds is enough.
+        // Inside the picture, one bounds check is enough.
         match row[first..=last].try_into() {
             Ok(four) => four,
             Err(_) => self.columns.map(|column| row[column]),
@@ -46,7 +46,7 @@ fn weighted([a, b, c, d]: [[f32; 3]; 4], weights: [f32; 4]) -> [f32; 3] {
     std::array::from_fn(|i| a[i] * s + b[i] * t + c[i] * u + d[i] * v)
 }
 
-/// The least and the most, channel by channel.
+/// Minimum and maximum per channel.
 fn range([a, b, c, d]: [[f32; 3]; 4]) -> [[f32; 3]; 2] {
     let all = |pick: fn(f32, f32) -> f32| {
         std::array::from_fn(|i| pick(pick(a[i], b[i]), pick(c[i], d[i])))
@@ -54,20 +54,20 @@ fn range([a, b, c, d]: [[f32; 3]; 4]) -> [[f32; 3]; 2] {
     [all(f32::min), all(f32::max)]
 }
 
-/// A pixel of an image that was read between its pixels.
+/// An image sampled between its pixels.
 pub(crate) struct Reading {
     /// The bilinear mean.
     mean: [f32; 3],
     /// What Catmull-Rom splines add to it.
     detail: [f32; 3],
-    /// The largest share of the detail that stays in the range of the four nearest pixels, next to
-    /// whose edges splines overshoot. 0 for detail that is not finite, 1 for what is only rounded: a
-    /// constant image, such as full alpha, must not soften the others.
+    /// The largest fraction of the detail that stays within the range of the four nearest pixels,
+    /// since splines overshoot at edges. 0 if the detail is not finite; 1 if it is only rounding,
+    /// so that a constant image, such as full alpha, does not soften the others.
     pub(crate) sharpness: f32,
 }
 
 impl Reading {
-    /// The mean with a share of the detail.
+    /// The mean plus a fraction of the detail.
     pub(crate) fn sharpened(&self, sharpness: f32) -> [f32; 3] {
         if sharpness == 0.0 {
             return self.mean;
@@ -76,8 +76,8 @@ impl Reading {
     }
 }
 
-/// What a spline rounds, relative to the light: the sizes of its 16 weights add up to at most 1.25²,
-/// and sums, products and weights have 26 roundings of 2⁻²⁴.
+/// Bound on a spline's rounding error relative to the light: the magnitudes of its 16 weights add
+/// up to at most 1.25², and weights, products and sums are rounded 26 times by 2⁻²⁴.
 const ROUNDING: f32 = 3e-6;
 
 fn sharpness(mean: [f32; 3], detail: [f32; 3], [least, most]: [[f32; 3]; 2]) -> f32 {
@@ -93,7 +93,7 @@ fn sharpness(mean: [f32; 3], detail: [f32; 3], [least, most]: [[f32; 3]; 2]) -> 
     (0..3).map(share).fold(1.0, f32::min)
 }
 
-/// The four nearest centers along an axis, edges repeated, and their weights.
+/// The four nearest centers along an axis, with edges repeated, and their weights.
 fn axis(at: f32, side: usize) -> ([usize; 4], [f32; 4]) {
     let (first, t) = (at.floor(), at - at.floor());
     let index = |i: usize| ((first + i as f32 - 1.0).max(0.0) as usize).min(side - 1);
@@ -116,7 +116,7 @@ mod tests {
         Image::new(values.len() as u32, 1, pixels).expect("a valid image")
     }
 
-    /// An image at `x`, sharpened as far as it and another may be.
+    /// Samples an image at `x`, sharpened no more than it and another allow.
     fn along(values: &[f32], other: &[f32], x: f32) -> Option<f32> {
         let (image, other) = (image(values), image(other));
         let patch = Patch::around([x, 0.0], image.size())?;

@@ -1,23 +1,23 @@
-//! What a frame shows, as frames are compared.
+//! A frame prepared for comparison with others.
 
 use rayon::prelude::*;
 use wgdenoise::Image;
 
 use crate::sample::Four;
 
-/// A denoised frame and what tells its surfaces apart, all as means of 3×3 pixels, since features are
-/// noisy.
+/// A denoised frame and the features that tell its surfaces apart, all averaged over 3×3 pixels
+/// because features are noisy.
 #[derive(Clone, Debug)]
 pub struct Shot {
     size: (u32, u32),
-    /// Light, albedo and normal of each pixel, row by row; 0 for what there is none of.
+    /// Light, albedo and normal of each pixel, row by row; 0 for what is missing.
     pixels: Vec<[f32; 9]>,
     has_albedo: bool,
     has_normal: bool,
     light: f32,
 }
 
-/// What a pixel is compared by.
+/// What pixels are compared by.
 #[derive(Clone, Copy, Debug)]
 pub(crate) enum Feature {
     Light,
@@ -26,8 +26,9 @@ pub(crate) enum Feature {
 }
 
 impl Shot {
-    /// From linear light, linear albedo in [0, 1] and normals in [−1, 1]. Features are clamped to these
-    /// ranges: renderers store the light of lamps as their albedo, which would outweigh all surfaces.
+    /// Takes linear light, linear albedo in [0, 1] and normals in [−1, 1]. Albedo and normals are
+    /// clamped to these ranges: renderers store a lamp's light as its albedo, which would outweigh
+    /// all surfaces.
     ///
     /// # Panics
     /// If the sizes differ.
@@ -50,7 +51,7 @@ impl Shot {
         self.size
     }
 
-    /// The mean of all finite light.
+    /// The mean light, in which values that are not finite count as 0.
     pub(crate) fn light(&self) -> f32 {
         self.light
     }
@@ -63,31 +64,31 @@ impl Shot {
         }
     }
 
-    /// Pixel `i`, and what `other` shows around another place.
+    /// Pairs pixel `i` with the bilinear mean of `other` around another place.
     pub(crate) fn compare(&self, i: usize, other: &Self, four: &Four) -> Compared {
         Compared { own: self.pixels[i], other: four.mean(&other.pixels) }
     }
 }
 
-/// Two pixels.
+/// Two pixels to compare.
 pub(crate) struct Compared {
     own: [f32; 9],
     other: [f32; 9],
 }
 
 impl Compared {
-    /// The mean difference of the channels.
+    /// The mean absolute difference of the channels.
     pub(crate) fn difference(&self, feature: Feature) -> f32 {
         let [own, other] = self.of(feature);
         own.iter().zip(other).map(|(a, b)| (a - b).abs()).sum::<f32>() / 3.0
     }
 
-    /// The difference of light relative to the mean of both and `dark`.
+    /// The difference of light relative to the mean of both plus `dark`.
     pub(crate) fn light_difference(&self, dark: f32) -> f32 {
         self.difference(Feature::Light) / (self.mean_light() + dark)
     }
 
-    /// The same, with the sign of the change and without what channels change against each other.
+    /// The same, but signed; opposite changes of channels cancel.
     pub(crate) fn light_change(&self, dark: f32) -> f32 {
         let [own, other] = self.of(Feature::Light);
         let change = own.iter().zip(other).map(|(a, b)| a - b).sum::<f32>() / 3.0;
@@ -114,7 +115,7 @@ fn mean_of(image: &Image) -> f32 {
 /// The ranges of light, albedo and normal.
 const RANGES: [[f32; 2]; 3] = [[f32::NEG_INFINITY, f32::INFINITY], [0.0, 1.0], [-1.0, 1.0]];
 
-/// Means of 3×3 pixels, edges repeated.
+/// Means over 3×3 pixels, with edges repeated.
 fn smoothed((width, height): (u32, u32), images: [Option<&Image>; 3]) -> Vec<[f32; 9]> {
     let (width, last) = (width as usize, height as usize - 1);
     let mut result = vec![[0.0; 9]; width * (last + 1)];
@@ -136,7 +137,7 @@ fn smoothed((width, height): (u32, u32), images: [Option<&Image>; 3]) -> Vec<[f3
     result
 }
 
-/// The sums of three rows' pixels above each other, each clamped to a range.
+/// Adds up three rows, one below the other, each value clamped to a range.
 fn add_up(rows: [&[[f32; 3]]; 3], [least, most]: [f32; 2], columns: &mut [[f32; 3]]) {
     for (x, column) in columns.iter_mut().enumerate() {
         *column = sum(rows.map(|row| row[x].map(|v| v.clamp(least, most))));

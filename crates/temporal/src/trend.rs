@@ -1,25 +1,25 @@
-//! Whether light changes over an area, which noise does not.
+//! Finds light that changes over a whole area, as noise does not.
 
 use rayon::prelude::*;
 
-/// Half the side of the area, without the pixel itself.
+/// Pixels of the area on each side of its center.
 const REACH: usize = 7;
 
-/// Pixels of a denoised image that share their noise.
+/// Neighboring pixels of a denoised image whose noise is correlated.
 const SPAN: f32 = 25.0;
 
-/// Sums over an area: of weights, of changes times their weights, and of their squares times the weights.
+/// Sums over an area: weights, weighted changes and weighted squared changes.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Changes([f32; 3]);
 
 impl Changes {
-    /// The signed change of one pixel.
+    /// The signed change of one pixel and its weight.
     pub(crate) fn new(change: f32, weight: f32) -> Self {
         Self([weight, weight * change, weight * change * change])
     }
 
-    /// The square of the mean change, relative to that of the least one that counts plus the variance
-    /// that the mean has if the changes are noise.
+    /// The squared mean change, divided by `least`² plus the variance that the mean would have if
+    /// the changes were noise.
     fn significance(self, least: f32) -> f32 {
         let Self([weight, changes, squares]) = self;
         if weight <= 0.0 {
@@ -32,7 +32,8 @@ impl Changes {
     }
 }
 
-/// How significant the change is in the 15×15 pixels around each; see [`Changes::significance`].
+/// How significant the change is in the 15×15 pixels around each pixel; see
+/// [`Changes::significance`].
 pub(crate) fn trend(changes: &[Changes], width: usize, least: f32) -> Vec<f32> {
     let across: Vec<Changes> = changes.par_chunks(width).flat_map_iter(sums_in_row).collect();
     let rows: Vec<_> = across.chunks(width).collect();
