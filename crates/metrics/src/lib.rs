@@ -24,8 +24,8 @@ pub struct Metrics {
     pub psnr: f64,
     /// Structural similarity of display values, in `[−1, 1]` (Wang et al. 2004).
     pub ssim: f64,
-    /// Mean of `(x − r)² / (r̄² + 0.01)`, where `r̄` is the reference pixel's mean channel, without
-    /// the worst 0.1 % of the pixels, where fireflies would drown out all others.
+    /// Mean of `(x − r)² / (r̄² + 0.01)`, where `r̄` is the reference pixel's mean channel. Leaves
+    /// out the worst 0.1 % of the pixels, where fireflies would drown out all others.
     pub relmse: f64,
     /// Mean of `|x − r| / (|x| + |r| + 0.01)`, in `[0, 1]`.
     pub smape: f64,
@@ -60,9 +60,9 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Metrics> {
 
 type Pixel = [f64; 3];
 
-/// The factor that brings the log-average luminance of what is lit to 0.18; 1 for a black image.
+/// The factor that brings the log-average luminance of the lit pixels to 0.18; 1 for a black image.
 ///
-/// [`compare`] shows both images with that of the reference.
+/// [`compare`] scales both images by the reference's factor.
 #[must_use]
 pub fn exposure(image: &Image) -> f64 {
     let luminance = |p: &Pixel| 0.2126 * p[0] + 0.7152 * p[1] + 0.0722 * p[2];
@@ -86,7 +86,7 @@ fn srgb(linear: f64) -> f64 {
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The values of two images side by side.
+/// Pairs up the values of two images.
 fn pairs<'a>(x: &'a [Pixel], r: &'a [Pixel]) -> impl ExactSizeIterator<Item = (f64, f64)> + 'a {
     let values = x.as_flattened().iter().copied();
     values.zip(r.as_flattened().iter().copied())

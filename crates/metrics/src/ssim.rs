@@ -12,7 +12,7 @@ const WINDOW: Gaussian = Gaussian { radius: 5, sigma: 1.5 };
 const C1: f64 = 0.01 * 0.01;
 const C2: f64 = 0.03 * 0.03;
 
-/// The mean over the channels and over the pixels around which the whole window fits.
+/// Mean SSIM over the channels and over the pixels around which the whole window fits.
 ///
 /// If the window is larger than a side, all pixels along that side count, with the window clipped
 /// at the border.

@@ -1,4 +1,4 @@
-//! The Gaussian window through which SSIM and BRISQUE see a pixel's surroundings.
+//! The Gaussian window over which SSIM and BRISQUE take local means.
 
 /// A square window with Gaussian weights, which sum to 1 even where the border clips it.
 pub(super) struct Gaussian {
@@ -9,7 +9,7 @@ pub(super) struct Gaussian {
 }
 
 impl Gaussian {
-    /// The plane's mean around each pixel: first along the rows, then along the columns.
+    /// The weighted mean around each pixel: first along the rows, then along the columns.
     pub(super) fn blurred(&self, plane: &[f64], width: usize) -> Vec<f64> {
         let across = blurred_rows(plane, width, &self.slices(width));
         let mut both = vec![0.0; plane.len()];
@@ -23,7 +23,7 @@ impl Gaussian {
         both
     }
 
-    /// What the window sees from each position along a side.
+    /// The window's slice at each position along a side.
     fn slices(&self, side: usize) -> Vec<Slice> {
         let slice = |center: usize| {
             let start = center.saturating_sub(self.radius);
@@ -40,7 +40,7 @@ impl Gaussian {
 /// The window along one axis.
 struct Slice {
     start: usize,
-    /// Of the positions from `start`.
+    /// Weights of the positions from `start` on.
     weights: Vec<f64>,
 }
 

@@ -6,27 +6,27 @@
 
 use std::f64::consts::TAU;
 
-/// The shapes among which a fit chooses.
+/// The range of shapes to fit.
 const SHAPES: (f64, f64) = (0.2, 10.0);
-/// Halvings of that range.
+/// Bisections of that range.
 const STEPS: usize = 50;
 
-/// Shape and variance of the symmetric distribution. The shape is that of the values' ratio
-/// `(E|x|)² / E x²`.
+/// Fits the symmetric distribution; returns shape and variance. The shape is the one whose `(E|x|)²
+/// / E x²` equals that of the values.
 ///
-/// Of zeros alone, the variance is 0 and the shape is the largest.
+/// For zeros alone, the variance is 0 and the shape is the largest.
 pub(super) fn symmetric(values: &[f64]) -> [f64; 2] {
     let moments = Moments::of(values);
     let shape = if moments.square > 0.0 { shape(moments.ratio()) } else { SHAPES.1 };
     [shape, moments.square]
 }
 
-/// Shape, mean, left and right variance of the asymmetric distribution.
+/// Fits the asymmetric distribution; returns shape, mean, left and right variance.
 ///
-/// With `g` the quotient of the two deviations, the shape is that of the values' ratio times
-/// `(g³ + 1)(g + 1) / (g² + 1)²`. The mean is `(b_right − b_left) Γ(2/a) / Γ(1/a)`, where `b` is the
-/// deviation times `√(Γ(1/a) / Γ(3/a))`. Of zeros alone, all are 0 but the shape, which is the
-/// largest.
+/// With `g` the quotient of the two deviations, the shape is the one whose `(E|x|)² / E x²` equals
+/// that of the values times `(g³ + 1)(g + 1) / (g² + 1)²`. The mean is `(b_right − b_left) Γ(2/a) /
+/// Γ(1/a)`, where `b` is the deviation times `√(Γ(1/a) / Γ(3/a))`. For zeros alone, the shape is
+/// the largest and the rest is 0.
 pub(super) fn asymmetric(values: &[f64]) -> [f64; 4] {
     let Moments { left, right, .. } = Moments::of(values);
     if left.max(right) == 0.0 {
@@ -40,7 +40,8 @@ pub(super) fn asymmetric(values: &[f64]) -> [f64; 4] {
     [shape, mean, left, right]
 }
 
-/// Means over all values, and of the squares over the negative and over the positive ones.
+/// Means of magnitudes and squares over all values, and of squares over the negative and over the
+/// positive ones.
 struct Moments {
     magnitude: f64,
     square: f64,
@@ -69,7 +70,8 @@ impl Moments {
     }
 }
 
-/// The shape `a` whose `(E|x|)² / E x²`, `Γ(2/a)² / (Γ(1/a) Γ(3/a))`, is this ratio, by bisection.
+/// Finds by bisection the shape `a` with `(E|x|)² / E x² = Γ(2/a)² / (Γ(1/a) Γ(3/a))` equal to
+/// `ratio`.
 fn shape(ratio: f64) -> f64 {
     let (mut low, mut high) = SHAPES;
     for _ in 0..STEPS {
@@ -80,14 +82,14 @@ fn shape(ratio: f64) -> f64 {
     f64::midpoint(low, high)
 }
 
-/// The logarithms of the gamma function at 1, 2 and 3 over the shape, which all moments consist of.
+/// The logarithms of Γ at 1, 2 and 3 over the shape, which make up all moments.
 fn ln_gammas(shape: f64) -> [f64; 3] {
     [1.0, 2.0, 3.0].map(|n| ln_gamma(n / shape))
 }
 
-/// The logarithm of the gamma function of a positive number, to 14 digits.
+/// The logarithm of Γ at a positive number, to 14 digits.
 ///
-/// Stirling's series needs a large argument: ten steps of `Γ(z) = Γ(z + 1) / z` make it one.
+/// Stirling's series needs a large argument, which ten steps of `Γ(z) = Γ(z + 1) / z` provide.
 fn ln_gamma(z: f64) -> f64 {
     let product: f64 = (0..10).map(|i| z + f64::from(i)).product();
     let z = z + 10.0;

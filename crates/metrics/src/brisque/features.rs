@@ -1,25 +1,26 @@
-//! The 36 features: how a picture's values are distributed around their surroundings' mean.
+//! The 36 features: how a picture's values are distributed around their local mean.
 
 use super::distribution::{asymmetric, symmetric};
 use crate::window::Gaussian;
 
-/// How many there are.
+/// The number of features.
 pub(super) const COUNT: usize = 36;
-/// The side at which the window still fits into the half-size picture.
+/// The shortest side for which the window still fits into the half-size picture.
 pub(super) const SMALLEST: usize = 2 * (2 * WINDOW.radius + 1);
 
 const WINDOW: Gaussian = Gaussian { radius: 3, sigma: 7.0 / 6.0 };
-/// Of the values' range. The constant of 1 that steadies the division belongs to it.
+/// The range of the values, which the constant 1 in the division goes with.
 const LEVELS: f64 = 255.0;
-/// A deviation below this is rounding. Its sign means nothing, and signs are counted.
+/// A difference from the mean below this is rounding: its sign means nothing, and signs are
+/// counted.
 const LEAST: f64 = 1e-6;
 /// Offsets, down and right, of the neighbors that a value is multiplied by.
 const PAIRS: [(usize, isize); 4] = [(0, 1), (1, 0), (1, 1), (1, -1)];
 
-/// The features of luma values in `[0, 1]`, at full size, then at half size.
+/// Computes the features of luma in `[0, 1]`, at full size, then at half size.
 ///
-/// Of each: shape and variance of the normalized values; then shape, mean, left and right variance
-/// of their products along the rows, the columns and the two diagonals.
+/// At each size: shape and variance of the normalized values; then shape, mean, left and right
+/// variance of their products along the rows, the columns and the two diagonals.
 pub(super) fn features(luma: &[f64], width: usize) -> [f64; COUNT] {
     let levels: Vec<f64> = luma.iter().map(|v| LEVELS * v).collect();
     let mut all = at_one_size(&levels, width);
@@ -27,7 +28,7 @@ pub(super) fn features(luma: &[f64], width: usize) -> [f64; COUNT] {
     all.try_into().expect("18 at either size")
 }
 
-/// The mean of each 2×2 pixels, without an odd last row or column.
+/// The mean of each 2×2 pixels, dropping an odd last row or column.
 fn half(plane: &[f64], width: usize) -> Vec<f64> {
     let (columns, rows) = (width / 2, plane.len() / width / 2);
     let mean = |i: usize| {
@@ -44,7 +45,8 @@ fn at_one_size(plane: &[f64], width: usize) -> Vec<f64> {
     symmetric(&normalized).into_iter().chain(PAIRS.into_iter().flat_map(product)).collect()
 }
 
-/// The paper's MSCN coefficients, `(I − mean) / (deviation + 1)`, of the pixels in the window.
+/// The paper's MSCN coefficients, `(I − mean) / (deviation + 1)`, with mean and deviation over the
+/// window.
 fn normalized(plane: &[f64], width: usize) -> Vec<f64> {
     let squares: Vec<f64> = plane.iter().map(|v| v * v).collect();
     let (means, mean_squares) = (WINDOW.blurred(plane, width), WINDOW.blurred(&squares, width));
@@ -56,7 +58,7 @@ fn normalized(plane: &[f64], width: usize) -> Vec<f64> {
     plane.iter().zip(means).zip(mean_squares).map(value).collect()
 }
 
-/// Each value times its neighbor, for pairs within the picture.
+/// The product of each value and its neighbor, for pairs within the picture.
 fn products(plane: &[f64], width: usize, (down, right): (usize, isize)) -> Vec<f64> {
     let columns = right.min(0).unsigned_abs()..width - right.max(0).unsigned_abs();
     let rows = plane.chunks_exact(width).zip(plane.chunks_exact(width).skip(down));

@@ -13,18 +13,18 @@ mod distribution;
 mod features;
 mod table;
 
-/// Added to variances, which may be 0, before their logarithm.
+/// Added to variances, which may be 0, before taking their logarithm.
 const FLOOR: f64 = 1e-3;
 
-/// How noisy a linear, scene-referred image looks when it is displayed, from 0 (best) to 100: an
-/// estimate of 100 (1 − SSIM) by BRISQUE (Mittal et al. 2012), which needs no reference.
+/// How noisy a linear, scene-referred image looks when displayed, from 0 (best) to 100: an estimate
+/// of 100 (1 − SSIM) by BRISQUE (Mittal et al. 2012), which needs no reference.
 ///
-/// The image is multiplied by `exposure`, clipped to `[0, 1]` and sRGB-encoded. Compare scores at
-/// one exposure only: [`exposure`](crate::exposure) gives the one for a reference or, without one,
-/// for the denoised image. NaN and infinite channels count as 0.
+/// The image is multiplied by `exposure`, clipped to `[0, 1]` and sRGB-encoded. Only compare scores
+/// at the same exposure: use the [`exposure`](crate::exposure) of the reference or, without one, of
+/// the denoised image. NaN and infinite channels count as 0.
 ///
-/// Trust it to tell plainly noisy pictures of one view apart, and for little else: `docs/brisque.md`
-/// has its record. It sees neither a wrong brightness nor missing objects.
+/// Trust it to tell plainly noisy pictures of one view apart, and for little else:
+/// `docs/brisque.md` has its record. It sees neither wrong brightness nor missing objects.
 ///
 /// # Errors
 /// Fails if a side is shorter than 14 pixels, if the displayed picture has one brightness only, or
@@ -34,7 +34,7 @@ pub fn brisque(image: &Image, exposure: f64) -> Result<f64> {
     Ok(score(&features(&luma, image.width() as usize)))
 }
 
-/// The luma of the displayed picture, if it can be judged.
+/// The luma of the displayed picture, or an error if it cannot be judged.
 fn luma(image: &Image, exposure: f64) -> Result<Vec<f64>> {
     let (width, height) = image.size();
     let refuse = |reason: String| Err(Error::Image(format!("BRISQUE cannot judge {reason}")));
@@ -53,7 +53,7 @@ fn luma(image: &Image, exposure: f64) -> Result<Vec<f64>> {
     Ok(luma)
 }
 
-/// The regressor: bumps around typical pictures in feature space.
+/// The regressor: a sum of bumps around typical pictures in feature space.
 fn score(features: &[f64; COUNT]) -> f64 {
     let x = inputs(features);
     let bump = |center: &[i16; COUNT]| {
@@ -65,8 +65,8 @@ fn score(features: &[f64; COUNT]) -> f64 {
     (table::OFFSET + sum).clamp(0.0, 100.0)
 }
 
-/// What the regressor reads: features, variances as logarithms, in deviations of the training
-/// pictures'.
+/// The regressor's inputs: the features, variances as logarithms, standardized by mean and
+/// deviation over the training pictures.
 fn inputs(features: &[f64; COUNT]) -> [f64; COUNT] {
     std::array::from_fn(|i| {
         let value = if is_variance(i) { (features[i] + FLOOR).ln() } else { features[i] };
@@ -74,7 +74,8 @@ fn inputs(features: &[f64; COUNT]) -> [f64; COUNT] {
     })
 }
 
-/// Of either size, the second feature and the last two of each product's four.
+/// Whether a feature is a variance: at either size, the second one and the last two of each
+/// product's four.
 fn is_variance(feature: usize) -> bool {
     match feature % 18 {
         0 => false,
@@ -88,7 +89,7 @@ mod tests {
     use super::*;
     use safetensors::SafeTensors;
 
-    /// Written by `training/quality/brisque.py`, in 64 bits but for the pictures.
+    /// Written by `training/quality/brisque.py`, in 64 bits except for the pictures.
     const FIXTURE: &[u8] = include_bytes!("../../tests/brisque.safetensors");
 
     fn values(tensor: &str) -> Vec<f64> {

@@ -2,7 +2,7 @@
 
 use crate::Pixel;
 
-/// From linear sRGB to CIE XYZ in units of the white's, by the digits of the reference implementation.
+/// Linear sRGB to CIE XYZ relative to white, with the reference implementation's digits.
 const XYZ_OF_RGB: [Pixel; 3] = [
     of_white([10135552.0 / 24577794.0, 8788810.0 / 24577794.0, 4435075.0 / 24577794.0]),
     of_white([2613072.0 / 12288897.0, 8788810.0 / 12288897.0, 887015.0 / 12288897.0]),
@@ -11,7 +11,7 @@ const XYZ_OF_RGB: [Pixel; 3] = [
 
 const RGB_OF_XYZ: [Pixel; 3] = inverse(XYZ_OF_RGB);
 
-/// Light of values between 0 and 1 that are sRGB-encoded (IEC 61966-2-1).
+/// Decodes sRGB values between 0 and 1 to linear light (IEC 61966-2-1).
 pub(super) fn linear(encoded: [f32; 3]) -> Pixel {
     let light = |v: f32| if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) };
     encoded.map(|v| f64::from(light(v)))
@@ -23,14 +23,14 @@ pub(super) fn opponents(rgb: Pixel) -> Pixel {
     [116.0 * y - 16.0, 500.0 * (x - y), 200.0 * (y - z)]
 }
 
-/// Linear sRGB of `YCxCz`, which may lie outside [0, 1].
+/// `YCxCz` to linear sRGB, which may lie outside [0, 1].
 pub(super) fn of_opponents([luminance, cx, cz]: Pixel) -> Pixel {
     let y = (luminance + 16.0) / 116.0;
     let xyz = [y + cx / 500.0, y, y - cz / 200.0];
     RGB_OF_XYZ.map(|row| dot(row, xyz))
 }
 
-/// CIELAB of linear sRGB, its chroma scaled by a hundredth of the lightness: colors look more
+/// Linear sRGB to CIELAB, its chroma scaled by a hundredth of the lightness: colors look more
 /// colorful in brighter light (Hunt).
 pub(super) fn hunt_lab(rgb: Pixel) -> Pixel {
     let [x, y, z] = xyz(rgb).map(cube_root);
@@ -39,14 +39,14 @@ pub(super) fn hunt_lab(rgb: Pixel) -> Pixel {
     [lightness, hunt * 500.0 * (x - y), hunt * 200.0 * (y - z)]
 }
 
-/// The distance of two colors, near or far: lightness by city blocks, chroma as the crow flies
-/// (Abasi et al. 2020).
+/// The distance of two colors, small or large: city-block in lightness, Euclidean in chroma (Abasi
+/// et al. 2020).
 pub(super) fn hyab(a: Pixel, b: Pixel) -> f64 {
     let [lightness, x, y] = [0, 1, 2].map(|i| a[i] - b[i]);
     lightness.abs() + (x * x + y * y).sqrt()
 }
 
-/// CIELAB's cube root, which is a line near black.
+/// CIELAB's cube root, linear near black.
 fn cube_root(v: f64) -> f64 {
     const DELTA: f64 = 6.0 / 29.0;
     if v > DELTA.powi(3) { v.cbrt() } else { v / (3.0 * DELTA * DELTA) + 4.0 / 29.0 }
@@ -56,13 +56,13 @@ fn xyz(rgb: Pixel) -> Pixel {
     XYZ_OF_RGB.map(|row| dot(row, rgb))
 }
 
-/// A row whose product with white is 1.
+/// Scales a row so that its product with white is 1.
 const fn of_white([r, g, b]: Pixel) -> Pixel {
     let white = r + g + b;
     [r / white, g / white, b / white]
 }
 
-/// The inverse of a matrix of these rows, by Cramer's rule.
+/// The inverse of the matrix with these rows, by Cramer's rule.
 const fn inverse([a, b, c]: [Pixel; 3]) -> [Pixel; 3] {
     let (bc, ca, ab) = (cross(b, c), cross(c, a), cross(a, b));
     let whole = dot(a, bc);
@@ -100,7 +100,7 @@ mod tests {
         }
     }
 
-    /// CIELAB of sRGB's primaries as Lindbloom's calculator gives them, to its digits.
+    /// CIELAB of the sRGB primaries, to the digits of Lindbloom's calculator.
     #[test]
     fn lab_has_its_published_values() {
         let lab = |rgb| {

@@ -1,4 +1,4 @@
-//! What the eye lets through: filters that are products of a row and a column.
+//! Filters that model the eye, each the product of a row and a column.
 
 use std::iter::repeat_n;
 
@@ -6,7 +6,7 @@ use std::iter::repeat_n;
 pub(super) struct Row(Vec<f32>);
 
 impl Row {
-    /// A function at whole pixels. Its positive values are scaled to a sum of 1, its negative ones to
+    /// Samples a function at whole pixels. Scales positive values to a sum of 1, negative ones to
     /// −1.
     fn sampled(radius: usize, weight: impl Fn(f64) -> f64) -> Self {
         let radius = radius as i32;
@@ -22,12 +22,12 @@ impl Row {
         Self::sampled(radius, |x| bell(x, sigma))
     }
 
-    /// Its first derivative, which finds edges.
+    /// The Gaussian's first derivative, which finds edges.
     pub(super) fn edge(radius: usize, sigma: f64) -> Self {
         Self::sampled(radius, |x| -x * bell(x, sigma))
     }
 
-    /// Its second derivative, which finds points.
+    /// The Gaussian's second derivative, which finds points.
     pub(super) fn point(radius: usize, sigma: f64) -> Self {
         Self::sampled(radius, |x| ((x / sigma).powi(2) - 1.0) * bell(x, sigma))
     }
@@ -41,7 +41,7 @@ fn bell(x: f64, sigma: f64) -> f64 {
     (-0.5 * (x / sigma).powi(2)).exp()
 }
 
-/// The sums of a plane around each pixel along its row. Beyond the border, the nearest pixel counts.
+/// Filters a plane along its rows, repeating the edge pixels.
 pub(super) fn across(plane: &[f32], width: usize, row: &Row) -> Vec<f32> {
     let mut filtered = vec![0.0; plane.len()];
     let mut extended = Vec::with_capacity(width + row.0.len());
@@ -50,7 +50,7 @@ pub(super) fn across(plane: &[f32], width: usize, row: &Row) -> Vec<f32> {
         extended.extend(repeat_n(line[0], row.radius()));
         extended.extend_from_slice(line);
         extended.extend(repeat_n(line[width - 1], row.radius()));
-        // Whole lines at a time, which the compiler turns into vector instructions.
+        // Whole lines at a time, so that the compiler uses vector instructions.
         for (shifted, weight) in extended.windows(width).zip(&row.0) {
             add(sums, shifted, *weight);
         }
@@ -95,7 +95,8 @@ mod tests {
         }
     }
 
-    /// The weights of a step's dark side, −1, meet 0, and those of its bright side, 1, meet 1.
+    /// The negative weights, which sum to −1, fall on 0, and the positive ones, which sum to 1, on
+    /// 1.
     #[test]
     fn a_step_is_an_edge_of_its_own_height() {
         let step: Vec<f32> = (0..41).map(|x| f32::from(u8::from(x >= 20))).collect();

@@ -1,9 +1,9 @@
-//! FLIP: how different two pictures look when they are shown in turn in the same place.
+//! FLIP: how different two pictures look when alternated in the same place.
 //!
-//! LDR-FLIP of Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A Difference
-//! Evaluator for Alternating Images" (2020). Colors are first blurred as much as the eye blurs them at
-//! the viewing distance, then compared; differences of edges and points, which draw the eye, raise the
-//! error.
+//! LDR-FLIP of Andersson, Nilsson, Akenine-Möller, Oskarsson, Åström and Fairchild, "FLIP: A
+//! Difference Evaluator for Alternating Images" (2020). Colors are blurred as much as the eye blurs
+//! them at the viewing distance, then compared; differences of edges and points, which draw the
+//! eye, raise the error.
 
 mod color;
 mod filter;
@@ -25,13 +25,13 @@ pub const PIXELS_PER_DEGREE: f64 = 67.0;
 /// The exponents of color and feature differences.
 const COLOR_EXPONENT: f64 = 0.7;
 const FEATURE_EXPONENT: f64 = 0.5;
-/// Color differences up to this part of the largest one share most of the range of the error.
+/// Color differences up to this fraction of the largest one fill most of the error's range.
 const KNEE: f64 = 0.4;
 const KNEE_ERROR: f64 = 0.95;
-/// The width of the edges and points that the eye finds, in degrees.
+/// The width of the edges and points that the eye detects, in degrees.
 const FEATURE_WIDTH: f64 = 0.082;
 
-/// The error of each pixel.
+/// The FLIP errors of a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Flip {
     /// Row by row, from 0 for no visible difference to 1.
@@ -40,8 +40,8 @@ pub struct Flip {
     pub mean: f64,
 }
 
-/// Compares display-referred pictures: sRGB-encoded values from 0 to 1, which are clipped to that; NaN
-/// counts as 0. `pixels_per_degree` is usually [`PIXELS_PER_DEGREE`]. The order does not matter.
+/// Compares display-referred pictures: sRGB-encoded values, clipped to [0, 1]; NaN counts as 0.
+/// `pixels_per_degree` is usually [`PIXELS_PER_DEGREE`]. The order of the pictures does not matter.
 ///
 /// # Errors
 /// If the two differ in size.
@@ -66,7 +66,7 @@ pub fn flip(image: &Image, reference: &Image, pixels_per_degree: f64) -> Result<
     Ok(Flip { errors: errors.into_iter().map(|error| error as f32).collect(), mean })
 }
 
-/// The errors of some rows, which depend on the rows around them as far as the filters reach.
+/// The errors of a band of rows; the filters also read the rows around it.
 fn band(images: [&Image; 2], rows: Range<usize>, pixels_per_degree: f64) -> Vec<f64> {
     let (width, height) = (images[0].width() as usize, images[0].height() as usize);
     let reach = contrast_radius(pixels_per_degree).max(feature_radius(pixels_per_degree));
@@ -80,11 +80,11 @@ fn band(images: [&Image; 2], rows: Range<usize>, pixels_per_degree: f64) -> Vec<
     (first..).take(rows.len() * width).map(|i| image.error(&reference, i, most)).collect()
 }
 
-/// What the eye has of a picture.
+/// A picture as the eye sees it.
 struct Seen {
-    /// Blurred luminance and opponents.
+    /// Luminance and opponent channels, blurred.
     colors: [Vec<f32>; 3],
-    /// How strong edges and points are.
+    /// The strength of edges and of points.
     features: [Vec<f32>; 2],
 }
 
@@ -118,8 +118,8 @@ impl Seen {
     }
 }
 
-/// The contrast sensitivity of luminance, red–green and blue–yellow: sums of Gaussians, of which each
-/// has a weight and a squared width in degrees.
+/// Contrast sensitivity to luminance, red–green and blue–yellow: sums of Gaussians, each with a
+/// weight and a squared width in degrees.
 const CONTRAST: [[(f64, f64); 2]; 3] = [
     [(1.0, 0.0047), (0.0, 0.00001)],
     [(1.0, 0.0053), (0.0, 0.00001)],
@@ -132,12 +132,12 @@ fn sigma(width: f64, pixels_per_degree: f64) -> f64 {
     (width / (2.0 * PI * PI)).sqrt() * pixels_per_degree
 }
 
-/// That of the widest Gaussian, for all.
+/// The filter radius for all channels: that of the widest Gaussian.
 fn contrast_radius(pixels_per_degree: f64) -> usize {
     (3.0 * sigma(WIDEST, pixels_per_degree)).ceil() as usize
 }
 
-/// A channel as its contrast sensitivity lets it through.
+/// Filters a channel by its contrast sensitivity.
 fn blurred(
     plane: &[f32],
     width: usize,
@@ -157,7 +157,7 @@ fn blurred(
     blurred
 }
 
-/// The sum of a Gaussian of height 1 over the pixels of a square.
+/// Sums a Gaussian of height 1 over a square of pixels.
 fn square(radius: usize, sigma: f64) -> f64 {
     let radius = radius as i32;
     let line = (-radius..=radius).map(|x| (-0.5 * (f64::from(x) / sigma).powi(2)).exp());
@@ -172,7 +172,7 @@ fn feature_radius(pixels_per_degree: f64) -> usize {
     (3.0 * feature_sigma(pixels_per_degree)).ceil() as usize
 }
 
-/// How strong the edges and the points of a luminance plane are at each pixel.
+/// The strength of edges and of points at each pixel of a luminance plane.
 fn features(luminance: &[f32], width: usize, pixels_per_degree: f64) -> [Vec<f32>; 2] {
     let (sigma, radius) = (feature_sigma(pixels_per_degree), feature_radius(pixels_per_degree));
     let gaussian = Row::gaussian(radius, sigma);
@@ -184,13 +184,13 @@ fn features(luminance: &[f32], width: usize, pixels_per_degree: f64) -> [Vec<f32
     })
 }
 
-/// The largest color difference, that of green and blue.
+/// The largest color difference: between green and blue.
 fn most() -> f64 {
     let [green, blue] = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0]].map(hunt_lab);
     hyab(green, blue).powf(COLOR_EXPONENT)
 }
 
-/// A color difference as an error from 0 to 1: the smaller ones get most of the range.
+/// Maps a color difference to an error from 0 to 1; small differences get most of the range.
 fn redistributed(difference: f64, most: f64) -> f64 {
     let knee = KNEE * most;
     if difference < knee {

@@ -8,7 +8,7 @@ fn found(image: &Image, reference: &Image) -> Flip {
     flip(image, reference, PIXELS_PER_DEGREE).expect("one size")
 }
 
-/// Blurred noise of the display range, from a fixed sequence.
+/// A ramp within the display range plus noise from a fixed sequence.
 fn noisy(amount: f32) -> Image {
     let mut state = 7_u32;
     let mut next = || {
@@ -106,8 +106,8 @@ fn patterned(amount: i32) -> Image {
     Image::new(24, 20, (0..24 * 20).map(pixel).collect()).expect("a valid image")
 }
 
-/// Computed with the authors' package `flip-evaluator` 1.7 (LDR, 67 pixels per degree), whose values
-/// have 32 bits: sums of hundreds of them and their fractional powers keep four digits.
+/// Computed with the authors' package `flip-evaluator` 1.7 (LDR, 67 pixels per degree) in 32 bits,
+/// where sums of hundreds of values and their fractional powers keep four digits.
 #[test]
 fn errors_agree_with_the_reference_implementation() {
     let Flip { errors, mean } = found(&patterned(1), &patterned(0));
@@ -120,7 +120,7 @@ fn errors_agree_with_the_reference_implementation() {
     }
 }
 
-/// Threads compute bands of rows, which see the rows around them.
+/// Threads compute bands of rows, which depend on the rows around them.
 #[test]
 fn a_band_of_rows_has_the_errors_of_the_whole() {
     let (image, reference) = (noisy(0.4), noisy(0.0));
