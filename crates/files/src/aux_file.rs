@@ -10,8 +10,8 @@ use super::window::{self, Place};
 use super::{FileError, Problem, ldr};
 use wgdenoise::Image;
 
-/// The albedo of an EXR file's albedo or only layer, or of a PNG or JPEG, fitted to the color; and
-/// a notice if it had to be moved.
+/// Reads the albedo from an EXR file's albedo or only layer, or from a PNG or JPEG, and fits it to
+/// the color. Returns a notice if it had to be moved.
 pub(super) fn albedo(
     path: &Path,
     color: &Place,
@@ -20,7 +20,7 @@ pub(super) fn albedo(
     fitting(path, Kind::Albedo, color, limits).map_err(|problem| problem.at(path))
 }
 
-/// Normals, likewise; PNG and JPEG files hold them as `n·0.5+0.5`.
+/// Reads normals likewise; PNG and JPEG files store them as `n·0.5+0.5`.
 pub(super) fn normal(
     path: &Path,
     color: &Place,

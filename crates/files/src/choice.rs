@@ -1,7 +1,7 @@
-//! Which layers of an EXR file are color, albedo and normal: decided from names alone, for each view.
+//! Chooses the color, albedo and normal layers of an EXR file, from names alone, for each view.
 //!
-//! `Noisy Image` is read rather than the combined layer, and the result goes into the combined
-//! layer of the same view layer where there is one.
+//! `Noisy Image` is read instead of the combined layer, and the result goes into the combined layer
+//! of the same view layer, if there is one.
 
 use std::collections::HashSet;
 
@@ -30,19 +30,19 @@ pub enum Wish {
 /// How to choose all layers.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Wishes {
-    /// The color; `None` for that of every view, by the names that renderers use.
+    /// The color; `None` for the color of every view, found by the names that renderers use.
     pub color: Option<String>,
     /// The albedo.
     pub albedo: Wish,
     /// The normal.
     pub normal: Wish,
-    /// The further layers of light; none by default.
+    /// Further light layers; none by default.
     pub layers: Option<LayersWish>,
     /// The motion vectors.
     pub motion: MotionWish,
 }
 
-/// The layers to read of one view, and the ones to write.
+/// The layers to read and to write for one view.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Choice {
     /// The view's name; `None` if the file has only one.
@@ -57,21 +57,21 @@ pub struct Choice {
     pub albedo: Option<Pick>,
     /// The normal, if any.
     pub normal: Option<Pick>,
-    /// Why there is no albedo and no normal, if a layer might be expected to be it.
+    /// Why albedo and normal are missing, if the file has layers that look like them.
     pub missing: [Option<String>; 2],
     /// The further layers of light.
     pub layers: Vec<Pick>,
     /// The motion vectors.
     pub motion: Option<MotionPick>,
-    /// The names, without the view, of all layers that could be denoised along.
+    /// Names, without the view, of all layers that can be denoised along with the color.
     pub possible_layers: Vec<String>,
     /// Other layers that could be the color.
     pub other_colors: Vec<String>,
-    /// Why a layer that was found is not used, a sentence each.
+    /// Why layers that were found are not used, one sentence each.
     pub left_out: Vec<String>,
 }
 
-/// Decides which layers to read and which to write, view by view.
+/// Chooses the layers to read and to write, view by view.
 ///
 /// # Errors
 /// If a named layer is missing or has the wrong channels, or no layer can be the color.
@@ -100,15 +100,15 @@ struct Color<'a> {
     view: &'a View<'a>,
     layer: &'a Layer,
     pick: Pick,
-    /// Other layers of the same convention.
+    /// Other layers named by the same convention.
     others: Vec<&'a Layer>,
 }
 
-/// What is the same for all views.
+/// What all views share.
 struct Context<'a> {
     layers: &'a [Layer],
     wishes: &'a Wishes,
-    /// Some albedo and normals of the file.
+    /// Up to two albedo and two normal layers of the file.
     some: [Vec<&'a Layer>; 2],
     /// Whether only one view is denoised.
     only: bool,
@@ -140,7 +140,7 @@ impl Color<'_> {
         })
     }
 
-    /// The albedo or the normal, or why there is none.
+    /// Finds the albedo or the normal, or says why there is none.
     fn feature(
         &self,
         context: &Context<'_>,
@@ -159,8 +159,8 @@ impl Color<'_> {
         Ok((pick, missing))
     }
 
-    /// The alpha of the color's layer, or else a layer `alpha` beside it, and that of the layer that
-    /// is written.
+    /// Finds the alpha to read, in the color's layer, and the alpha to write, in the target. Either
+    /// may instead be a layer `alpha` beside the color.
     fn alpha(&self, written: &Layer) -> Option<(Place, Place)> {
         let beside = || {
             let home = self.layer.pass_name().0;
@@ -175,7 +175,7 @@ impl Color<'_> {
         (!self.pick.channels.contains(&read)).then_some((read, write))
     }
 
-    /// The layer of this name for the color's view; `None` if it belongs to another of several views.
+    /// The layer of this name in the color's view; `None` if only another of several views has it.
     fn named_feature(&self, context: &Context<'_>, name: &str) -> Result<Option<Pick>, Problem> {
         let found = named(context.layers, name)?;
         let own = found.iter().find(|layer| layer.view.as_deref() == self.view.name);
@@ -186,7 +186,7 @@ impl Color<'_> {
     }
 }
 
-/// The colors of this name: a layer's, that of a layer in each view, a view's or a channel's.
+/// The colors that `name` stands for: a layer, a layer in each view, a view or a channel.
 fn named_colors<'a>(
     parts: &[Part],
     layers: &'a [Layer],
@@ -222,10 +222,10 @@ fn named_colors<'a>(
     Ok(vec![color])
 }
 
-/// The reason for a single channel.
+/// The reason given for a single channel.
 const AS_GRAY: &str = "as asked for, as gray";
 
-/// The channels to denoise of a layer that the caller named.
+/// The channels to denoise in a layer that the caller named.
 fn color_channels(layer: &Layer) -> Result<[Place; 3], Problem> {
     if let Some(channels) = layer.rgb().or_else(|| layer.xyz()) {
         return Ok(channels);
@@ -242,13 +242,13 @@ fn color_channels(layer: &Layer) -> Result<[Place; 3], Problem> {
     Ok([place; 3])
 }
 
-/// Refuses to take a channel for gray light if it holds something that is without noise.
+/// Refuses a channel as gray light if it holds noise-free data.
 fn check_gray(data: Option<&'static str>) -> Result<(), &'static str> {
     let noisy = ["occlusion", "shadows", "mist", "alpha"];
     data.filter(|what| !noisy.contains(what)).map_or(Ok(()), Err)
 }
 
-/// The color of every view that has one, and which views have none.
+/// Finds the color of every view, and says which views have none.
 fn found_colors<'a>(views: &'a [View<'a>]) -> Result<(Vec<Color<'a>>, Vec<String>), Problem> {
     let (mut colors, mut left_out, mut first) = (Vec::new(), Vec::new(), None);
     for view in views {
@@ -270,14 +270,14 @@ fn found_colors<'a>(views: &'a [View<'a>]) -> Result<(Vec<Color<'a>>, Vec<String
     }
 }
 
-/// The colors of the views that stay as they are because the caller named one.
+/// The colors of the views that stay untouched because the caller named another color.
 fn colors_of_others(views: &[View<'_>], chosen: &[Color<'_>]) -> Vec<String> {
     let denoised: HashSet<_> = chosen.iter().map(|color| color.view.name).collect();
     let others = views.iter().filter(|view| !denoised.contains(&view.name));
     others.filter_map(|view| find_color(view).ok()).map(|color| color.pick.layer).collect()
 }
 
-/// The color's layer, the reason, and the other layers of the same convention.
+/// Finds a view's color layer, with the reason and the other layers of the same convention.
 fn find_color<'a>(view: &'a View<'a>) -> Result<Color<'a>, Problem> {
     let layers = &view.layers;
     let with_rgb = || layers.iter().filter_map(|layer| Some((*layer, layer.rgb()?)));
@@ -303,15 +303,15 @@ fn find_color<'a>(view: &'a View<'a>) -> Result<Color<'a>, Problem> {
     Ok(Color { view, layer, pick: Pick::new(layer, channels, reason), others: Vec::new() })
 }
 
-/// The view layers that have an albedo or a normal by name.
+/// The view layers with an albedo or a normal, by name.
 fn homes_with_features<'a>(layers: &[&'a Layer]) -> HashSet<&'a str> {
     let is = |l: &Layer, table| l.convention(table).is_some();
     let is_feature = |l: &&&Layer| is(l, conventions::ALBEDO) || is(l, conventions::NORMAL);
     layers.iter().filter(is_feature).map(|l| l.pass_name().0).collect()
 }
 
-/// Orders layers of one convention, the preferred first: a view layer with albedo or normal is the
-/// one meant for denoising, and Blender's compositor may have filtered its output.
+/// Orders layers of one convention, preferred first: a view layer with albedo or normal is the one
+/// meant for denoising, and the output of Blender's compositor may be filtered.
 fn rank(homes_with_features: &HashSet<&str>, color: &Layer) -> (bool, bool) {
     let home = color.pass_name().0;
     (conventions::simple(home) == "composite", !homes_with_features.contains(home))
@@ -338,7 +338,7 @@ fn no_color(layers: &[&Layer], candidates: &[&Layer]) -> Problem {
     }
 }
 
-/// The combined layer of the same view layer, if the color is its noisy image.
+/// The combined layer in the same view layer, if the color is its noisy image.
 fn combined_beside<'a>(layers: &[&'a Layer], noisy: &Layer) -> Option<(&'a Layer, Pick)> {
     let (home, pass) = noisy.pass_name();
     let is_combined = |l: &&&Layer| {
@@ -352,8 +352,7 @@ fn combined_beside<'a>(layers: &[&'a Layer], noisy: &Layer) -> Option<(&'a Layer
 }
 
 impl Choice {
-    /// Drops layers that were found by their names and do not pass `check`. Those that the caller
-    /// named stay.
+    /// Drops layers that were found by name and fail `check`. Layers that the caller named stay.
     pub(super) fn leave_out_unusable(&mut self, check: impl Fn(&Pick) -> Result<(), Problem>) {
         let left_out = &mut self.left_out;
         let mut usable = |pick: &Pick| match check(pick) {
@@ -368,7 +367,7 @@ impl Choice {
         self.layers.retain(usable);
     }
 
-    /// Tells that motion vectors are not used.
+    /// Records that motion vectors are not used.
     ///
     /// # Errors
     /// If the caller named them.
@@ -384,12 +383,12 @@ impl Choice {
         Ok(())
     }
 
-    /// All layers to read: the color first, then albedo, normal and the further ones.
+    /// All layers to read: the color, then albedo, normal and the further ones.
     pub(super) fn picks(&self) -> impl Iterator<Item = &Pick> {
         [&self.color].into_iter().chain(&self.albedo).chain(&self.normal).chain(&self.layers)
     }
 
-    /// All layers of color to write: the target first, then the further ones.
+    /// All color layers to write: the target, then the further ones.
     pub(super) fn targets(&self) -> impl Iterator<Item = &Pick> {
         [&self.target].into_iter().chain(&self.layers)
     }

@@ -1,10 +1,11 @@
-//! What a user should know before two pictures are compared pixel by pixel.
+//! What a user should know before comparing two pictures pixel by pixel.
 
 use super::Picture;
 use super::escape::escaped;
 use super::primaries::{self, SRGB};
 
-/// How the first views of a picture and its reference differ apart from their values, a sentence each.
+/// How the first views of a picture and its reference differ other than in their values, one
+/// sentence each.
 #[must_use]
 pub fn differences(image: &Picture, reference: &Picture) -> Vec<String> {
     [views(image, reference), places(image, reference), colors(image, reference)]

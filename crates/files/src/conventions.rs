@@ -1,15 +1,15 @@
-//! Renderers' names for layers: color, albedo, normal and motion vectors, the preferred name first; light
-//! that adds up to the color; and what is no light.
+//! The names that renderers give to layers, preferred first: color, albedo, normals and motion
+//! vectors; also light that adds up to the color, and data that is not light.
 
-/// A layer's name, and the renderer that uses it.
+/// A layer name and the renderer that uses it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Convention {
     /// The last word of the layer's name as [`simple`] leaves it.
     pub(super) pass: &'static str,
-    /// Whether the channels must be called `red`, `green` and `blue`, as V-Ray does: its
-    /// `diffuse` is an albedo, while that of other renderers is light.
+    /// Whether the channels must be called `red`, `green` and `blue`, as in V-Ray: its `diffuse` is
+    /// an albedo, while that of other renderers is light.
     pub(super) words: bool,
-    /// How messages name it.
+    /// What messages call the layer.
     pub(super) whose: &'static str,
 }
 
@@ -74,7 +74,7 @@ pub(super) const MOTION: &[Convention] = &[
     of("flow", "the motion by its name"),
 ];
 
-/// Parts of names, as [`simple`] leaves them, and what such layers hold.
+/// Parts of names, as [`simple`] leaves them, and what layers with such names hold.
 const DATA_WITHIN: &[(&str, &str)] = &[
     ("crypto", "cryptomatte"),
     ("variance", "variance"),
@@ -99,7 +99,7 @@ const DATA_WITHIN: &[(&str, &str)] = &[
     ("denoised", "a finished picture"),
 ];
 
-/// Names, as [`simple`] leaves them, and what such layers hold.
+/// Whole names, as [`simple`] leaves them, and what layers with such names hold.
 const DATA: &[(&str, &str)] = &[
     ("diffcol", "surface color"),
     ("diffusecolor", "surface color"),
@@ -130,14 +130,14 @@ const DATA: &[(&str, &str)] = &[
     ("alpha", "alpha"),
 ];
 
-/// What a layer of this name holds, if that is no light to sum up.
+/// What a layer of this name holds, if not light that adds up.
 pub(super) fn data(pass: &str) -> Option<&'static str> {
     let pass = simple(pass);
     let within = DATA_WITHIN.iter().find(|(name, _)| pass.contains(name));
     within.or_else(|| DATA.iter().find(|(name, _)| pass == *name)).map(|(_, what)| *what)
 }
 
-/// How names of light groups begin, in lower case.
+/// Prefixes of light group names, in lower case.
 const LIGHT_GROUPS: &[(&str, &str)] = &[
     ("combined_", "Blender's light group"),
     ("rgba_", "Arnold's light group"),
@@ -151,8 +151,8 @@ const LIGHT_GROUPS: &[(&str, &str)] = &[
     ("lpe_", "a light path expression"),
 ];
 
-/// The words that names of direct light, reflections and the like consist of, in the spelling of
-/// Blender, Arnold, V-Ray, RenderMan, Karma, Redshift, Octane and Mitsuba.
+/// Words that make up the names of direct light, reflections and the like, as spelled by Blender,
+/// Arnold, V-Ray, RenderMan, Karma, Redshift, Octane and Mitsuba.
 const LIGHT_WORDS: &[&str] = &[
     "vray",
     "direct",
@@ -199,10 +199,10 @@ const LIGHT_WORDS: &[&str] = &[
     "user",
 ];
 
-/// Longer names are not taken apart.
+/// Longer names are not split into words.
 const MOST_LETTERS: usize = 64;
 
-/// What light a layer of this name holds, if it adds up to the color by a renderer's convention.
+/// What light a layer of this name holds, if by a renderer's convention it adds up to the color.
 pub(super) fn light(pass: &str) -> Option<&'static str> {
     let lower = pass.trim().to_lowercase();
     let group = LIGHT_GROUPS.iter().find(|(start, _)| lower.starts_with(start));
@@ -214,7 +214,7 @@ pub(super) fn light(pass: &str) -> Option<&'static str> {
     (named && is_made_of(&letters, LIGHT_WORDS)).then_some("a light pass by its name")
 }
 
-/// Whether a text is some of the words in a row.
+/// Whether a text consists of some of the words in a row.
 fn is_made_of(text: &str, words: &[&str]) -> bool {
     let mut reached = vec![false; text.len() + 1];
     reached[0] = true;
@@ -229,7 +229,7 @@ fn is_made_of(text: &str, words: &[&str]) -> bool {
     reached[text.len()]
 }
 
-/// A name in lower case, without blanks and underscores.
+/// A name in lower case, without spaces and underscores.
 pub(super) fn simple(name: &str) -> String {
     name.chars().filter(|c| !matches!(c, ' ' | '_')).collect::<String>().to_lowercase()
 }

@@ -1,4 +1,4 @@
-//! What a file holds, without reading its pixels.
+//! Describes a file without reading its pixels.
 
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ use super::selection::Selection;
 use super::wanted::{Files, LayerChoice};
 use super::{FileError, Problem, ldr, light, picture};
 
-/// A file's format, size and layers, and which of them would be denoised.
+/// A file's format, size and layers, and what would be denoised.
 #[derive(Debug)]
 pub struct Description {
     /// Such as `EXR with 2 parts` or `PNG, 8-bit RGB`.
@@ -48,7 +48,7 @@ pub struct ViewInfo {
     pub alpha: Option<String>,
     /// Which layers are used and why; `None` for PNG and JPEG.
     pub selection: Option<Selection>,
-    /// Further layers that add up to the color by renderers' conventions, and what they are.
+    /// Further layers that by renderers' conventions add up to the color, and what they are.
     pub light: Vec<(String, String)>,
     /// Other layers beside the color, and what they hold instead of light.
     pub data: Vec<(String, &'static str)>,
@@ -57,15 +57,15 @@ pub struct ViewInfo {
 /// One layer.
 #[derive(Clone, Debug)]
 pub struct LayerInfo {
-    /// The layer's name, as the file has it.
+    /// The layer's name in the file.
     pub name: String,
-    /// Index of its part, or of the first one.
+    /// Index of the layer's part, or of its first one.
     pub part: usize,
-    /// The view that it belongs to, if the file has several.
+    /// The view that the layer belongs to, if the file has several.
     pub view: Option<String>,
     /// Names of the channels, and the type of their samples.
     pub channels: Vec<(String, &'static str)>,
-    /// Window, tiling and compression of its part.
+    /// Window, tiling and compression of the part.
     pub storage: String,
 }
 
@@ -73,7 +73,7 @@ impl Description {
     /// Reads the header of a file.
     ///
     /// # Errors
-    /// If the file cannot be read or is damaged. That no layer can be chosen is not an error.
+    /// If the file cannot be read or is damaged. Having no layer to choose is not an error.
     pub fn of(path: &Path, wanted: &LayerChoice) -> Result<Self, FileError> {
         let described = match Format::of_content(path) {
             Ok(Format::Exr) => Self::of_exr(path, wanted),
@@ -105,7 +105,7 @@ impl Description {
     fn of_exr(path: &Path, wanted: &LayerChoice) -> Result<Self, Problem> {
         let file = ExrFile::open(path, wanted.limits)?;
         let parts = file.parts();
-        // A name that no layer has is an error; that no layer can be the color is not.
+        // A name that no layer has is an error; a file without a color layer is not.
         wanted.wishes(&parts)?;
         let all = layers::layers(&parts);
         let views = picture::choose(&file, wanted).map(|(choices, files)| {

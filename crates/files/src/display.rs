@@ -1,4 +1,4 @@
-//! An EXR picture as a display shows it: within its display window, with sRGB's primaries.
+//! Prepares EXR pictures for display: cropped to the display window, in sRGB's primaries.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -16,18 +16,19 @@ use super::window::{self, Place};
 use super::{Problem, primaries};
 use wgdenoise::Image;
 
-/// How the pixels of a file are meant to be shown.
+/// How to show a file's pixels.
 #[derive(Clone, Debug)]
 pub(super) struct Display {
     place: Place,
-    /// `None` for those of sRGB, and for values that are not color.
+    /// `None` for sRGB's, and for values that are not color.
     primaries: Option<Chromaticities>,
-    /// The width of a pixel in units of its height.
+    /// Pixel width over height.
     aspect: f32,
 }
 
 impl Display {
-    /// The part of an EXR file with this header. Without an attribute, primaries are those of sRGB.
+    /// For the part of an EXR file with this header. Without an attribute, primaries are those of
+    /// sRGB.
     pub(super) fn of(header: &Header) -> Self {
         let shared = &header.shared_attributes;
         let primaries =
@@ -35,18 +36,18 @@ impl Display {
         Self { place: Place::of(header), primaries, aspect: shared.pixel_aspect }
     }
 
-    /// A whole picture.
+    /// For a picture that is shown whole.
     pub(super) fn whole(size: (u32, u32), primaries: Option<Chromaticities>, aspect: f32) -> Self {
         Self { place: Place::sized(size), primaries, aspect }
     }
 
-    /// The same for values that are not color.
+    /// The same, for values that are not color.
     pub(super) fn of_data(self) -> Self {
         Self { primaries: None, ..self }
     }
 
-    /// The picture to write, and what a user should know about it, a sentence each. Color is linear
-    /// and premultiplied by `alpha`.
+    /// Returns the picture to write and what a user should know about it, one sentence each.
+    /// `color` is linear and premultiplied by `alpha`.
     ///
     /// # Errors
     /// If the display window is larger than `limits` accept.
@@ -68,7 +69,7 @@ impl Display {
         Ok((Shown { color, alpha, aspect }, notices))
     }
 
-    /// Crops to the display window; what the pixels do not cover is black, and transparent if there
+    /// Crops to the display window; pixels that are not covered are black, and transparent if there
     /// is alpha.
     fn within_window<'a>(
         &self,
@@ -110,20 +111,20 @@ impl Display {
     }
 }
 
-/// One value per pixel, row by row, if there is alpha.
+/// Alpha per pixel, row by row, if there is any.
 type Alpha<'a> = Option<Cow<'a, [f32]>>;
 
-/// A picture as it is shown.
+/// A picture ready for display.
 #[derive(Debug)]
 pub(super) struct Shown<'a> {
     color: Image,
-    /// `None` if it is 1 everywhere.
+    /// `None` if the picture is opaque.
     alpha: Alpha<'a>,
     aspect: f32,
 }
 
 impl Shown<'_> {
-    /// Writes a new PNG or JPEG in 8 bits, and tells what is in it.
+    /// Writes a new 8-bit PNG or JPEG; returns notices on what it holds and what it cannot show.
     pub(super) fn write(
         &self,
         out: &mut impl Write,
@@ -152,8 +153,8 @@ impl Shown<'_> {
     }
 }
 
-/// Leaves out alpha of 1 everywhere, and alpha of 0 everywhere that would hide a picture: some
-/// renderers write it for want of another. Tells of the latter.
+/// Drops alpha of 1 everywhere, and alpha of 0 everywhere if it would hide a picture: some
+/// renderers write that for want of another. Returns a notice about the latter.
 fn meant<'a>(color: &Image, alpha: Alpha<'a>) -> (Alpha<'a>, Option<String>) {
     let hides_all = |alpha: &mut Cow<'_, [f32]>| {
         alpha.iter().all(|&a| covers_nothing(a)) && hidden(color, alpha) > 0
@@ -163,12 +164,12 @@ fn meant<'a>(color: &Image, alpha: Alpha<'a>) -> (Alpha<'a>, Option<String>) {
     (alpha, unmeant.map(|_| "alpha is 0 everywhere and was left out".into()))
 }
 
-/// Whether it is 0, as is alpha that is not a number.
+/// Whether alpha is 0, negative or NaN.
 fn covers_nothing(alpha: f32) -> bool {
     alpha.is_nan() || alpha <= 0.0
 }
 
-/// How many pixels have light that 8 bits can show, but no alpha.
+/// Counts pixels with light that 8 bits can show, but no alpha.
 fn hidden(color: &Image, alpha: &[f32]) -> usize {
     let is_light = |v: &f32| Curve::Srgb.encoded(*v) * 255.0 >= 0.5;
     let pixels = color.pixels().iter().zip(alpha);

@@ -14,7 +14,7 @@ const AP1: Chromaticities = Chromaticities {
     white: Vec2(0.32168, 0.33767),
 };
 
-/// A header of 4×3 pixels at a corner, of which a window is shown.
+/// A header of 4×3 pixels at `corner`, with this display window.
 fn header(corner: (i32, i32), display: IntegerBounds) -> Header {
     let mut header = Header::new("C".into(), (4, 3), SmallVec::new());
     header.own_attributes.layer_position = corner.into();
@@ -22,7 +22,7 @@ fn header(corner: (i32, i32), display: IntegerBounds) -> Header {
     header
 }
 
-/// Linear light that is the number of a pixel, row by row, over 16.
+/// Linear light that numbers the pixels, row by row, over 16.
 fn numbered() -> Image {
     Image::new(4, 3, (0..12).map(|i| [(i + 1) as f32 / 16.0; 3]).collect()).unwrap()
 }

@@ -1,7 +1,7 @@
-//! A file that has no name, or a temporary one, until it is whole.
+//! Files that are unnamed, or temporarily named, until they are complete.
 //!
 //! Own code over `tempfile` because no crate does both: the unnamed files of `tempfile` cannot be
-//! given a name, and `atomic-write-file` always replaces what is there.
+//! given a name, and `atomic-write-file` always replaces an existing file.
 
 use std::collections::BTreeSet;
 use std::fs::{self, File};
@@ -11,28 +11,27 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use tempfile::{Builder, NamedTempFile};
 
-/// The drafts that have a temporary name. It is locked wherever a draft gets or loses a name.
+/// Drafts with a temporary name. Locked whenever a draft gets or loses a name.
 static NAMED: Mutex<BTreeSet<PathBuf>> = Mutex::new(BTreeSet::new());
 
 fn named() -> MutexGuard<'static, BTreeSet<PathBuf>> {
     NAMED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes what is half-written, for a process that is about to end: no file can be written after
-/// this.
+/// Removes half-written files, for a process about to end: no file can be written after this.
 pub fn discard_drafts() {
     let named = named();
     for path in &*named {
         let _ = fs::remove_file(path);
     }
-    // It stays locked.
+    // Never unlock it.
     std::mem::forget(named);
 }
 
 /// A file being written.
 #[derive(Debug)]
 pub(super) enum Draft {
-    /// Vanishes when the process ends, however it ends.
+    /// Vanishes with the process, however it ends.
     #[cfg(target_os = "linux")]
     Nameless(File),
     /// Where the system has no unnamed files: removed unless the process is killed.
@@ -40,7 +39,7 @@ pub(super) enum Draft {
 }
 
 impl Draft {
-    /// An empty file in a folder, with the permissions of a new file.
+    /// Creates an empty file in a folder, with the permissions of a new file.
     pub(super) fn within(folder: &Path) -> io::Result<Self> {
         #[cfg(target_os = "linux")]
         if let Some(file) = nameless::file(folder) {
@@ -65,7 +64,7 @@ impl Draft {
         }
     }
 
-    /// Gives it a name in its folder; without `force` only if nothing has that name yet.
+    /// Names the file, in its folder; without `force` only if nothing has that name yet.
     pub(super) fn keep(self, path: &Path, force: bool) -> io::Result<()> {
         let named = named();
         let (temporary, listed) = match self {
@@ -85,7 +84,7 @@ impl Draft {
     }
 }
 
-/// A temporary name among those of [`NAMED`], as long as the draft has it.
+/// A temporary name, listed in [`NAMED`] as long as the draft has it.
 #[derive(Debug)]
 pub(super) struct Listed(PathBuf);
 
@@ -107,7 +106,7 @@ fn builder() -> Builder<'static, 'static> {
     builder
 }
 
-/// Cuts the path of the temporary file off an error's message: it means nothing to a user.
+/// Cuts the temporary file's path off an error message: it means nothing to a user.
 fn known(error: &io::Error) -> io::Error {
     let text = error.to_string();
     io::Error::new(error.kind(), text.split(" at path ").next().unwrap_or_default())
@@ -122,7 +121,8 @@ mod nameless {
 
     use rustix::fs::{AtFlags, CWD, Mode, OFlags, linkat, open};
 
-    /// `None` where the system or the file system has no unnamed files, or cannot name them later.
+    /// Creates an unnamed file; `None` where the system or the file system has none, or cannot name
+    /// it later.
     pub(super) fn file(folder: &Path) -> Option<File> {
         let flags = OFlags::TMPFILE | OFlags::WRONLY | OFlags::CLOEXEC;
         let file = File::from(open(folder, flags, Mode::from_raw_mode(0o666)).ok()?);
@@ -154,7 +154,7 @@ mod tests {
         assert_eq!((listed(), fs::read_dir(folder.path()).unwrap().count()), (0, 1));
     }
 
-    /// This test is also the process that ends, with a draft that would otherwise stay.
+    /// This test also runs as the process that ends, with a draft that would otherwise stay.
     #[test]
     fn what_is_discarded_leaves_no_file() {
         const FOLDER: &str = "WGDENOISE_TEST_FOLDER";

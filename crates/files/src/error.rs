@@ -1,4 +1,4 @@
-//! What can be wrong with a file.
+//! What can go wrong with a file.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -16,7 +16,7 @@ pub struct FileError {
     pub problem: Problem,
 }
 
-/// What is wrong with a file. The message continues a sentence that starts with the file's name.
+/// What is wrong with a file. The message completes a sentence that starts with the file's name.
 ///
 /// A caller that offers a way out of [`Exists`](Self::Exists), [`NoFolder`](Self::NoFolder),
 /// [`TooManyPixels`](Self::TooManyPixels), [`LargeBlocks`](Self::LargeBlocks) or

@@ -41,8 +41,8 @@ fn escape(text: &str, must: impl Fn(char) -> bool) -> String {
         .collect()
 }
 
-/// Controls, line and paragraph separators, and the characters of Unicode's category Cf that
-/// reorder or hide text.
+/// Whether a character is a control, a line or paragraph separator, or one of Unicode's category Cf
+/// that reorders or hides text.
 fn is_unsafe(c: char) -> bool {
     c.is_control()
         || matches!(c,

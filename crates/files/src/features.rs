@@ -1,8 +1,8 @@
-//! Albedo and normals: which layers they are.
+//! Finds the albedo and normal layers.
 //!
-//! They come from the color's own view, and there from the layers inside the color's own, then from
-//! those beside it, then from those above, and never from another prefix: the albedo of another camera
-//! or light would tear the picture apart.
+//! They come from the color's own view: from the layers inside the color's own, then from those
+//! beside it, then from those above, and never from another prefix, since the albedo of another
+//! camera or light would tear the picture apart.
 
 use std::collections::HashMap;
 
@@ -29,13 +29,13 @@ impl Kind {
         }
     }
 
-    /// The place of a layer's convention in the table, the preferred first.
+    /// The rank of a layer's convention in the table, preferred first.
     fn rank(self, layer: &Layer) -> Option<usize> {
         layer.triple().and_then(|_| layer.convention(self.table()))
     }
 }
 
-/// The albedo and the normals of one view, by their prefix.
+/// A view's albedo and normal layers, by prefix.
 pub(super) struct Features<'a> {
     by_prefix: [HashMap<&'a str, (usize, &'a Layer)>; 2],
 }
@@ -55,7 +55,7 @@ impl<'a> Features<'a> {
         Self { by_prefix }
     }
 
-    /// The one nearest to the color.
+    /// The layer of this kind nearest to the color.
     pub(super) fn near(&self, color: &Layer, kind: Kind) -> Option<Pick> {
         let found = &self.by_prefix[kind as usize];
         let mut prefix = Some(color.base.as_str());
@@ -70,19 +70,19 @@ impl<'a> Features<'a> {
     }
 }
 
-/// Two of the file's layers of this kind, or fewer if it has no more.
+/// Up to two of the file's layers of this kind.
 pub(super) fn some(layers: &[Layer], kind: Kind) -> Vec<&Layer> {
     layers.iter().filter(|layer| kind.rank(layer).is_some()).take(2).collect()
 }
 
-/// Why a color has none of some layers, if one is not the color itself.
+/// Why the color uses none of these layers; `None` if there is no other layer than the color.
 pub(super) fn elsewhere(some: &[&Layer], color: &Layer) -> Option<String> {
     let other = some.iter().find(|layer| **layer != color)?;
     let of = if other.view == color.view { "prefix" } else { "view" };
     Some(format!("`{}` belongs to another {of}", escaped(other.shown())))
 }
 
-/// The prefix without its last word; `None` of the empty prefix.
+/// The prefix without its last word; `None` for the empty prefix.
 fn above(prefix: &str) -> Option<&str> {
     match prefix {
         "" => None,
@@ -90,7 +90,7 @@ fn above(prefix: &str) -> Option<&str> {
     }
 }
 
-/// Where the layers of a prefix are, seen from the color; nothing in a file without prefixes and views.
+/// Where a prefix is relative to the color, in words; empty in a file without prefixes and views.
 fn near(color: &Layer, prefix: &str) -> &'static str {
     match prefix {
         _ if prefix == color.pass_name().0 && color.view.is_some() => ", of the same view",
@@ -101,10 +101,10 @@ fn near(color: &Layer, prefix: &str) -> &'static str {
     }
 }
 
-/// The albedo or normal of a separate file: by its name, or else the plain or only layer.
+/// Chooses the albedo or normal of a separate file: by name, or else the plain or only layer.
 ///
 /// # Errors
-/// If no layer can be it.
+/// If no layer qualifies.
 pub fn choose_single(parts: &[Part], kind: Kind) -> Result<Pick, Problem> {
     let layers = layers(parts);
     let known = layers.iter().filter_map(|l| Some((l.convention(kind.table())?, l)));

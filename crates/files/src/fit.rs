@@ -1,11 +1,11 @@
-//! Whether weights suit an image, and what becomes of its alpha.
+//! Whether weights suit an image, and whether to denoise its alpha.
 
 use std::path::Path;
 
 use super::{FileError, Format, Picture, Problem, View};
 use wgdenoise::{Image, Inputs, MainImage, Metadata, Topology, TransferFunction};
 
-/// Refuses an input or an output that cannot hold what the weights are for.
+/// Refuses an input or an output that cannot hold the values that the weights are for.
 ///
 /// # Errors
 /// If the weights are for values from −1 to 1 and the picture or the output, given with its format,
@@ -31,20 +31,20 @@ pub fn check(
     Err(Problem::Format(what).at(file))
 }
 
-/// What should happen to the alpha.
+/// What to do with the alpha.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Alpha {
-    /// It is denoised if it is fractional anywhere and the weights can do it.
+    /// Denoise it if it is fractional anywhere and the weights can do it.
     #[default]
     Auto,
-    /// It stays as it is.
+    /// Leave it as it is.
     Keep,
-    /// It is denoised.
+    /// Denoise it.
     Denoise,
 }
 
-/// Whether to denoise the alpha of a view, and what a user should know about that. `format` is the
-/// output's, if it is known.
+/// Whether to denoise a view's alpha, and what a user should know about that. `format` is the
+/// output's, if known.
 #[must_use]
 pub fn alpha(
     wish: Alpha,
@@ -65,8 +65,8 @@ pub fn alpha(
     }
 }
 
-/// What a user should know about how the weights and the image differ. Whether they suit each other is
-/// left out for weights that the user has not `named`; `hdr` says that the image is scene-referred.
+/// Says how the weights and the image differ, one sentence each. Whether they suit each other is
+/// only reported for weights that the user `named`; `hdr` means that the image is scene-referred.
 #[must_use]
 pub fn notices(metadata: &Metadata, named: bool, view: &View, hdr: bool) -> Vec<String> {
     let meant = [meant_for(metadata), other_light(metadata, hdr)];
@@ -75,7 +75,7 @@ pub fn notices(metadata: &Metadata, named: bool, view: &View, hdr: bool) -> Vec<
     meant.chain(unread_inputs(metadata, given)).collect()
 }
 
-/// Weights that take the color for something else.
+/// Reports weights that take the color for something else.
 fn meant_for(metadata: &Metadata) -> Option<String> {
     let what = match (metadata.main, metadata.transfer_function) {
         (MainImage::Albedo, _) => "albedo",
@@ -90,7 +90,7 @@ fn meant_for(metadata: &Metadata) -> Option<String> {
     ))
 }
 
-/// Weights for scene-referred light on a display-referred image, or the reverse.
+/// Reports weights for scene-referred light on a display-referred image, or the reverse.
 fn other_light(metadata: &Metadata, hdr: bool) -> Option<String> {
     let name = &metadata.name;
     match (metadata.main, metadata.transfer_function) {
@@ -105,7 +105,7 @@ fn other_light(metadata: &Metadata, hdr: bool) -> Option<String> {
     }
 }
 
-/// Images that the weights cannot use.
+/// Reports images that the weights do not read.
 fn unread_inputs(metadata: &Metadata, given: Inputs) -> Option<String> {
     let unread = given.intersection(metadata.inputs) != given;
     unread.then(|| {
@@ -113,7 +113,7 @@ fn unread_inputs(metadata: &Metadata, given: Inputs) -> Option<String> {
     })
 }
 
-/// How many pixels hold no light that can be denoised as it is, a sentence for each reason.
+/// Counts pixels whose light cannot be denoised as it is, one sentence for each reason.
 #[must_use]
 pub fn unusable_pixels(metadata: &Metadata, color: &Image) -> Vec<String> {
     let signed = metadata.transfer_function == TransferFunction::Signed;
@@ -149,7 +149,7 @@ pub fn unusable_pixels(metadata: &Metadata, color: &Image) -> Vec<String> {
     found.map(|(n, what)| format!("{} {what}", pixels(n))).collect()
 }
 
-/// Of linear color with Rec. 709 primaries.
+/// The luminance of linear color with Rec. 709 primaries.
 fn luminance(pixel: &[f32; 3]) -> f32 {
     LUMINANCE.iter().zip(pixel).map(|(share, v)| share * v).sum()
 }
@@ -158,14 +158,14 @@ fn is_beyond(value: f32) -> bool {
     value.is_finite() && value.abs() > 1e30
 }
 
-/// The shares of the channels, as in `weights-format.md`.
+/// The luminance weights of the channels, as in `weights-format.md`.
 const LUMINANCE: [f32; 3] = [0.212_671, 0.715_160, 0.072_169];
 
 #[cfg(test)]
 mod tests {
     use super::*;
 
-    /// That of weights for scene-referred color, albedo and normals.
+    /// The metadata of weights for scene-referred color, albedo and normals.
     fn metadata() -> Metadata {
         let fixture = "../../tests/fixtures/oidn/rt_hdr_alb_nrm.tza";
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(fixture);

@@ -17,15 +17,15 @@ pub enum Format {
     Jpeg,
 }
 
-/// Opens an image to read: a regular file, or a pipe, which is read whole.
+/// Opens an image for reading: a regular file, or a pipe, which is read whole.
 ///
 /// # Errors
-/// If it cannot be opened, is a device, or a pipe carries too much.
+/// If it cannot be opened, is a device, or is a pipe that carries too much.
 pub(super) fn open(path: &Path) -> Result<File, Problem> {
     if stream::is_stream(path) { stream::open(path) } else { open_file(path) }
 }
 
-/// Opens a file to read. Opening a pipe would wait for its writer, so only regular files are opened.
+/// Opens a regular file for reading. Refuses pipes: opening one would wait for its writer.
 ///
 /// # Errors
 /// If the file cannot be opened or is not a regular file.
@@ -37,10 +37,10 @@ pub fn open_file(path: &Path) -> Result<File, Problem> {
 }
 
 impl Format {
-    /// The format of a file to read, by its first bytes.
+    /// Recognizes the format of a file to read by its first bytes.
     ///
     /// # Errors
-    /// If the file cannot be read or is not of a known format.
+    /// If the file cannot be read or its format is unknown.
     pub fn of_content(path: &Path) -> Result<Self, Problem> {
         if path.is_dir() {
             return Err(Problem::Format("is a folder and not an image".into()));
@@ -72,7 +72,7 @@ impl Format {
         }
     }
 
-    /// As people write it.
+    /// The name as people write it.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -82,13 +82,13 @@ impl Format {
         }
     }
 
-    /// Whether it has a place for alpha.
+    /// Whether it can store alpha.
     #[must_use]
     pub fn has_alpha(self) -> bool {
         self != Self::Jpeg
     }
 
-    /// Whether it is display-referred: holds color from 0 to 1 rather than light of any brightness.
+    /// Whether it is display-referred: color from 0 to 1 rather than light of any brightness.
     #[must_use]
     pub fn is_display_referred(self) -> bool {
         self != Self::Exr

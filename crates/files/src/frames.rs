@@ -1,11 +1,11 @@
-//! Frame numbers, and file names with a place for one. Nothing here touches a file.
+//! Frame numbers, and file names with a place for one. Does not touch files.
 
 use std::ffi::{OsStr, OsString};
 
 /// Most frames that `--frames` may name.
 pub const MAX_FRAMES: u64 = 1_000_000;
 
-/// The largest frame number, and without its sign the smallest.
+/// The largest frame number; negated, the smallest.
 const MAX_FRAME: i64 = u32::MAX as i64;
 
 /// Most digits of `%0Nd`; no frame number has more than 10.
@@ -18,10 +18,10 @@ pub struct Frames(
     pub Vec<i64>,
 );
 
-/// Reads `-8--1,1-48,60`: frames, ranges, and ranges with a step, such as `70-100x5`.
+/// Parses a list of frames, ranges, and ranges with a step, such as `-8--1,1-48,60,70-100x5`.
 ///
 /// # Errors
-/// If the text is none of these, a range runs backwards, or there are more than [`MAX_FRAMES`].
+/// If the text is not such a list, a range runs backwards, or it names more than [`MAX_FRAMES`].
 pub fn parse(text: &str) -> Result<Frames, String> {
     let ranges = text.split(',').map(Range::parse).collect::<Result<Vec<_>, _>>()?;
     let count: u64 = ranges.iter().map(Range::count).sum();
@@ -34,7 +34,7 @@ pub fn parse(text: &str) -> Result<Frames, String> {
     Ok(Frames(frames))
 }
 
-/// From the first frame up to the last, by steps.
+/// Frames from the first up to the last, by steps.
 struct Range {
     first: i64,
     last: i64,
@@ -68,7 +68,7 @@ impl Range {
     }
 }
 
-/// The ends of a range; a dash at the start of either is its sign.
+/// Splits a range into its ends; a dash at the start of either is its sign.
 fn split_range(ends: &str) -> (&str, &str) {
     let dash = ends.get(1..).and_then(|rest| rest.find('-'));
     dash.map_or((ends, ends), |at| (&ends[..=at], &ends[at + 2..]))
@@ -89,7 +89,7 @@ fn number(text: &str) -> Result<i64, &'static str> {
 /// Most runs of frames in one message.
 const MOST_SHOWN: usize = 20;
 
-/// Ascending frame numbers as `--frames` takes them, for a message: `1-3,7,9-10`.
+/// Formats ascending frame numbers for a message, as `--frames` takes them: `1-3,7,9-10`.
 #[must_use]
 pub fn shown(frames: &[i64]) -> String {
     let run = |run: &[i64]| match run {
@@ -114,7 +114,7 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// `None` for a name without a frame number.
+    /// Parses a file name; `None` if it has no place for a frame number.
     ///
     /// # Errors
     /// If it has two, or asks for more digits than any number has.
@@ -144,14 +144,14 @@ impl Pattern {
         }
     }
 
-    /// The name of a frame's file; longer numbers are not cut.
+    /// The name of a frame's file; numbers longer than the place are not cut.
     #[must_use]
     pub fn name(&self, frame: i64) -> OsString {
         let number = self.place.padded(frame).into_bytes();
         to_name([&self.prefix[..], &number, &self.suffix].concat())
     }
 
-    /// The frame that a name stands for. Either notation finds negative frames of both paddings,
+    /// The frame that a name stands for. Both notations accept negative frames in either padding,
     /// `-0003` and `-003`.
     #[must_use]
     pub fn frame(&self, name: &OsStr) -> Option<i64> {
@@ -161,7 +161,7 @@ impl Pattern {
         paddings.iter().any(|place| place.padded(frame) == text).then_some(frame)
     }
 
-    /// Whether a name has another number in place of a frame's: a subframe, such as `0001.25`, or
+    /// Whether a name has another number in place of a frame's: a subframe such as `0001.25`, or
     /// one with other padding.
     #[must_use]
     pub fn is_near(&self, name: &OsStr) -> bool {
@@ -169,7 +169,7 @@ impl Pattern {
             && self.frame(name).is_none()
     }
 
-    /// What a name has in place of the frame number, if it is made of digits, signs and points.
+    /// The text in place of the frame number, if it is made of digits, signs and points.
     fn number<'n>(&self, name: &'n OsStr) -> Option<&'n str> {
         let rest = name.as_encoded_bytes().strip_prefix(self.prefix.as_slice())?;
         let text = str::from_utf8(rest.strip_suffix(self.suffix.as_slice())?).ok()?;
@@ -177,11 +177,11 @@ impl Pattern {
     }
 }
 
-/// How to write a name with characters that otherwise stand for a frame number; it ends a sentence.
+/// Advice on writing a name with characters that otherwise mean a frame number; it ends a sentence.
 pub const PLAIN_CHARACTERS: &str = "; write [#] for a plain # and [%] for a plain %";
 
-/// A name without a frame number: `[#]` and `[%]` are a plain `#` and `%`, and so are those that
-/// stand alone.
+/// Resolves a name without a frame number: `[#]` and `[%]` become a plain `#` and `%`, and those
+/// that stand alone stay.
 #[must_use]
 pub fn plain(name: &OsStr) -> OsString {
     let bytes = |(piece, text): (Piece, &[u8])| match piece {
@@ -191,8 +191,8 @@ pub fn plain(name: &OsStr) -> OsString {
     to_name(pieces(name).flat_map(bytes).collect())
 }
 
-/// Whether a name is unmistakably one with a frame number: with `##` or `%04d` rather than a `#` or
-/// `%d` that may mean itself.
+/// Whether a name is sure to have a frame number: `##` or `%04d` rather than a `#` or `%d` that may
+/// mean itself.
 #[must_use]
 pub fn has_padded_place(name: &OsStr) -> bool {
     pieces(name).any(|(piece, _)| matches!(piece, Piece::Place(Place { digits: 2.., .. })))
@@ -220,7 +220,7 @@ enum Piece {
     Place(Place),
 }
 
-/// The pieces of a name, each with its text.
+/// Splits a name into pieces, each with its text.
 fn pieces(name: &OsStr) -> impl Iterator<Item = (Piece, &[u8])> {
     let mut rest = name.as_encoded_bytes();
     std::iter::from_fn(move || {
@@ -247,7 +247,7 @@ fn first_piece(name: &[u8]) -> Option<(Piece, usize)> {
     })
 }
 
-/// The digits that `d` or `0Nd` after a `%` asks for, and its length.
+/// Parses `d` or `0Nd` after a `%`: the digits it asks for, and its length.
 fn printf(text: &[u8]) -> Option<(usize, usize)> {
     let len = text.iter().position(|&byte| byte == b'd')?;
     match text[..len].split_first() {
@@ -260,7 +260,7 @@ fn printf(text: &[u8]) -> Option<(usize, usize)> {
     }
 }
 
-/// A file name from bytes of other names, cut at ASCII characters only.
+/// Builds a file name from bytes of other names, cut at ASCII characters only.
 fn to_name(bytes: Vec<u8>) -> OsString {
     #[cfg(unix)]
     return std::os::unix::ffi::OsStringExt::from_vec(bytes);

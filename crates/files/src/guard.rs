@@ -11,12 +11,12 @@ use super::escape::escaped;
 use super::exr::text::name;
 use super::limits::Limits;
 
-/// Checks every part's claims against the limits and against the file's length.
+/// Checks every part's claims against the limits and the file's length.
 ///
 /// `header_end` is where the header ends and the table of block positions begins.
 ///
 /// # Errors
-/// If a part is deep, too large, or the file is too short for its table.
+/// If a part is deep or too large, or the file is too short for its table.
 pub(super) fn check_header(
     meta: &MetaData,
     limits: Limits,
@@ -58,7 +58,7 @@ fn check_part(header: &Header, limits: Limits) -> Result<(), Problem> {
     Ok(())
 }
 
-/// Bytes of the largest block of a part, unpacked.
+/// The unpacked size of a part's largest block, in bytes.
 pub(super) fn block_bytes(header: &Header) -> u128 {
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     let (w, h) = match header.blocks {
@@ -85,7 +85,7 @@ pub(super) fn check_sampling(header: &Header) -> Result<(), Problem> {
     })
 }
 
-/// Refuses a block that claims to unpack to more than its compression can reach.
+/// Refuses a block that claims to unpack to more than its compression allows.
 ///
 /// # Errors
 /// If `unpacked` bytes cannot come from `stored` ones.
@@ -130,14 +130,15 @@ pub(super) fn check_dwa(
     Err(Problem::Damaged("is damaged: a block's sizes contradict its number of pixels".into()))
 }
 
-/// How many 64-bit counters a DWA block begins with.
+/// The number of 64-bit counters that a DWA block begins with.
 const DWA_COUNTERS: usize = 11;
 
-/// Which of them are sizes or counts after unpacking: other channels, two of run lengths, AC, DC.
+/// The counters that hold sizes or counts after unpacking: other channels, two of run lengths, AC,
+/// DC.
 const DWA_UNPACKED_SIZES: [usize; 5] = [1, 6, 7, 8, 9];
 
-/// A generous bound: deflate reaches 1032, PXR24 a third more; DWA packs 64 equal values of a
-/// block into one before it deflates.
+/// Most bytes that a packed byte can yield, generously: deflate reaches 1032, PXR24 a third more;
+/// DWA packs 64 equal values of a block into one before it deflates.
 fn most_unpacked_per_byte(compression: Compression) -> u128 {
     match compression {
         Compression::Uncompressed => 1,

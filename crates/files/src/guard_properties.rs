@@ -1,4 +1,4 @@
-//! The checks of headers and blocks, for claims that nobody made.
+//! Checks of headers and blocks, on arbitrary claims.
 
 use ::exr::prelude::Vec2;
 use proptest::prelude::{Strategy, any, prop, prop_assert, prop_assert_eq, proptest};
@@ -6,7 +6,7 @@ use proptest::prelude::{Strategy, any, prop, prop_assert, prop_assert_eq, propte
 use super::tests::header;
 use super::*;
 
-/// Sides of every order of size.
+/// Sides of every order of magnitude.
 fn sides() -> impl Strategy<Value = usize> {
     (0_u32..31).prop_flat_map(|bits| 1..=1_usize << bits)
 }
@@ -25,7 +25,7 @@ proptest! {
         }
     }
 
-    /// The checks of blocks compute with what the check of the part let through.
+    /// The checks of blocks compute with what the check of the part accepted.
     #[test]
     fn what_passes_is_within_the_limit_and_overflows_nowhere(
         size in (sides(), sides()), tile in (sides(), sides()), stored in any::<usize>(),

@@ -1,10 +1,10 @@
-//! Telling whether two paths lead to the same file.
+//! Whether two paths lead to the same file.
 
 use std::fs;
 use std::io::ErrorKind;
 use std::path::{Component, Path, PathBuf};
 
-/// A file, whatever name or link leads to it. A file that does not exist yet is its place.
+/// A file, whatever name or link leads to it; a file that does not exist yet is its place.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 pub enum Identity {
     /// The device, and the inode number on it, which all hard links share.
@@ -15,7 +15,7 @@ pub enum Identity {
 }
 
 impl Identity {
-    /// Follows links; a file that does not exist yet is identified by its place.
+    /// Identifies the file at a path. Follows links; a file that does not exist yet is its place.
     #[must_use]
     pub fn of(path: &Path) -> Self {
         let path = place(path);
@@ -29,14 +29,14 @@ impl Identity {
 }
 
 /// The absolute path of a file, with every link followed. Neither the file nor its folders need to
-/// exist: what a path leads to stays the same when its missing folders are created.
+/// exist: the result stays the same when missing folders are created.
 pub(crate) fn place(path: &Path) -> PathBuf {
     let missing = match fs::canonicalize(path) {
         Ok(place) => return place,
         Err(error) => error.kind() == ErrorKind::NotFound,
     };
     match fs::read_link(path) {
-        // Other errors, such as a circle of links, have no end to follow them to.
+        // Other errors, such as a cycle of links, lead nowhere.
         Ok(target) if missing => place(&folder(path).join(target)),
         _ => place_in(place(folder(path)), path),
     }

@@ -21,7 +21,7 @@ pub enum Source {
     Glob(String),
 }
 
-/// The matching rules of shells.
+/// Matches patterns as shells do.
 const AS_SHELLS: MatchOptions = MatchOptions {
     case_sensitive: true,
     require_literal_separator: true,
@@ -29,10 +29,10 @@ const AS_SHELLS: MatchOptions = MatchOptions {
 };
 
 impl Source {
-    /// A path that exists is a file, whatever its name looks like.
+    /// Classifies a path. A path that exists is a file, whatever its name looks like.
     ///
     /// # Errors
-    /// [`Problem::Pattern`] if the name has two places for a frame number, or too long ones.
+    /// [`Problem::Pattern`] if the name has two places for a frame number, or one that is too long.
     pub fn of(path: &Path) -> Result<Self, FileError> {
         if path.exists() {
             return Ok(Self::File(path.to_path_buf()));
@@ -52,7 +52,7 @@ impl Source {
         matches!(self, Self::Sequence(_))
     }
 
-    /// The files, all of which exist, with the frame numbers of a sequence.
+    /// Lists the files, all of which exist, with the frame numbers of a sequence.
     ///
     /// # Errors
     /// If there is none, a wanted frame is missing, or a file is a folder or a device.
@@ -69,7 +69,7 @@ impl Source {
         }
     }
 
-    /// A sentence on files of a sequence that are no frames by their numbers, such as subframes.
+    /// A sentence on files of a sequence whose numbers are not frames, such as subframes.
     ///
     /// # Errors
     /// If the folder cannot be read.
@@ -115,23 +115,23 @@ pub struct Sequence {
 }
 
 impl Sequence {
-    /// `None` for a path that names one file.
+    /// Parses a path; `None` if it names a single file.
     ///
     /// # Errors
-    /// [`Problem::Pattern`], as [`Source::of`].
+    /// [`Problem::Pattern`], as in [`Source::of`].
     pub fn of(path: &Path) -> Result<Option<Self>, FileError> {
         let pattern = Pattern::parse(path.file_name().unwrap_or_default())
             .map_err(|why| Problem::Pattern(why).at(path))?;
         Ok(pattern.map(|pattern| Self { path: path.to_path_buf(), pattern }))
     }
 
-    /// The name of a frame's file if it is written, or one that exists.
+    /// The path to write a frame's file to; an existing file may be padded differently.
     #[must_use]
     pub fn file(&self, frame: i64) -> PathBuf {
         self.path.with_file_name(self.pattern.name(frame))
     }
 
-    /// The wanted frames, all of which must exist, or else every frame that exists.
+    /// Lists the wanted frames, all of which must exist, or by default every frame that exists.
     ///
     /// # Errors
     /// If there is none, or a wanted one is missing.
@@ -148,7 +148,7 @@ impl Sequence {
         Ok(existing)
     }
 
-    /// That there is no frame, and which files are near.
+    /// The error that there is no frame, with files that come near.
     fn not_found(&self) -> Result<FileError, FileError> {
         let near = self.near()?.map(|names| format!(", but {names} with another number of digits"));
         let what = format!("{NOT_FOUND}{}", near.unwrap_or_default());
@@ -167,7 +167,8 @@ impl Sequence {
         Err(Problem::NotFound(what).at(&self.path))
     }
 
-    /// The files of all frames. Of two for one frame, that with the pattern's own padding counts.
+    /// All frames and their files. Of two files for one frame, the one with the pattern's own
+    /// padding wins.
     fn existing(&self) -> Result<BTreeMap<i64, PathBuf>, FileError> {
         let frame = |name: OsString| Some((self.pattern.frame(&name)?, name));
         let mut frames = BTreeMap::new();
@@ -180,7 +181,7 @@ impl Sequence {
         Ok(frames)
     }
 
-    /// The names in its folder.
+    /// The names of all files in the folder.
     fn names(&self) -> Result<Vec<OsString>, FileError> {
         let folder = self.path.parent().filter(|parent| *parent != Path::new(""));
         let name = |entry: io::Result<fs::DirEntry>| entry.map(|entry| entry.file_name());
@@ -198,7 +199,7 @@ impl Sequence {
         }))
     }
 
-    /// Names of files whose numbers are no frames of this sequence, such as subframes.
+    /// Names of files whose numbers are not frames of this sequence, such as subframes.
     fn near(&self) -> Result<Option<String>, FileError> {
         let mut names = self.names()?;
         names.retain(|name| self.pattern.is_near(name));

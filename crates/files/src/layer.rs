@@ -33,13 +33,13 @@ pub struct Layer {
     pub base: String,
     /// The view that the layer belongs to; `None` if the file has only one.
     pub view: Option<String>,
-    /// The word after the last dot of each channel, and where the channel is.
+    /// Each channel's word after the last dot, and where the channel is.
     pub channels: Vec<(String, Place)>,
-    /// The name as messages show it, which no other layer has.
+    /// The name that messages show, unique to this layer.
     pub(super) shown: String,
 }
 
-/// The name that stands for the plain channels of a file with a single part.
+/// Stands for the plain channels of a file with a single part.
 pub(super) const PLAIN: &str = "RGB";
 
 impl Layer {
@@ -53,13 +53,13 @@ impl Layer {
         }
     }
 
-    /// The name as messages show it.
+    /// The name that messages show.
     #[must_use]
     pub fn shown(&self) -> &str {
         &self.shown
     }
 
-    /// Plain channels without color are named themselves.
+    /// The layer's own name; plain channels without color go by theirs.
     pub(super) fn own_name(&self) -> String {
         if !self.name.is_empty() {
             return self.name.clone();
@@ -114,7 +114,8 @@ impl Layer {
         }
     }
 
-    /// The channels with these lower-case letters: in upper case, else in lower case, else in any.
+    /// Finds the channels with these lower-case letters: in upper case, else in lower case, else in
+    /// any.
     pub(super) fn find(&self, letters: [&str; 3]) -> Option<[Place; 3]> {
         let find = |is: &dyn Fn(&str, &str) -> bool| {
             let place = |letter: &str| {
@@ -131,18 +132,18 @@ impl Layer {
         self.channels.iter().any(|(l, _)| l == letter)
     }
 
-    /// The name without the view, before and after its last dot.
+    /// The name without the view, split at its last dot.
     pub(super) fn pass_name(&self) -> (&str, &str) {
         self.base.rsplit_once('.').unwrap_or(("", &self.base))
     }
 
-    /// The first convention of a table that its name follows.
+    /// The index in a table of the first convention that the name follows.
     pub(super) fn convention(&self, table: &[Convention]) -> Option<usize> {
         let pass = conventions::simple(self.pass_name().1);
         table.iter().position(|c| pass == c.pass && (!c.words || self.has("red")))
     }
 
-    /// What it holds other than light, if its name tells.
+    /// What the layer holds other than light, if its name tells.
     pub(super) fn data(&self) -> Option<&'static str> {
         match () {
             () if self.convention(conventions::ALBEDO).is_some() => Some("albedo"),
@@ -165,7 +166,7 @@ impl Layer {
         self.base.clone_from(&self.name);
     }
 
-    /// The names that a user can give for it or its channels.
+    /// The names that a user can give for the layer or its channels.
     pub(super) fn names(&self) -> Vec<&str> {
         if self.name.is_empty() && self.triple().is_none() {
             return self.channels.iter().map(|(letter, _)| letter.as_str()).collect();

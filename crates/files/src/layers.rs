@@ -1,8 +1,8 @@
-//! The layers of an EXR file, from the names of its parts and channels alone.
+//! Groups an EXR file's channels into layers, from the names of its parts and channels alone.
 //!
-//! A channel's full name is split at its last dot into a layer and a letter; a channel without
-//! a dot belongs to the layer named like its part, or in a file with a single part to the
-//! plain layer. Single channels of several parts, such as `rgba.R`, `rgba.G` and `rgba.B`, make one
+//! A channel's full name is split at its last dot into a layer and a letter; a channel without a
+//! dot belongs to the layer named like its part, or in a file with a single part to the plain
+//! layer. Single channels of several parts, such as `rgba.R`, `rgba.G` and `rgba.B`, make one
 //! layer.
 
 use std::collections::{HashMap, HashSet};
@@ -27,7 +27,7 @@ pub fn layers(parts: &[Part]) -> Vec<Layer> {
     layers
 }
 
-/// The layers of one part. `plain` is the name of the layer for channels without one.
+/// The layers of one part. `plain` names the layer of channels without one.
 fn of_part(part: usize, names: &Part, plain: &str) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     let mut known = HashMap::new();
@@ -46,7 +46,7 @@ fn of_part(part: usize, names: &Part, plain: &str) -> Vec<Layer> {
     layers
 }
 
-/// Joins layers of one name and view that have a single channel each.
+/// Merges layers of the same name and view that have a single channel each.
 fn merged(parts: &[Part], all: impl Iterator<Item = Layer>) -> Vec<Layer> {
     let mut layers: Vec<Layer> = Vec::new();
     let mut single: HashMap<(Option<&str>, String), usize> = HashMap::new();
@@ -66,8 +66,8 @@ fn merged(parts: &[Part], all: impl Iterator<Item = Layer>) -> Vec<Layer> {
     layers
 }
 
-/// Gives every layer the name that messages show: its own, or with that of its part if others have
-/// the same.
+/// Sets the name that messages show: the layer's own, with its part's name added if others have the
+/// same.
 fn show(parts: &[Part], layers: &mut [Layer]) {
     let mut count: HashMap<String, usize> = HashMap::new();
     for layer in layers.iter_mut() {
@@ -81,8 +81,8 @@ fn show(parts: &[Part], layers: &mut [Layer]) {
     }
 }
 
-/// The layers called `name`: the one with this name, or else those that have it in each view, or else
-/// the only one with that last word.
+/// The layers called `name`: the layer itself, or else those of that name in each view, or else the
+/// only one with that last word.
 ///
 /// # Errors
 /// If there is none; the message lists the layers.
@@ -99,7 +99,7 @@ pub fn named<'a>(layers: &'a [Layer], name: &str) -> Result<Vec<&'a Layer>, Prob
         })
 }
 
-/// The layers of this name, in lower case, without the view.
+/// The layers that have this lower-case name apart from their view.
 fn in_views<'a>(layers: &'a [Layer], name: &str) -> Option<Vec<&'a Layer>> {
     let alike = |l: &&Layer| l.view.is_some() && l.base.to_lowercase() == name;
     Some(layers.iter().filter(alike).collect()).filter(|found: &Vec<_>| !found.is_empty())
@@ -111,7 +111,7 @@ fn only(layers: &[Layer], is: impl Fn(&&Layer) -> bool) -> Option<Vec<&Layer>> {
     found.next().is_none().then(|| vec![first])
 }
 
-/// The channel of this full name, with its layer.
+/// Finds a channel by its full name, with its layer.
 pub(super) fn channel<'a>(
     parts: &[Part],
     layers: &'a [Layer],
@@ -125,8 +125,9 @@ pub(super) fn channel<'a>(
     layers.iter().find(holds).map(|layer| (layer, place))
 }
 
-/// Splits at the last dot. Without one, `normal_x` or `beauty:R` next to its two siblings is a layer's,
-/// and so are `Nsx`, `Nsy`, `Nsz` of old pbrt files. A name that ends in a dot has no layer.
+/// Splits a channel's name at its last dot. Without one, `normal_x` or `beauty:R` next to its two
+/// siblings has a layer too, as have `Nsx`, `Nsy`, `Nsz` of old pbrt files. A name that ends in a
+/// dot has no layer.
 fn split<'a>(full: &'a str, plain: &'a str, all: &HashSet<&str>) -> (&'a str, &'a str) {
     match full.rsplit_once('.') {
         Some((name, "")) => (plain, name),
@@ -149,7 +150,7 @@ fn split_siblings<'a>(full: &'a str, all: &HashSet<&str>) -> Option<(&'a str, &'
     (known && !name.is_empty() && sets.iter().any(|set| has(&set))).then_some((name, letter))
 }
 
-/// The problem with a layer that lacks three channels.
+/// The error for a layer that lacks three channels.
 pub(super) fn not_three(layer: &Layer) -> Problem {
     let letters: Vec<_> = layer.channels.iter().map(|(l, _)| escaped(l)).collect();
     Problem::Layers(format!(
@@ -162,12 +163,12 @@ pub(super) fn not_three(layer: &Layer) -> Problem {
 /// Most names in one message.
 const MOST_LISTED: usize = 20;
 
-/// The names of layers, as messages list them. Plain channels without color are listed one by one.
+/// Lists the names of layers for messages. Plain channels without color are listed one by one.
 pub(super) fn list<'a>(layers: impl IntoIterator<Item = &'a Layer>) -> String {
     listed(layers.into_iter().flat_map(Layer::names))
 }
 
-/// Names in backquotes, the first ones of many.
+/// Lists names in backquotes, only the first of many.
 pub(super) fn listed<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     let mut rest = names.into_iter();
     let names: Vec<_> =

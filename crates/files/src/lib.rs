@@ -1,8 +1,8 @@
-//! Image files: reading color, albedo and normal, and writing the result. Next to them, what programs
-//! need around that: the names of inputs and frames, weights files, and whether weights suit an image.
+//! Reads color, albedo and normals from image files and writes the result. Also has what programs
+//! need around that: names of inputs and frames, weights files, and whether weights suit an image.
 //!
 //! The format of an input is recognized by its content, that of an output by its extension. Colors
-//! are linear in memory, with Rec. 709 primaries if the file does not say otherwise.
+//! are linear in memory, with Rec. 709 primaries unless the file says otherwise.
 
 pub mod choice;
 pub mod comparison;

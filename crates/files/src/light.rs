@@ -1,5 +1,5 @@
-//! Further layers of light, such as light groups, which are denoised by the color's weights so that
-//! they still add up to it.
+//! Further light layers, such as light groups, denoised with the color's weights so that they still
+//! add up to it.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -11,17 +11,17 @@ use super::escape::escaped;
 use super::layers::{Layer, Place, list, listed};
 use super::pick::{ASKED_FOR, Pick};
 
-/// Which further layers to denoise by the color's weights.
+/// Which further layers to denoise with the color's weights.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum LayersWish {
-    /// Those that add up to the color by renderers' conventions, beside the color.
+    /// Layers beside the color that by renderers' conventions add up to it.
     Auto,
-    /// Those that match a pattern with `*`, `?` or `[…]`, by full name or last word.
+    /// Layers that match a pattern with `*`, `?` or `[…]`, by full name or last word.
     Matching(Vec<String>),
 }
 
 impl LayersWish {
-    /// Reads `auto` or patterns separated by commas.
+    /// Parses `auto` or patterns separated by commas.
     #[must_use]
     pub fn parse(text: &str) -> Self {
         match text.trim() {
@@ -39,7 +39,7 @@ impl LayersWish {
     }
 }
 
-/// Which patterns have matched a layer of any view.
+/// Which patterns have matched a layer in any view.
 pub(super) struct Matched(Vec<(String, bool)>);
 
 impl Matched {
@@ -69,11 +69,11 @@ impl Matched {
 #[derive(Debug, Default)]
 pub(super) struct Light {
     pub(super) picks: Vec<Pick>,
-    /// What a user should know about other layers, a sentence each.
+    /// What a user should know about other layers, one sentence each.
     pub(super) left_out: Vec<String>,
 }
 
-/// The layers that can be denoised along, by the names that find them in every view.
+/// The layers that can be denoised along with the color, by the names that find them in every view.
 pub(super) fn possible<'a>(others: impl Iterator<Item = &'a Layer>) -> Vec<String> {
     let name = |layer: &Layer| Some(Pick::new(layer, usable(layer).ok()?, ASKED_FOR).pass);
     others.filter_map(name).collect()
@@ -98,8 +98,8 @@ pub(super) fn choose<'a>(
     }
 }
 
-/// The layers that add up to the color by renderers' conventions, and those beside the color that hold
-/// something else, with what that is.
+/// The layers that by renderers' conventions add up to the color, and those beside the color that
+/// hold something else, with what that is.
 pub(super) fn known<'a>(
     others: impl Iterator<Item = &'a Layer>,
     color: &Layer,
@@ -165,7 +165,7 @@ fn find(others: &[&Layer], pattern: &str) -> Result<(Vec<usize>, bool), Problem>
     Ok((if found.is_empty() { matching(false) } else { found }, false))
 }
 
-/// The channels of a layer of light, or why it is none.
+/// The channels of a light layer, or why it is not one.
 fn usable(layer: &Layer) -> Result<[Place; 3], String> {
     match (layer.data(), layer.rgb()) {
         (Some(what), _) => Err(format!("holds {what}")),

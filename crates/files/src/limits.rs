@@ -2,7 +2,7 @@
 
 use super::Problem;
 
-/// The largest image that is read. Larger ones are refused before memory is allocated.
+/// The largest image to read. Larger ones are refused before memory is allocated.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
     /// Most pixels per image; 16384 × 16384 by default. Three images of that size take 9 GiB of
@@ -27,7 +27,7 @@ impl Limits {
     /// Checks the sides of an image.
     ///
     /// # Errors
-    /// If it has no pixels, or more than are accepted.
+    /// If it has no pixels, or more than accepted.
     pub fn check_size(self, width: u64, height: u64) -> Result<(), Problem> {
         match width.checked_mul(height) {
             Some(0) => Err(Problem::Damaged(format!("is {width}×{height} pixels: there are none"))),

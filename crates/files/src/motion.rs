@@ -1,4 +1,4 @@
-//! Motion vectors: which layer they are, and its channels.
+//! Finds the motion vector layer and its channels.
 
 use super::Problem;
 use super::conventions::MOTION;
@@ -9,7 +9,7 @@ use super::pick::ASKED_FOR;
 /// How to choose the motion vectors.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum MotionWish {
-    /// Not at all.
+    /// No motion vectors.
     #[default]
     Without,
     /// By the names that renderers use, beside the color.
@@ -18,13 +18,13 @@ pub enum MotionWish {
     Named(String),
 }
 
-/// The motion vectors of a view, as its file has them.
+/// A view's motion vectors, as the file stores them.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MotionLayer {
-    /// Its name in the file.
+    /// The layer's name in the file.
     pub name: String,
-    /// Row by row, of the color's size: x and y, and then x and y of a second vector, if the layer has
-    /// one.
+    /// x and y, then x and y of a second vector if the layer has one; row by row, of the color's
+    /// size.
     pub planes: Vec<Vec<f32>>,
 }
 
@@ -39,7 +39,8 @@ pub struct MotionPick {
     pub channels: Vec<Place>,
 }
 
-/// The motion vectors of a color, among the other layers of its view; `all` are those of the file.
+/// Chooses a color's motion vectors among the other layers of its view; `all` are the file's
+/// layers.
 ///
 /// # Errors
 /// If a named layer is missing or has the wrong channels.
@@ -61,7 +62,7 @@ pub(super) fn choose<'a>(
     }
 }
 
-/// The layer with the best known name and the color's prefix.
+/// The layer with the preferred known name and the color's prefix.
 fn beside<'a>(layers: impl Iterator<Item = &'a Layer>, color: &Layer) -> Option<MotionPick> {
     let home = color.pass_name().0;
     let beside = layers.filter(|layer| layer.pass_name().0 == home);
@@ -72,7 +73,7 @@ fn beside<'a>(layers: impl Iterator<Item = &'a Layer>, color: &Layer) -> Option<
     known.min_by_key(|(rank, _)| *rank).map(|(_, pick)| pick)
 }
 
-/// The letters of channels with vectors, the preferred ones first. Third components are depth.
+/// The letters of vector channels, preferred first. A third component is depth.
 const LETTERS: &[&[&str]] =
     &[&["x", "y", "z", "w"], &["x", "y"], &["u", "v"], &["r", "g"], &["red", "green"]];
 

@@ -2,14 +2,14 @@
 
 use wgdenoise::Image;
 
-/// Decodes an image of `n·0.5+0.5` to `n`, if it is one, and returns whether it was.
+/// Decodes an image of `n·0.5+0.5` to `n` if it is one; returns whether it was.
 ///
-/// No normal is longer than 1, and neither is a mean of normals, as edges, grass and blur have
-/// them. So a pixel longer than 1 is not a plain normal, and one that would be longer than 1 when
-/// decoded is not an encoded one. If no component is negative, the majority of these decides.
-/// Without any, it is encoded unless most pixels are of length 1 as they are, which means of grass
-/// are not. An image of which one pixel in five is too long even when decoded holds no encoded
-/// normals. Background does not count.
+/// No normal is longer than 1, nor is a mean of normals, as at edges, in grass and in blur. So a
+/// pixel longer than 1 is not a plain normal, and one that would be longer than 1 when decoded is
+/// not an encoded one. If no component is negative, the majority of these pixels decides. With
+/// hardly any, the image is encoded unless most pixels have length 1 as they are, which means of
+/// grass do not. If over one pixel in five is too long even when decoded, the image holds no
+/// encoded normals. Background does not count.
 pub(super) fn decode_if_encoded(image: &mut Image) -> bool {
     let pixels = || image.pixels().iter().filter(|p| !is_background(**p));
     let count = |holds: &dyn Fn([f32; 3]) -> bool| pixels().filter(|p| holds(**p)).count();
@@ -31,7 +31,7 @@ pub(super) fn decode_if_encoded(image: &mut Image) -> bool {
     is_encoded
 }
 
-/// One pixel in so many may be anything.
+/// One pixel in this many may be anything.
 const FEW: usize = 100;
 
 /// Decodes every pixel; background becomes 0.
@@ -41,7 +41,7 @@ pub(super) fn decode(image: &mut Image) {
     }
 }
 
-/// Whether a pixel is not a normal: 0, an encoded 0 to 8 bits, or not finite.
+/// Whether a pixel holds no normal: it is 0, an encoded 0 to 8 bits, or not finite.
 fn is_background(pixel: [f32; 3]) -> bool {
     let near_half = |v: f32| (v - 0.5).abs() < 1.0 / 128.0;
     pixel == [0.0; 3] || pixel.iter().all(|&v| near_half(v)) || pixel.iter().any(|v| !v.is_finite())
@@ -55,7 +55,7 @@ fn length(v: [f32; 3]) -> f32 {
     v.iter().map(|v| v * v).sum::<f32>().sqrt()
 }
 
-/// Longer than a normal can be, rounding aside.
+/// Whether a vector is longer than a normal can be, rounding aside.
 fn is_too_long(v: [f32; 3]) -> bool {
     length(v) > 1.05
 }
@@ -104,7 +104,7 @@ mod tests {
         assert!(!decode_if_encoded(&mut wall));
     }
 
-    /// Vectors in no order, the same each time.
+    /// Vectors in random directions, the same each time.
     fn scattered(i: usize) -> [f32; 3] {
         [0, 1, 2].map(|c| {
             let mixed = (i * 3 + c + 1).wrapping_mul(2_654_435_761) >> 8;
@@ -127,7 +127,7 @@ mod tests {
         (0..16).fold([0.0; 3], |sum, k| add(sum, leaf(k), 1.0 / 16.0))
     }
 
-    /// Decodes `n·0.5+0.5` of the first image, and leaves the second as it is.
+    /// Checks that encoded normals are decoded and plain ones stay.
     fn check(what: &str, normals: &[[f32; 3]], stored: impl Fn([f32; 3]) -> [f32; 3]) {
         let image = |pixels: Vec<[f32; 3]>| Image::new(pixels.len() as u32, 1, pixels).unwrap();
         let plain = image(normals.to_vec());
@@ -142,7 +142,7 @@ mod tests {
         assert!(!decode_if_encoded(&mut untouched) && untouched == plain, "{what}: plain");
     }
 
-    /// In the directions that scenes have: up, toward the camera on either side, and askew.
+    /// In directions as in scenes: up, toward the camera on either side, and askew.
     #[test]
     fn short_normals_of_grass_and_leaves_are_noticed() {
         for around in [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [0.0, 0.0, -1.0], [0.4, -0.5, 0.3]] {

@@ -1,5 +1,5 @@
-//! Outputs appear whole or not at all: a file is written in the folder of the output and takes its
-//! name at the end, so a failure leaves what was there.
+//! Outputs appear whole or not at all: a file is written in the output's folder and named at the
+//! end, so a failure leaves what was there.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, ErrorKind, IsTerminal, Seek, Write};
@@ -17,7 +17,7 @@ pub type Out<'a> = BufWriter<&'a File>;
 /// Checks, before any work is done, that an image can be written to `path`; returns its format.
 ///
 /// # Errors
-/// If its extension names no format, or those of [`check_place`].
+/// If its extension names no format, or as in [`check_place`].
 pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
     let format = Format::of_extension(path).map_err(|p| p.at(path))?;
     check_place(path, force)?;
@@ -28,7 +28,7 @@ pub fn check(path: &Path, force: bool) -> Result<Format, FileError> {
 /// `-` for standard output.
 ///
 /// # Errors
-/// If its folder does not exist or takes no file, the system takes no such name, it is not a plain
+/// If its folder does not exist or accepts no file, the system rejects the name, it is not a plain
 /// file, or it exists and `force` is not given.
 pub fn check_place(path: &Path, force: bool) -> Result<(), FileError> {
     if is_standard(path) {
@@ -43,18 +43,18 @@ pub fn check_place(path: &Path, force: bool) -> Result<(), FileError> {
     }
     match fs::symlink_metadata(path) {
         Ok(_) if !force => return Err(Problem::Exists.at(path)),
-        // Such as a name that is too long.
+        // Such as a name too long.
         Err(error) if error.kind() != ErrorKind::NotFound => {
             return Err(Problem::Write(error).at(path));
         }
         _ => {}
     }
-    // The file that is made here goes away again at once.
+    // The file made here is removed at once.
     draft(&place(path)).map_err(|p| p.at(path))?;
     Ok(())
 }
 
-/// Writes a file as a whole: `path` is what `write` wrote, or, if that fails, what it was before.
+/// Writes a file as a whole: `path` becomes what `write` wrote or, if that fails, stays as it was.
 /// A link stays a link to the file that is replaced, and the file keeps its permissions. Standard
 /// output, `-`, gets all of it or nothing.
 ///
@@ -68,12 +68,12 @@ pub fn replace<T>(
     if is_standard(path) {
         return to_stdout(write).map_err(|problem| problem.at(path));
     }
-    // Without `force`, a link that leads nowhere exists too.
+    // Without `force`, a dangling link counts as existing.
     let target = if force { place(path) } else { path.to_path_buf() };
     replace_target(&target, force, write).map_err(|problem| problem.at(path))
 }
 
-/// A terminal would take a picture for commands.
+/// Refuses a terminal, which would take a picture for commands.
 fn check_stdout() -> Result<(), Problem> {
     if io::stdout().is_terminal() {
         return Err(Problem::Format("is a terminal; give a file, or write into a pipe".into()));
@@ -81,7 +81,7 @@ fn check_stdout() -> Result<(), Problem> {
     Ok(())
 }
 
-/// Pictures are not written front to back, and pipes only are.
+/// Writes to a temporary file first: pictures are not written front to back, but pipes are.
 fn to_stdout<T>(write: impl FnOnce(&mut Out<'_>) -> Result<T, Problem>) -> Result<T, Problem> {
     let in_folder = |error: io::Error| stream::full(&error);
     let mut file = tempfile::tempfile().map_err(in_folder)?;
@@ -113,8 +113,7 @@ fn replace_target<T>(
     Ok(result)
 }
 
-/// Gives a file the permissions of what it is about to replace, and has it reach the disk before
-/// the new name does.
+/// Gives a file the permissions of the one it replaces, and flushes it to disk before it is named.
 fn finish(file: &File, path: &Path) -> io::Result<()> {
     if let Ok(existing) = fs::metadata(path) {
         file.set_permissions(existing.permissions())?;
@@ -173,7 +172,7 @@ mod tests {
         assert!(text.contains("(os error"), "{text}");
     }
 
-    /// This test is also the process that is killed: it waits in the middle of its writing.
+    /// This test also runs as the process that is killed, in the middle of writing.
     #[test]
     fn a_process_that_is_killed_while_it_writes_leaves_the_old_file_whole() {
         const OUTPUT: &str = "WGDENOISE_TEST_OUTPUT";
@@ -202,7 +201,7 @@ mod tests {
         let half = |out: &mut Out<'_>| {
             out.write_all(&vec![1; 4 << 20]).and_then(|()| out.flush()).map_err(Problem::Write)?;
             println!("half is written");
-            // Until the other process kills this one or has gone away itself.
+            // Until the other process kills this one or is gone itself.
             io::stdin().read_line(&mut String::new()).map_err(Problem::Read)
         };
         replace(path, true, half).unwrap();

@@ -5,17 +5,17 @@ use super::layers::{Layer, PLAIN, Place};
 /// Channels of a layer, and why the layer was chosen.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Pick {
-    /// The layer's name as messages show it.
+    /// The layer's name, as messages show it.
     pub layer: String,
     /// The name without the view.
     pub pass: String,
-    /// Red, green and blue, or x, y and z, or one channel three times, which is gray.
+    /// Red, green and blue; x, y and z; or one channel three times, for gray.
     pub channels: [Place; 3],
     /// What the layer was recognized as.
     pub reason: String,
 }
 
-/// The reason for a layer that the caller named.
+/// The reason given for a layer that the caller named.
 pub(super) const ASKED_FOR: &str = "as asked for";
 
 impl Pick {
@@ -26,7 +26,7 @@ impl Pick {
         Self { layer: shown, pass, channels, reason: reason.into() }
     }
 
-    /// Channels that the caller named.
+    /// Picks channels that the caller named.
     pub(super) fn named(layer: &str, channels: [Place; 3]) -> Self {
         Self { layer: layer.into(), pass: layer.into(), channels, reason: ASKED_FOR.into() }
     }
@@ -37,7 +37,7 @@ impl Pick {
         self.channels[0].part
     }
 
-    /// Whether it is one channel.
+    /// Whether it is a single channel.
     #[must_use]
     pub fn is_gray(&self) -> bool {
         self.channels[0] == self.channels[1]

@@ -1,4 +1,4 @@
-//! Reading a picture, and writing it with what was denoised.
+//! Reads a picture, and writes it with what was denoised.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};
@@ -21,7 +21,7 @@ use super::wanted::{Files, LayerChoice};
 use super::window::{self, Place};
 use super::{FileError, Problem, aux_file, normals};
 
-/// An image file that has been read, with everything needed to write it with another color.
+/// An image file in memory, with everything needed to write it with another color.
 #[derive(Debug)]
 pub struct Picture {
     source: Source,
@@ -110,24 +110,24 @@ impl Picture {
         matches!(self.source, Source::Ldr(_))
     }
 
-    /// Those of the first view, if the file has any.
+    /// The primaries of the first view's color, if the file has any.
     pub(super) fn primaries(&self) -> Option<Chromaticities> {
         let Source::Exr(file, choices) = &self.source else { return None };
         file.headers()[choices[0].color.part()].shared_attributes.chromaticities
     }
 
-    /// What a user should know about how the file was read, a sentence each.
+    /// What a user should know about how the file was read, one sentence each.
     #[must_use]
     pub fn notices(&self) -> &[String] {
         &self.notices
     }
 
-    /// Writes the picture with one result per view in place of what was noisy, in the format of
-    /// `path`'s extension. Returns what a user should know about it, a sentence each.
+    /// Writes the picture with one result per view in place of the noisy layers, in the format of
+    /// `path`'s extension. Returns what a user should know about it, one sentence each.
     ///
     /// # Errors
-    /// If `path` exists and `force` is not given, it cannot be written, or the results do not fit. A
-    /// file that was there stays as it was.
+    /// If `path` exists and `force` is not given, it cannot be written, or the results do not fit.
+    /// A file that was there stays as it was.
     pub fn save(
         &self,
         path: &Path,
@@ -138,10 +138,10 @@ impl Picture {
         self.save_as(path, format, results, force)
     }
 
-    /// Writes the picture like [`save`](Self::save), in a format of its own. `-` is standard output.
+    /// Writes the picture like [`save`](Self::save), but in a given format. `-` is standard output.
     ///
     /// # Errors
-    /// Those of [`save`](Self::save).
+    /// As in [`save`](Self::save).
     pub fn save_as(
         &self,
         path: &Path,
@@ -162,7 +162,7 @@ impl Picture {
         })
     }
 
-    /// Writes the first view of an EXR file as a display shows it.
+    /// Writes the first view of an EXR file for display.
     fn show(
         &self,
         file: &ExrFile,
@@ -189,7 +189,7 @@ impl Picture {
         self.views.iter().zip(results).try_for_each(|(view, result)| view.check(result))
     }
 
-    /// A notice if a format without views and layers holds only the first view's color.
+    /// A notice if a format without views and layers keeps only the first view's color.
     fn only_first(&self, format: Format) -> Option<String> {
         let first = self.first();
         let view = first.name().filter(|_| self.views.len() > 1);
@@ -200,7 +200,7 @@ impl Picture {
     }
 }
 
-/// Refuses to look for layers in a PNG or JPEG file.
+/// Refuses a choice of layers for a PNG or JPEG file.
 pub(super) fn check_no_layers(wanted: &LayerChoice) -> Result<(), Problem> {
     let further = wanted.layers.as_ref().and_then(LayersWish::first);
     let vectors = match &wanted.motion {
@@ -211,12 +211,12 @@ pub(super) fn check_no_layers(wanted: &LayerChoice) -> Result<(), Problem> {
     first.map_or(Ok(()), |layer| Err(no_layers(layer)))
 }
 
-/// PNG and JPEG files have no layers.
+/// The error that PNG and JPEG files have no layers.
 pub(super) fn no_layers(wanted: &str) -> Problem {
     Problem::Layers(format!("has no layers, so no layer `{}`", escaped(wanted)))
 }
 
-/// Which layers of an EXR file to read, and which files stand in for some.
+/// Chooses the layers of an EXR file to read, and the files that stand in for some.
 pub(super) fn choose(
     file: &ExrFile,
     wanted: &LayerChoice,
@@ -269,10 +269,10 @@ fn check_size(file: &ExrFile, choices: &[Choice], limits: Limits) -> Result<(), 
     )))
 }
 
-/// How many images of the largest accepted size a file may have in all views and layers.
+/// How many images of the largest accepted size a file may hold in all views and layers.
 const MOST_IMAGES: u64 = 8;
 
-/// Reads what is chosen of one view, each image in the color's window.
+/// Reads the chosen layers of one view, each in the color's window.
 fn read_view(
     file: &ExrFile,
     choice: &Choice,
@@ -313,7 +313,7 @@ fn read_view(
     })
 }
 
-/// Reads albedo and normal from files of their own, fitted to the color.
+/// Reads albedo and normal from separate files, fitted to the color.
 fn add_files(
     view: &mut View,
     files: &Files,
@@ -365,7 +365,7 @@ fn save_exr(
     Ok(notices)
 }
 
-/// What a view's result replaces.
+/// The changes that a view's result makes to the file.
 fn changes<'a>(file: &ExrFile, choice: &Choice, result: &'a Denoised) -> Vec<Change<'a>> {
     let window = file.window(choice.color.part());
     let images = [&result.color].into_iter().chain(&result.layers);

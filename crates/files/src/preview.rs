@@ -1,4 +1,4 @@
-//! Any layer of a file as a PNG or JPEG.
+//! Saves any layer of a file as a PNG or JPEG.
 
 use std::path::Path;
 
@@ -59,7 +59,7 @@ impl Preview {
         Ok(Self { image, layer: Some(pick.layer), display, limits })
     }
 
-    /// The values as the file has them; those of PNG and JPEG are decoded to linear light.
+    /// The values in the file; PNG and JPEG are decoded to linear light.
     #[must_use]
     pub fn image(&self) -> &Image {
         &self.image
@@ -71,7 +71,7 @@ impl Preview {
         self.layer.as_deref()
     }
 
-    /// The format of a preview, by the extension of its file.
+    /// The format of a preview file, by its extension.
     ///
     /// # Errors
     /// If the extension is not .png, .jpg or .jpeg.
@@ -83,9 +83,9 @@ impl Preview {
             .ok_or_else(|| Problem::Format(what.into()).at(path))
     }
 
-    /// Writes an 8-bit PNG or JPEG: values times 2^`stops`, within the display window, with sRGB's
-    /// primaries if they are colors, clipped to [0, 1], sRGB-encoded. Returns what a user should know
-    /// about it, a sentence each.
+    /// Writes an 8-bit PNG or JPEG: values times 2^`stops`, cropped to the display window, with
+    /// sRGB's primaries if they are colors, clipped to [0, 1] and sRGB-encoded. Returns what a user
+    /// should know about it, one sentence each.
     ///
     /// # Errors
     /// If `path` names another format, exists and `force` is not given, or cannot be written.
@@ -99,7 +99,7 @@ impl Preview {
     }
 }
 
-/// An image made brighter by so many stops: every value times 2^`stops`.
+/// Brightens an image by `stops`: multiplies every value by 2^`stops`.
 #[must_use]
 pub fn exposed(mut image: Image, stops: f32) -> Image {
     if stops != 0.0 {
@@ -109,14 +109,14 @@ pub fn exposed(mut image: Image, stops: f32) -> Image {
     image
 }
 
-/// Whether a layer holds light or surface color, which have primaries.
+/// Whether a layer holds light or surface color, and so has primaries.
 fn is_color(parts: &[Part], pick: &Pick) -> bool {
     let all = layers::layers(parts);
     let layer = all.iter().find(|layer| layer.rgb() == Some(pick.channels));
     layer.is_some_and(|layer| matches!(layer.data(), None | Some("albedo" | "surface color")))
 }
 
-/// The first three channels of a layer, or a channel by its full name.
+/// Picks the first three channels of a layer, or a channel by its full name.
 fn pick(parts: &[Part], name: &str) -> Result<Pick, Problem> {
     let all = layers::layers(parts);
     let missing = match layers::named(&all, name) {

@@ -1,4 +1,4 @@
-//! Primaries: which colors red, green and blue are, and the way from one set to another.
+//! Primaries: which colors red, green and blue are, and conversion between sets of them.
 
 use ::exr::math::Vec2;
 use ::exr::meta::attribute::Chromaticities;
@@ -16,11 +16,11 @@ pub(super) const SRGB: Chromaticities = Chromaticities {
 
 const D65: Vec2<f32> = Vec2(0.3127, 0.329);
 
-/// The chromatic adaptation of Bradford, from XYZ to responses of cones (Lam 1985; ICC.1, annex E).
+/// Bradford's chromatic adaptation, from XYZ to cone responses (Lam 1985; ICC.1, annex E).
 const BRADFORD: Matrix =
     [[0.8951, 0.2664, -0.1614], [-0.7502, 1.7135, 0.0367], [0.0389, -0.0685, 1.0296]];
 
-/// The primaries of a number of ITU-T H.273 (table 2), as a PNG's `cICP` has it.
+/// The primaries with a number in ITU-T H.273 (table 2), as in a PNG's `cICP`.
 pub(super) fn numbered(number: u8) -> Option<Chromaticities> {
     let of = |red, green, blue, white| Some(Chromaticities { red, green, blue, white });
     let dci_white = Vec2(0.314, 0.351);
@@ -38,14 +38,15 @@ pub(super) fn numbered(number: u8) -> Option<Chromaticities> {
     }
 }
 
-/// Whether two sets are the same but for rounding.
+/// Whether two sets are the same up to rounding.
 pub(super) fn are_alike(a: &Chromaticities, b: &Chromaticities) -> bool {
     let all = |c: &Chromaticities| [c.red, c.green, c.blue, c.white].map(|p| [p.x(), p.y()]);
     let (a, b) = (all(a), all(b));
     a.iter().flatten().zip(b.iter().flatten()).all(|(a, b)| (a - b).abs() < 1e-3)
 }
 
-/// Converts linear color to sRGB's primaries; false, and no change, if `from` makes no color space.
+/// Converts linear color to sRGB's primaries; returns false and changes nothing if `from` is not a
+/// color space.
 pub(super) fn convert_to_srgb(image: &mut Image, from: &Chromaticities) -> bool {
     let Some(matrix) = to_srgb(from) else { return false };
     let matrix = matrix.map(|row| row.map(|v| v as f32));
@@ -56,15 +57,15 @@ pub(super) fn convert_to_srgb(image: &mut Image, from: &Chromaticities) -> bool 
     true
 }
 
-/// From the primaries `from` to XYZ, to the white of sRGB, and to its primaries.
+/// The matrix from the primaries `from` to XYZ, to sRGB's white, and to sRGB's primaries.
 fn to_srgb(from: &Chromaticities) -> Option<Matrix> {
     let back = inverse(&to_xyz(&SRGB)?)?;
     let matrix = product(&product(&back, &adaptation(from.white, D65)?), &to_xyz(from)?);
     matrix.iter().flatten().all(|v| v.abs() < 1e3).then_some(matrix)
 }
 
-/// From linear RGB to XYZ: the columns are the primaries, scaled to add up to white (SMPTE
-/// RP 177-1993).
+/// The matrix from linear RGB to XYZ: the columns are the primaries, scaled to add up to white
+/// (SMPTE RP 177-1993).
 fn to_xyz(primaries: &Chromaticities) -> Option<Matrix> {
     let [r, g, b] = [primaries.red, primaries.green, primaries.blue].map(xyz);
     let columns = [0, 1, 2].map(|i| [r[i], g[i], b[i]]);
@@ -72,14 +73,14 @@ fn to_xyz(primaries: &Chromaticities) -> Option<Matrix> {
     Some(columns.map(|row| [row[0] * scale[0], row[1] * scale[1], row[2] * scale[2]]))
 }
 
-/// Scales the responses of cones by the ratio of two whites.
+/// The matrix that adapts XYZ from one white to another, by scaling cone responses.
 fn adaptation(from: Vec2<f32>, to: Vec2<f32>) -> Option<Matrix> {
     let [from, to] = [from, to].map(|white| apply(&BRADFORD, xyz(white)));
     let scaled = [0, 1, 2].map(|i| BRADFORD[i].map(|v| v * to[i] / from[i]));
     Some(product(&inverse(&BRADFORD)?, &scaled))
 }
 
-/// The color of a chromaticity with a luminance of 1.
+/// XYZ of a chromaticity at a luminance of 1.
 fn xyz(point: Vec2<f32>) -> [f64; 3] {
     let (x, y) = (f64::from(point.x()), f64::from(point.y()));
     [x / y, 1.0, (1.0 - x - y) / y]
@@ -95,7 +96,7 @@ fn product(a: &Matrix, b: &Matrix) -> Matrix {
     [0, 1, 2].map(|i| columns.map(|column| column[i]))
 }
 
-/// By cofactors; `None` for a matrix that has no inverse.
+/// The inverse by cofactors; `None` for a singular matrix.
 fn inverse(m: &Matrix) -> Option<Matrix> {
     let cofactor = |i: usize, j: usize| {
         let [(a, b), (c, d)] = [((i + 1) % 3, (i + 2) % 3), ((j + 1) % 3, (j + 2) % 3)];
@@ -122,8 +123,8 @@ mod tests {
         near(&to_xyz(&SRGB).unwrap(), &iec, 1e-4);
     }
 
-    /// The published matrices: ITU-R BT.2407 for BT.2020, and that of ACES for AP1, which adapts
-    /// from its white of about 6000 K by Bradford's method.
+    /// The published matrices: ITU-R BT.2407's for BT.2020, and ACES's for AP1, which adapts from
+    /// its white of about 6000 K by Bradford's method.
     #[test]
     fn wide_primaries_become_srgb_as_published() {
         let bt2020 =

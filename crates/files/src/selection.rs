@@ -22,24 +22,24 @@ pub struct Selection {
     pub albedo: bool,
     /// Whether normals are used.
     pub normal: bool,
-    /// Further layers of light to denoise.
+    /// Further light layers to denoise.
     pub layers: Vec<String>,
-    /// All layers that could be denoised along by the names that [`LayersWish`](crate::LayersWish)
-    /// takes, and whether each is.
+    /// All layers that can be denoised along with the color, by the names that
+    /// [`LayersWish`](crate::LayersWish) takes, and whether each is denoised.
     pub possible_layers: Vec<(String, bool)>,
-    /// The names of color and target without the view.
+    /// Names of color and target, without the view.
     pub(super) passes: [String; 2],
-    /// Color, albedo and normal with the reasons they were chosen, a line each; then alpha and further
-    /// layers, if there are any.
+    /// Why color, albedo and normal were chosen, one line each; then alpha and further layers, if
+    /// there are any.
     pub explanation: Vec<String>,
     /// Other layers that could be the color; they stay as they are.
     pub other_colors: Vec<String>,
-    /// Why a layer that was found is not used, a sentence each.
+    /// Why layers that were found are not used, one sentence each.
     pub left_out: Vec<String>,
 }
 
 impl Selection {
-    /// A choice as a user reads it. Albedo and normal may come from files instead.
+    /// Words a choice for a user. Albedo and normal may come from files instead.
     pub(super) fn of(choice: &Choice, files: &Files) -> Self {
         Self {
             view: choice.view.clone(),
@@ -56,7 +56,8 @@ impl Selection {
         }
     }
 
-    /// One line of at most `width` characters, unless there is no room for four of each name.
+    /// Summarizes it in one line of at most `width` characters, unless that leaves fewer than four
+    /// for each name.
     #[must_use]
     pub fn summary(&self, width: usize) -> String {
         let [color, target] = self.passes.each_ref().map(|name| escaped(last_word(name)));
@@ -146,7 +147,7 @@ fn explain_one(
     }
 }
 
-/// `Noisy Image` of `ViewLayer.Noisy Image`.
+/// The last word of a layer's name: `Noisy Image` of `ViewLayer.Noisy Image`.
 fn last_word(layer: &str) -> &str {
     layer.rsplit('.').find(|word| !word.is_empty()).unwrap_or(layer)
 }

@@ -7,10 +7,10 @@ use std::sync::{Mutex, PoisonError};
 
 use super::Problem;
 
-/// Most bytes that are read from a pipe: 4 GiB.
+/// Most bytes read from a pipe: 4 GiB.
 const MOST_BYTES: u64 = 4 << 30;
 
-/// What has been read, by its path, until [`forget`] or the end of the process.
+/// What has been read, by path, until [`forget`] or the end of the process.
 static READ: Mutex<Vec<(PathBuf, File)>> = Mutex::new(Vec::new());
 
 /// Whether a path is `-`, which stands for standard input and standard output.
@@ -36,8 +36,8 @@ fn is_pipe(_path: &Path) -> bool {
     false
 }
 
-/// What came through a pipe, from its beginning. Outside Linux, all files that are returned for a
-/// path share their position.
+/// Opens what came through a pipe, from its beginning. Outside Linux, all files returned for a path
+/// share their position.
 ///
 /// # Errors
 /// If it cannot be read, is longer than [`MOST_BYTES`], or the temporary folder is full.
@@ -58,7 +58,7 @@ pub(super) fn open(path: &Path) -> Result<File, Problem> {
     first
 }
 
-/// Drops what came through the pipe at this path, so that the next one to open it reads it anew.
+/// Drops what came through the pipe at this path, so that it is read anew when next opened.
 pub fn forget(path: &Path) {
     READ.lock().unwrap_or_else(PoisonError::into_inner).retain(|(other, _)| other != path);
 }
@@ -97,7 +97,7 @@ fn keep(mut stream: impl Read, most: u64) -> Result<File, Problem> {
     }
 }
 
-/// The temporary folder takes no more, or there is none.
+/// The error that the temporary folder is full or missing.
 pub(super) fn full(error: &io::Error) -> Problem {
     let folder = std::env::temp_dir();
     Problem::TooLarge(format!("cannot be kept in {}: {error}", folder.display()))

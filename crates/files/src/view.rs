@@ -1,11 +1,11 @@
-//! What is denoised of a file: its views, each with the layers that belong to it.
+//! What is denoised in a file: its views, each with its layers.
 
 use super::motion::MotionLayer;
 use super::selection::Selection;
 use super::{Problem, window};
 use wgdenoise::Image;
 
-/// One view of a picture, such as that of the left eye; most files have one.
+/// One view of a picture, such as the left eye's; most files have one.
 ///
 /// Further layers are held in memory along with the color: a part with many layers is unpacked only
 /// once, and their results wait for each other anyway until the file is written.
@@ -23,16 +23,16 @@ pub struct View {
     pub(super) is_panorama: bool,
 }
 
-/// A further layer of light, to be denoised by the color's weights.
+/// A further light layer, to be denoised with the color's weights.
 #[derive(Clone, Debug)]
 pub struct NoisyLayer {
-    /// Its name in the file.
+    /// The layer's name in the file.
     pub name: String,
     /// Linear light, of the color's size.
     pub image: Image,
 }
 
-/// What replaces the noisy images of a [`View`]. Each image has the color's size.
+/// The replacements for a [`View`]'s noisy images. Each image has the color's size.
 #[derive(Clone, Debug)]
 pub struct Denoised {
     /// Replaces the color.
@@ -44,14 +44,14 @@ pub struct Denoised {
 }
 
 impl From<Image> for Denoised {
-    /// Alpha and further layers stay as they are.
+    /// Leaves alpha and further layers as they are.
     fn from(color: Image) -> Self {
         Self { color, alpha: None, layers: Vec::new() }
     }
 }
 
 impl View {
-    /// That of a file without layers.
+    /// The view of a file without layers.
     pub(super) fn of_color(color: Image, alpha: Option<Vec<f32>>) -> Self {
         Self {
             name: None,
@@ -103,7 +103,7 @@ impl View {
         self.alpha.as_ref().is_some_and(|alpha| alpha.iter().any(|&a| a > 0.0 && a < 1.0))
     }
 
-    /// The further layers to denoise by the color's weights, as [`LayerChoice`] asks for.
+    /// The further layers to denoise with the color's weights, as chosen by [`LayerChoice`].
     ///
     /// [`LayerChoice`]: crate::LayerChoice
     #[must_use]
@@ -111,14 +111,14 @@ impl View {
         &self.layers
     }
 
-    /// The motion vectors, as [`LayerChoice`](crate::LayerChoice) asks for.
+    /// The motion vectors, if [`LayerChoice`](crate::LayerChoice) asks for them.
     #[must_use]
     pub fn motion(&self) -> Option<&MotionLayer> {
         self.motion.as_ref()
     }
 
-    /// Where the color's first pixel is in the picture, in pixels right and down; EXR files may hold a
-    /// part of the picture.
+    /// Where the color's first pixel is in the picture, in pixels right and down; EXR files may
+    /// hold only a part of the picture.
     #[must_use]
     pub fn corner(&self) -> [i32; 2] {
         self.corner
@@ -130,14 +130,14 @@ impl View {
         self.selection.as_ref()
     }
 
-    /// Whether the left and the right edge of the picture touch: it is an EXR file whose attribute
-    /// `envmap` says latlong.
+    /// Whether the left and right edges of the picture touch: it is an EXR file whose `envmap`
+    /// attribute says latlong.
     #[must_use]
     pub fn is_panorama(&self) -> bool {
         self.is_panorama
     }
 
-    /// Refuses a result that does not fit.
+    /// Refuses a result that does not fit the view.
     pub(super) fn check(&self, result: &Denoised) -> Result<(), Problem> {
         let size = self.color.size();
         let images = [&result.color].into_iter().chain(&result.layers);

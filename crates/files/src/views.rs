@@ -1,9 +1,9 @@
-//! Which view each layer of a stereo or multi-view file belongs to.
+//! Assigns each layer of a stereo or multi-view file to its view.
 //!
 //! A part's attribute `view` names its view. In a part with the attribute `multiView`, a layer's
-//! first or last word is its view (`right.albedo`, Blender's `ViewLayer.Combined.right`), and what
-//! names none belongs to the first one. Without either, `left` and `right` are views if every layer
-//! of color has one of them for its first or last word.
+//! first or last word is its view (`right.albedo`, Blender's `ViewLayer.Combined.right`), and
+//! layers that name none belong to the first one. Without either, `left` and `right`, or only
+//! `main`, are views if every color layer has one of them as its first or last word.
 
 use std::collections::{HashMap, HashSet};
 
@@ -42,7 +42,7 @@ impl Views {
         Self { names: HashMap::new(), default: None }
     }
 
-    /// Gives every layer its view. The layers of a file with one view have none.
+    /// Assigns every layer its view, or none in a file with one view.
     pub(super) fn assign(&self, parts: &[Part], layers: &mut [Layer]) {
         for layer in layers.iter_mut() {
             let (view, base) = match (&parts[layer.part()].view, self.split(&layer.name)) {
@@ -64,7 +64,7 @@ impl Views {
         }
     }
 
-    /// The view that a layer's name has for its last or its first word, and the rest of the name.
+    /// Splits a layer's name into its view, which is the last or first word, and the rest.
     fn split<'a>(&'a self, name: &str) -> Option<(&'a str, String)> {
         let view = |word: &str| self.names.get(&word.to_lowercase()).map(String::as_str);
         let end = name.rfind(['.', '_']).map_or(0, |dot| dot + 1);
@@ -82,7 +82,7 @@ pub(super) struct View<'a> {
     pub(super) layers: Vec<&'a Layer>,
 }
 
-/// The views in the file's order, but the default one first.
+/// Groups layers by view, in the file's order, but the default view first.
 pub(super) fn by_view<'a>(
     layers: &'a [Layer],
     default: Option<&String>,
@@ -107,5 +107,5 @@ pub(super) fn by_view<'a>(
     Ok(views)
 }
 
-/// Most views of a file; cameras for light fields have some hundred.
+/// Most views in a file; light-field cameras have some hundred.
 const MOST_VIEWS: usize = 512;

@@ -12,25 +12,25 @@ use super::limits::Limits;
 use super::motion::MotionWish;
 use super::stream::is_stream;
 
-/// Which layers to read, and how much at most. Layers that are not named are found by the names that
+/// Which layers to read, and how much at most. Layers not named are found by the names that
 /// renderers give them.
 #[derive(Clone, Debug, Default)]
 pub struct LayerChoice {
     /// The layer to denoise; by default the color of every view.
     pub color: Option<String>,
-    /// The layer or the file with the albedo.
+    /// The layer or file with the albedo.
     pub albedo: Option<OsString>,
-    /// The layer or the file with the normals.
+    /// The layer or file with the normals.
     pub normal: Option<OsString>,
     /// Ignore albedo and normal.
     pub no_aux: bool,
-    /// Further layers of light to denoise along.
+    /// Further light layers to denoise.
     pub layers: Option<LayersWish>,
     /// The motion vectors; none by default.
     pub motion: MotionWish,
     /// Read the layer that results are written to instead of the noisy one.
     pub finished: bool,
-    /// How large the images may be.
+    /// How large images may be.
     pub limits: Limits,
 }
 
@@ -42,7 +42,7 @@ pub(super) struct Files {
 }
 
 impl LayerChoice {
-    /// What the names stand for in a file with these parts: layers, or else files.
+    /// Resolves the names for a file with these parts: to layers, or else to files.
     pub(super) fn wishes(&self, parts: &[Part]) -> Result<(Wishes, Files), Problem> {
         let layers = layers::layers(parts);
         let (albedo, albedo_file) = self.wish(&layers, self.albedo.as_deref())?;

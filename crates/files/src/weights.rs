@@ -1,4 +1,4 @@
-//! Weights files: which one of a folder an image needs, and reading one.
+//! Finds the weights file in a folder that fits an image, and reads weights files.
 
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
@@ -9,12 +9,12 @@ use wgdenoise::{Inputs, MainImage, Quality, Weights, tza};
 /// The longest weights file that is read.
 const MAX_BYTES: u64 = 1 << 30;
 
-/// What is denoised; weights in a folder are chosen by it.
+/// What is denoised, which decides among the weights in a folder.
 #[derive(Clone, Copy, Debug)]
 pub struct Subject {
     /// Which image is denoised.
     pub main: MainImage,
-    /// The images next to the main one.
+    /// The images given besides the main one.
     pub inputs: Inputs,
     /// Whether the color is scene-referred, as in EXR files.
     pub hdr: bool,
@@ -27,7 +27,7 @@ impl Subject {
     pub const ALL: Self =
         Self { main: MainImage::Color, inputs: Inputs::ALL, hdr: true, clean: false };
 
-    /// Names of Open Image Denoise's weights that fit, the best first, without their size.
+    /// Names of Open Image Denoise's weights that fit, best first, without their size.
     fn stems(self) -> Vec<String> {
         let prefix = match self.main {
             MainImage::Albedo => return vec!["rt_alb".into()],
@@ -45,7 +45,7 @@ impl Subject {
     }
 }
 
-/// A network's size in file names, the wanted one first.
+/// Network sizes in file names, preferred first.
 fn sizes(quality: Option<Quality>) -> &'static [&'static str] {
     match quality {
         Some(Quality::Fast) => &["_small", ""],
@@ -54,7 +54,7 @@ fn sizes(quality: Option<Quality>) -> &'static [&'static str] {
     }
 }
 
-/// The file of a folder that fits best, by the names of Open Image Denoise's files.
+/// Picks the file in a folder that fits best, by the names of Open Image Denoise's files.
 ///
 /// # Errors
 /// If no file of the folder fits.
@@ -102,13 +102,13 @@ fn is_safetensors(bytes: &[u8]) -> bool {
     bytes.get(8) == Some(&b'{')
 }
 
-/// A file's name without its extension, by which Open Image Denoise's files are told apart.
+/// A file name without its extension, which identifies Open Image Denoise's files.
 #[must_use]
 pub fn stem(path: &Path) -> String {
     path.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// A whole weights file. No more than 1 GiB is read, even if the file grows meanwhile.
+/// Reads a whole weights file. Reads at most 1 GiB, even if the file grows meanwhile.
 ///
 /// # Errors
 /// If it cannot be read or is longer.

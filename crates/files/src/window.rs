@@ -1,4 +1,4 @@
-//! Images that cover different rectangles of the picture.
+//! Aligns images that cover different rectangles of the picture.
 
 use ::exr::meta::attribute::IntegerBounds;
 use ::exr::meta::header::Header;
@@ -19,24 +19,24 @@ pub(super) struct Place {
 }
 
 impl Place {
-    /// The place of a part of an EXR file.
+    /// The place of an EXR file's part.
     pub(super) fn of(header: &Header) -> Self {
         let display = header.shared_attributes.display_window;
         Self { data: header.data_window(), display, is_positioned: true }
     }
 
-    /// The whole picture.
+    /// A whole picture of this size.
     pub(super) fn sized((width, height): (u32, u32)) -> Self {
         let whole = IntegerBounds::from_dimensions((width as usize, height as usize));
         Self { data: whole, display: whole, is_positioned: false }
     }
 
-    /// Whether more or less is shown than the image covers.
+    /// Whether the display window differs from what the image covers.
     pub(super) fn is_cropped(&self) -> bool {
         self.data != self.display
     }
 
-    /// Tells that an image was fitted to what is shown.
+    /// Says that an image was fitted to the display window.
     pub(super) fn cropping(&self) -> String {
         format!(
             "cropped and padded to the display window, {}; the pixels are {}",
@@ -45,8 +45,8 @@ impl Place {
         )
     }
 
-    /// The rectangles of `self` and of `other` that show the same: in one picture, all of both.
-    /// An image without a position may show all of the display window.
+    /// The rectangles of `self` and `other` that show the same: within one picture, all of both. An
+    /// image without a position may show all of the display window.
     fn common(&self, other: &Self) -> Option<(IntegerBounds, IntegerBounds)> {
         let are_same = |a: IntegerBounds, b: IntegerBounds| a.size == b.size;
         if self.is_positioned && other.is_positioned && self.display == other.display {
@@ -64,7 +64,7 @@ impl Place {
     }
 }
 
-/// An image of a file of its own, fitted to the color, and a notice if it had to be moved.
+/// Fits an image from a separate file to the color; returns a notice if it had to be moved.
 ///
 /// Images of one picture, which has one display window, are aligned by their data windows; pixels
 /// that are not covered become 0. Images without a position must have the size of the data or the
@@ -128,7 +128,7 @@ pub(super) fn align(
     Image::new(width as u32, height as u32, pixels).map_err(|e| Problem::Size(e.to_string()))
 }
 
-/// Tells that a layer was moved to another window.
+/// Says that a layer was moved to another window.
 pub(super) fn notice(layer: &str, from: IntegerBounds, to: IntegerBounds) -> String {
     format!(
         "`{}` covers {} and the color {}: it was cropped and padded with 0 to fit",
@@ -138,7 +138,7 @@ pub(super) fn notice(layer: &str, from: IntegerBounds, to: IntegerBounds) -> Str
     )
 }
 
-/// The problem with two sizes that had to be equal.
+/// The error for two sizes that should be equal.
 pub(super) fn other_size(found: (u32, u32), expected: (u32, u32)) -> Problem {
     Problem::Size(format!(
         "is {}×{} pixels and the color is {}×{}; both must have the same size",
@@ -181,8 +181,8 @@ mod tests {
         Place { data: IntegerBounds::new(data.0, data.1), display, is_positioned: true }
     }
 
-    /// Where the top left pixel of the color comes from in an image whose pixels are numbered from
-    /// 1 in columns and 100 in rows; 0 if it is not covered. An error is a text.
+    /// The top left pixel that the color gets from an image whose pixel at x, y holds
+    /// x + 1 + 100 (y + 1); 0 if it is not covered. An error is a text.
     fn corner(from: Place, color: Place) -> Result<f32, String> {
         let (width, height) = size(from.data);
         let number = |i: u32| [(i % width + 1 + 100 * (i / width + 1)) as f32; 3];

@@ -17,7 +17,7 @@ use crate::guard;
 pub(super) struct Block {
     /// Index of its part.
     pub(super) part: usize,
-    /// Its index in the table of offsets, which covers all parts.
+    /// Index in the offset table, which covers all parts.
     pub(super) slot: usize,
     /// Position of its head in the file.
     pub(super) offset: u64,
@@ -36,13 +36,13 @@ impl Block {
     }
 }
 
-/// Finds every block, in the order of their positions.
+/// Finds every block, ordered by position in the file.
 ///
 /// The table's length must have been checked against the file's.
 ///
 /// # Errors
-/// If a block is missing, its head contradicts the header, it is longer than its pixels, or two
-/// blocks share bytes: a small file could otherwise become one of any size.
+/// If a block is missing, its head contradicts the header, it is too long for its pixels, or two
+/// blocks share bytes: a small file could otherwise expand to any size.
 pub(super) fn read(
     file: &File,
     meta: &MetaData,
@@ -82,8 +82,8 @@ fn are_missing(count: &str, total: usize) -> Problem {
     Problem::Damaged(format!("is cut off or incomplete: {count} of {total} blocks are missing"))
 }
 
-/// Every offset within the file, with its slot and part. A table of zeros takes no memory and little
-/// time.
+/// Reads every offset that lies within the file, with its slot and part. A table of zeros takes no
+/// memory and little time.
 fn read_table(
     reader: &mut impl Read,
     meta: &MetaData,
@@ -108,10 +108,10 @@ fn read_table(
 /// Most missing blocks that are counted.
 const MOST_MISSING: usize = 10_000_000;
 
-/// What a block may have beyond twice its pixels, of which it should never have more than once.
+/// Bytes that a block may have beyond twice its pixels, although it should never exceed them once.
 const SLACK: u128 = 1 << 16;
 
-/// The fields before the packed pixels of a block.
+/// The fields before a block's packed pixels.
 struct Head {
     part: i32,
     position: Vec<i32>,
@@ -120,7 +120,7 @@ struct Head {
 }
 
 impl Head {
-    /// `None` if the file ends within the head or the size is negative.
+    /// Reads a head; `None` if the file ends within it or the size is negative.
     fn read(reader: &mut impl Read, meta: &MetaData, expected_part: usize) -> Option<Self> {
         let named = usize::from(meta.requirements.is_multilayer());
         let tiled = meta.headers[expected_part].blocks.has_tiles();

@@ -1,8 +1,8 @@
 //! EXR files, block by block.
 //!
 //! A file is patched, not rebuilt: its header and every block without a denoised channel are copied
-//! byte for byte, so other parts, attributes, previews and smaller mip levels come out as they came
-//! in. Only the blocks with denoised channels are unpacked, changed and packed again.
+//! byte for byte, so other parts, attributes, previews and smaller mip levels stay unchanged. Only
+//! blocks with denoised channels are unpacked, changed and packed again.
 
 use std::collections::BTreeMap;
 use std::fs::File;
@@ -37,7 +37,7 @@ pub(super) use write::{Change, Samples, write_rgb};
 #[derive(Debug)]
 pub struct ExrFile {
     file: File,
-    /// Everything before the table of blocks, as it is in the file.
+    /// Everything before the table of blocks, as stored in the file.
     head: Vec<u8>,
     meta: MetaData,
     blocks: Vec<Block>,
@@ -90,8 +90,8 @@ impl ExrFile {
         self.meta.headers[part].data_window()
     }
 
-    /// Whether a part covers all directions around the viewer by latitude and longitude, so that its
-    /// left and right edge touch.
+    /// Whether a part is a latitude–longitude panorama around the viewer, so that its left and
+    /// right edges touch.
     #[must_use]
     pub fn is_panorama(&self, part: usize) -> bool {
         let header = &self.meta.headers[part];
@@ -101,8 +101,8 @@ impl ExrFile {
         map == Some(EnvironmentMap::LatitudeLongitude) && data == display
     }
 
-    /// Reads layers and single channels at full size, each in its own part's window. Every part is
-    /// unpacked once.
+    /// Reads layers and single channels at full size, each in its own part's window. Unpacks every
+    /// part once.
     ///
     /// # Errors
     /// If a channel is neither half nor float, is subsampled, or a block is damaged.
@@ -168,8 +168,8 @@ impl ExrFile {
         )))
     }
 
-    /// Unpacks all blocks at full size that hold `places`. `put` gets the index of a place, the width
-    /// of its part, and a block's bounds and samples.
+    /// Unpacks all full-size blocks that hold `places`. `put` gets the index of a place, the width
+    /// of its part, and the block's bounds and samples.
     fn for_each_block(
         &self,
         places: &[Place],
@@ -200,7 +200,7 @@ impl ExrFile {
         Ok(())
     }
 
-    /// The packed pixels of some blocks.
+    /// Reads the packed pixels of some blocks.
     fn load<'a>(&self, blocks: &[&'a Block]) -> Result<Vec<(&'a Block, Vec<u8>)>, Problem> {
         let load = |&block: &&'a Block| {
             self.bytes(block.offset + block.head as u64, block.stored).map(|bytes| (block, bytes))
@@ -216,7 +216,7 @@ impl ExrFile {
         Ok(bytes)
     }
 
-    /// The blocks of a part at its full size, each present once and plausible.
+    /// The blocks of a part at full size, each present once and plausible.
     fn full_size_blocks(&self, part: usize) -> Result<Vec<&Block>, Problem> {
         let header = &self.meta.headers[part];
         let full =
@@ -242,7 +242,7 @@ impl ExrFile {
     }
 }
 
-/// The indices of a block's pixels in a picture of that width, row by row.
+/// Indices of a block's pixels in a picture of this width, row by row.
 fn bounds_in(width: usize, bounds: IntegerBounds) -> impl Iterator<Item = usize> {
     let (x, y) = (bounds.position.x() as usize, bounds.position.y() as usize);
     let rows = (0..bounds.size.height()).map(move |row| (y + row) * width + x);

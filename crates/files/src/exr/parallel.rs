@@ -9,13 +9,13 @@ use crate::guard;
 /// Most unpacked bytes in memory at a time, unless a single block has more.
 const BATCH_BYTES: u128 = 256 << 20;
 
-/// How many blocks of a part to work on at a time.
+/// How many of a part's blocks to process at a time.
 pub(super) fn batch(header: &Header) -> usize {
     let fitting = BATCH_BYTES / guard::block_bytes(header).max(1);
     (fitting as usize).clamp(1, 16 * workers())
 }
 
-/// How many of the leading sizes fit into memory at a time: at least one, at most `most`.
+/// How many of the leading sizes fit into memory together: at least one, at most `most`.
 pub(super) fn leading(sizes: impl Iterator<Item = usize>, most: usize) -> usize {
     let sums = sizes.scan(0, |sum, size| {
         *sum += size as u128;
@@ -24,7 +24,7 @@ pub(super) fn leading(sizes: impl Iterator<Item = usize>, most: usize) -> usize 
     sums.take(most).take_while(|&sum| sum <= BATCH_BYTES).count().max(1)
 }
 
-/// Applies `work` to every item; results are in the items' order.
+/// Applies `work` to every item on all cores; results keep the items' order.
 pub(super) fn map<T: Send, R: Send>(items: Vec<T>, work: impl Fn(T) -> R + Sync) -> Vec<R> {
     let per_worker = items.len().div_ceil(workers()).max(1);
     let mut items = items.into_iter().peekable();

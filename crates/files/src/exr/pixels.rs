@@ -1,4 +1,4 @@
-//! The samples of an unpacked block: in each row, all of the first channel, then all of the next.
+//! The samples of an unpacked block: each row holds all of the first channel, then all of the next.
 
 use ::exr::meta::attribute::{IntegerBounds, SampleType};
 use ::exr::meta::header::Header;
@@ -11,14 +11,14 @@ use wgdenoise::panics::caught;
 /// The largest half.
 const MAX_HALF: f32 = 65504.0;
 
-/// The pixels of a block, counted from the corner of its part's data window.
+/// The rectangle of a block, relative to the corner of its part's data window.
 pub(super) fn bounds(header: &Header, block: &Block) -> Result<IntegerBounds, Problem> {
     let bounds = header.get_absolute_block_pixel_coordinates(block.tile).map_err(damaged)?;
     bounds.validate(Some(header.max_block_pixel_size())).map_err(damaged)?;
     Ok(bounds)
 }
 
-/// The samples of a block, in the machine's byte order.
+/// Unpacks a block's samples, in the machine's byte order.
 pub(super) fn unpack(
     header: &Header,
     block: &Block,
@@ -26,7 +26,7 @@ pub(super) fn unpack(
 ) -> Result<(IntegerBounds, Vec<u8>), Problem> {
     let bounds = bounds(header, block)?;
     guard::check_dwa(header, &packed, bounds)?;
-    // B44 has arithmetic that overflows on damaged blocks, which checked builds turn into panics.
+    // On damaged blocks, B44's arithmetic overflows, which checked builds turn into panics.
     let decode =
         || header.compression.decompress_image_section_from_le(header, packed, bounds, false);
     match caught(decode) {
@@ -35,7 +35,7 @@ pub(super) fn unpack(
     }
 }
 
-/// The reverse of [`unpack`].
+/// Packs a block's samples: the reverse of [`unpack`].
 pub(super) fn pack(
     header: &Header,
     bounds: IntegerBounds,
@@ -45,7 +45,7 @@ pub(super) fn pack(
     packed.map_err(|e| Problem::Unsupported(format!("cannot be compressed again: {e}")))
 }
 
-/// One channel of a block, row by row.
+/// Extracts one channel of a block, row by row.
 pub(super) fn extract(
     header: &Header,
     bounds: IntegerBounds,
@@ -56,8 +56,8 @@ pub(super) fn extract(
     (0..bounds.size.area()).map(|i| samples.get(bytes, i)).collect()
 }
 
-/// Replaces one channel of a block wherever `value` has one for the pixel; returns how many values
-/// were too large for half.
+/// Replaces one channel of a block wherever `value` returns one for the pixel; returns how many
+/// values were too large for half.
 pub(super) fn replace(
     header: &Header,
     bounds: IntegerBounds,
@@ -111,7 +111,7 @@ impl Samples {
         }
     }
 
-    /// Stores a value; true if it was too large and the largest one was stored.
+    /// Stores a value; returns true if it was too large and the largest half was stored instead.
     fn set(&self, bytes: &mut [u8], i: usize, value: f32) -> bool {
         let at = self.at(i);
         match self.kind {

@@ -1,4 +1,4 @@
-//! A first look at a header: where it ends, and whether it can be parsed in little memory.
+//! A first pass over a header: finds its end and checks that it parses in little memory.
 
 use std::io::{BufRead, Read, Seek};
 
@@ -8,14 +8,14 @@ use ::exr::meta::header::Header;
 use super::Problem;
 use crate::escape::escaped;
 
-/// Most memory that a header may take once parsed; those of large scenes have some MiB of
-/// cryptomatte names.
+/// Most memory that a parsed header may take; those of large scenes hold some MiB of cryptomatte
+/// names.
 const MAX_MEMORY: u64 = 128 << 20;
 
 /// The longest name of an attribute or a type.
 const MAX_NAME: u64 = 255;
 
-/// Flag of files with several parts.
+/// The flag of multi-part files.
 const MULTI_PART: u32 = 0x1000;
 
 /// Finds where the header of a file of `len` bytes ends.
@@ -44,7 +44,7 @@ struct Scan<R> {
 }
 
 impl<R: BufRead + Seek> Scan<R> {
-    /// Skips a part; false if there is none, which ends a list of parts.
+    /// Skips a part; returns false if there is none, which ends a list of parts.
     fn part(&mut self) -> Result<bool, Problem> {
         let mut attributes = 0;
         while self.attribute()? {
@@ -54,7 +54,7 @@ impl<R: BufRead + Seek> Scan<R> {
         Ok(attributes > 0)
     }
 
-    /// Skips an attribute; false if there is none, which ends the part.
+    /// Skips an attribute; returns false if there is none, which ends the part.
     fn attribute(&mut self) -> Result<bool, Problem> {
         let name = self.text()?;
         if name.is_empty() {
@@ -79,7 +79,7 @@ impl<R: BufRead + Seek> Scan<R> {
         Ok(true)
     }
 
-    /// Reads a name and the zero that ends it.
+    /// Reads a name up to the zero that ends it.
     fn text(&mut self) -> Result<Vec<u8>, Problem> {
         let mut text = Vec::new();
         let mut limited = self.reader.by_ref().take(MAX_NAME + 1);
@@ -128,11 +128,11 @@ impl<R: BufRead + Seek> Scan<R> {
     }
 }
 
-/// Memory that an attribute takes once parsed: its slot in a table, which may be half empty, its
+/// The memory that a parsed attribute takes: its slot in a table, which may be half empty, its
 /// bytes while they are read and kept, and the items of lists.
 fn parsed(kind: &[u8], size: u64) -> u64 {
     let place = 2 * size_of::<(Text, AttributeValue)>() as u64;
-    // The shortest channel has 18 bytes, the shortest text of a list 4.
+    // A channel has at least 18 bytes, a text in a list at least 4.
     let taken_apart = match kind {
         b"chlist" => 2 * size / 18 * size_of::<ChannelDescription>() as u64,
         b"stringvector" => 2 * size / 4 * size_of::<Text>() as u64,
@@ -192,7 +192,7 @@ mod tests {
         assert!(error.contains("`a` has a negative size"), "{error}");
     }
 
-    /// Each of these would become over a hundred MiB once parsed.
+    /// Each of these would take over a hundred MiB once parsed.
     #[test]
     fn headers_that_grow_when_they_are_parsed_are_refused() {
         for part in [

@@ -1,4 +1,4 @@
-//! Writing: the same file with some channels replaced, or a plain new file.
+//! Writes the same file with some channels replaced, or a plain new file.
 
 use std::collections::{HashMap, HashSet};
 use std::io::{Seek, SeekFrom, Write};
@@ -25,9 +25,9 @@ pub(crate) struct Change<'a> {
     pub(crate) samples: Samples<'a>,
 }
 
-/// Where new samples come from.
+/// The source of new samples.
 pub(crate) enum Samples<'a> {
-    /// A component of each pixel.
+    /// One component of each pixel.
     Component(&'a Image, usize),
     /// The mean of each pixel's components.
     Gray(&'a Image),
@@ -36,7 +36,7 @@ pub(crate) enum Samples<'a> {
 }
 
 impl<'a> Change<'a> {
-    /// A layer replaced by an image; one channel gets the mean of three.
+    /// Replaces a layer by an image; a single channel gets the mean of three.
     pub(crate) fn of_image(pick: &Pick, window: IntegerBounds, image: &'a Image) -> Vec<Self> {
         if pick.is_gray() {
             return vec![Self { place: pick.channels[0], window, samples: Samples::Gray(image) }];
@@ -46,7 +46,7 @@ impl<'a> Change<'a> {
         components.map(|(i, place)| Self { place, window, samples: samples(i) }).collect()
     }
 
-    /// The new sample at a position of the whole picture.
+    /// The new sample at a position in the whole picture.
     fn at(&self, x: i64, y: i64) -> Option<f32> {
         let (corner, size) = (self.window.position, self.window.size);
         let x = usize::try_from(x - i64::from(corner.x())).ok().filter(|x| *x < size.width())?;
@@ -64,10 +64,10 @@ impl<'a> Change<'a> {
 type Changes<'a> = HashMap<usize, Vec<&'a Change<'a>>>;
 
 impl ExrFile {
-    /// Writes this file with some channels replaced. Returns how many values were too large for half
-    /// and clamped.
+    /// Writes this file with some channels replaced. Returns how many values were too large for
+    /// half and clamped.
     ///
-    /// Every block without such a channel is copied. Smaller mip levels stay as they were.
+    /// Blocks without such a channel are copied. Smaller mip levels stay as they were.
     ///
     /// # Errors
     /// If reading or writing fails.
@@ -86,7 +86,7 @@ impl ExrFile {
         let most = batches.min().unwrap_or(1);
         let mut rest = self.blocks.as_slice();
         while !rest.is_empty() {
-            // The blocks of other parts may be larger than those of the changed ones.
+            // Blocks of other parts may be larger than the changed ones.
             let count = parallel::leading(rest.iter().map(|b| b.stored), most);
             let (batch, later) = rest.split_at(count);
             rest = later;
@@ -102,8 +102,8 @@ impl ExrFile {
         Ok(clamped)
     }
 
-    /// The parts in which changes alter other channels slightly, because they share blocks with the
-    /// changed ones and go through lossy compression again.
+    /// The parts in which other channels change slightly, because they share blocks with the
+    /// changed ones and are compressed lossily again.
     pub(crate) fn rewritten_lossily(&self, changes: &[Change<'_>]) -> Vec<usize> {
         let mut parts: Vec<_> = by_part(changes).into_iter().collect();
         parts.sort_unstable_by_key(|(part, _)| *part);
@@ -124,7 +124,7 @@ impl ExrFile {
             .any(|b| b.part == part && (b.tile.level_index.0 > 0 || b.tile.level_index.1 > 0))
     }
 
-    /// Each block as it will be written, head included, and how many values were clamped.
+    /// Builds each block as it will be written, head included, and counts clamped values.
     fn change(
         &self,
         blocks: &[Block],
@@ -177,8 +177,8 @@ fn by_part<'a>(changes: &'a [Change<'a>]) -> Changes<'a> {
     parts
 }
 
-/// Whether a compression changes a channel each time: B44 changes half, DWA what is named like color
-/// or luminance; the 24 bits of PXR24 stay.
+/// Whether a compression changes a channel each time: B44 changes half, DWA changes channels named
+/// like color or luminance; PXR24 keeps its 24 bits.
 fn loses(compression: Compression, channel: &ChannelDescription) -> bool {
     let name = channel.name.to_string();
     let letter = name.rsplit('.').next().unwrap_or_default();
@@ -193,7 +193,7 @@ fn loses(compression: Compression, channel: &ChannelDescription) -> bool {
 }
 
 /// Writes a new file: R, G, B and, if given, A as float, losslessly compressed. Without primaries,
-/// the colors are those of sRGB.
+/// the colors are sRGB's.
 ///
 /// # Errors
 /// If writing fails.

@@ -1,23 +1,23 @@
-//! The chunks of a PNG file beside its pixels: which of them may go into the output.
+//! The chunks of a PNG file besides its pixels, and which of them may go into the output.
 //!
-//! Those that describe colors, pixel shape or the whole picture are kept byte for byte. Of others,
-//! the specification marks by the case of their fourth letter which may be copied when pixels
-//! change (PNG, third edition, 5.4 and 14.2).
+//! Chunks that describe colors, pixel shape or the whole picture are kept byte for byte. For the
+//! others, the case of the fourth letter says whether they may be copied when pixels change (PNG,
+//! third edition, 5.4 and 14.2).
 
 use std::io::{self, BufRead, Read, Seek, SeekFrom};
 
 use super::density::Density;
 
-/// A chunk beside the pixels.
+/// A chunk besides the pixels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Chunk {
     pub(crate) kind: [u8; 4],
     pub(crate) data: Vec<u8>,
-    /// Whether it comes after the pixels; it must not change sides.
+    /// Whether it comes after the pixels, where it must stay.
     pub(crate) after_pixels: bool,
 }
 
-/// The chunks of one file that hold for other pixels too, and what the others were.
+/// A file's chunks that stay valid with new pixels, and the names of the others.
 #[derive(Debug, Default)]
 pub(crate) struct Chunks {
     list: Vec<Chunk>,
@@ -25,24 +25,24 @@ pub(crate) struct Chunks {
     animated: bool,
 }
 
-/// Most memory for chunks that are kept.
+/// Most bytes kept in chunks.
 const MOST_BYTES: usize = 64 << 20;
 
 /// Most names of chunks in one message.
 const MOST_NAMED: usize = 8;
 
-/// Chunks of which a file has one at most.
+/// Chunks that a file has at most one of.
 const SINGLE: [&[u8; 4]; 11] = [
     b"cICP", b"iCCP", b"sRGB", b"gAMA", b"cHRM", b"mDCV", b"cLLI", b"pHYs", b"bKGD", b"tIME",
     b"eXIf",
 ];
 
-/// Chunks that say nothing without the pixels as they were stored; the decoder has used them.
+/// Chunks that mean nothing without the stored pixels; the decoder has used them.
 const OF_PIXELS: [&[u8; 4]; 7] = [b"IHDR", b"PLTE", b"IDAT", b"tRNS", b"hIST", b"fcTL", b"fdAT"];
 
 impl Chunks {
-    /// Walks over a PNG file. A file that ends early has the chunks up to there: whether its pixels
-    /// are whole is for the decoder to tell.
+    /// Walks a PNG file. A file that ends early has the chunks up to there: the decoder tells
+    /// whether the pixels are whole.
     pub(crate) fn read(mut reader: impl BufRead + Seek) -> io::Result<Self> {
         let mut chunks = Self::default();
         let (mut after_pixels, mut memory, mut has_plain_samples) = (false, 0, true);
@@ -65,8 +65,8 @@ impl Chunks {
         Ok(chunks)
     }
 
-    /// Whether a chunk holds for other pixels too. A background color is one of the samples, which
-    /// are written with 8 or 16 bits and without a palette.
+    /// Whether a chunk stays valid with new pixels. A background color is a sample, and samples are
+    /// written with 8 or 16 bits and without a palette.
     fn keeps(&self, kind: [u8; 4], after_pixels: bool, has_plain_samples: bool) -> bool {
         if SINGLE.contains(&&kind) {
             let may_follow = matches!(&kind, b"tIME" | b"eXIf");
@@ -86,12 +86,12 @@ impl Chunks {
         }
     }
 
-    /// The data of a chunk of which there is one.
+    /// The data of a chunk that a file has at most one of.
     pub(crate) fn get(&self, kind: [u8; 4]) -> Option<&[u8]> {
         self.list.iter().find(|chunk| chunk.kind == kind).map(|chunk| chunk.data.as_slice())
     }
 
-    /// All that are kept, in the file's order.
+    /// All chunks that are kept, in the file's order.
     pub(crate) fn kept(&self) -> &[Chunk] {
         &self.list
     }
@@ -101,12 +101,12 @@ impl Chunks {
         self.animated
     }
 
-    /// Tells which chunks of this file are not in a new PNG file.
+    /// Says which chunks of this file a new PNG file lacks.
     pub(crate) fn left_out(&self) -> Option<String> {
         left_out(self.left_out.iter().map(String::as_str))
     }
 
-    /// Tells which chunks another format has no place for, besides `used`.
+    /// Says which chunks another format has no place for, besides `used`.
     pub(crate) fn lost_except(&self, used: &[&[u8; 4]]) -> Option<String> {
         let mut names: Vec<_> = Vec::new();
         for chunk in self.list.iter().filter(|chunk| !used.contains(&&chunk.kind)) {
@@ -118,7 +118,7 @@ impl Chunks {
         left_out(names.into_iter().chain(self.left_out.iter().map(String::as_str)))
     }
 
-    /// How densely the pixels lie (`pHYs`).
+    /// The pixel density (`pHYs`).
     pub(crate) fn density(&self) -> Option<Density> {
         self.get(*b"pHYs").and_then(Density::of_png)
     }
@@ -133,10 +133,10 @@ fn left_out<'a>(names: impl Iterator<Item = &'a str>) -> Option<String> {
 /// Length of the signature before the first chunk.
 const SIGNATURE: u64 = 8;
 
-/// Length of a header.
+/// Length of the header's data.
 const HEADER: usize = 13;
 
-/// The length and the type of the next chunk, unless it is the last or damaged.
+/// Reads the length and the type of the next chunk, unless it is the last or damaged.
 fn head(reader: &mut impl Read) -> io::Result<Option<(usize, [u8; 4])>> {
     let mut bytes = Vec::with_capacity(8);
     reader.by_ref().take(8).read_to_end(&mut bytes)?;
@@ -150,12 +150,12 @@ fn head(reader: &mut impl Read) -> io::Result<Option<(usize, [u8; 4])>> {
         .map(|kind| (len as usize, kind)))
 }
 
-/// Whether a header (11.2.1) tells of samples with 8 or 16 bits and without a palette.
+/// Whether a header (11.2.1) declares samples with 8 or 16 bits and no palette.
 fn is_plain(header: &[u8]) -> bool {
     matches!(header.get(8..10), Some([8 | 16, color]) if *color != 3)
 }
 
-/// The data of a chunk if it is wanted, whole and its checksum right. The next chunk follows.
+/// Reads a chunk's data if it is wanted, whole and its checksum right; ends at the next chunk.
 fn body(
     reader: &mut (impl BufRead + Seek),
     len: usize,
@@ -171,7 +171,7 @@ fn body(
     Ok((sum == checksum(kind, &data).to_be_bytes()).then_some(data))
 }
 
-/// CRC-32 as PNG has it (annex D), bit by bit: chunks are small.
+/// PNG's CRC-32 (annex D), bit by bit: chunks are small.
 pub(crate) fn checksum(kind: [u8; 4], data: &[u8]) -> u32 {
     let step = |crc: u32, _| if crc & 1 == 1 { 0xedb8_8320 ^ (crc >> 1) } else { crc >> 1 };
     let byte = |crc: u32, byte: &u8| (0..8).fold(crc ^ u32::from(*byte), step);

@@ -1,4 +1,4 @@
-//! What the values of a PNG mean as light.
+//! How the values of a PNG encode light.
 
 use ::exr::math::Vec2;
 use ::exr::meta::attribute::Chromaticities;
@@ -8,25 +8,25 @@ use super::curve::Curve;
 use crate::Problem;
 use crate::primaries;
 
-/// The curve and the primaries of stored colors.
+/// The curve and primaries of stored colors.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct ColorSpace {
     pub(crate) curve: Curve,
-    /// `None` for those of sRGB.
+    /// `None` for sRGB's.
     pub(crate) primaries: Option<Chromaticities>,
 }
 
-/// The exponents of gamma that are decoded; others would not survive 32-bit floats.
+/// The gamma exponents that are decoded; others would not survive 32-bit floats.
 const EXPONENTS: std::ops::RangeInclusive<f32> = 0.2..=5.0;
 
 impl ColorSpace {
     pub(crate) const SRGB: Self = Self { curve: Curve::Srgb, primaries: None };
 
-    /// The color space of a PNG: by `cICP`, or else `iCCP`, `sRGB`, `gAMA` with `cHRM` (PNG, third
-    /// edition, 4.3). Colors with an ICC profile are decoded as if they were sRGB.
+    /// The color space of a PNG: from `cICP`, or else `iCCP`, `sRGB`, `gAMA` with `cHRM` (PNG,
+    /// third edition, 4.3). Colors with an ICC profile are decoded as if they were sRGB.
     ///
     /// # Errors
-    /// If light is coded in a way that is not supported, such as PQ.
+    /// If light is encoded in an unsupported way, such as PQ.
     pub(crate) fn of(chunks: &Chunks) -> Result<Self, Problem> {
         if let Some(&[primaries, curve, matrix, range]) = chunks.get(*b"cICP")
             && curve != UNSPECIFIED
@@ -69,7 +69,7 @@ impl ColorSpace {
     }
 }
 
-/// What H.273 calls unspecified, as a curve and as primaries.
+/// The number for unspecified in H.273, for curves and primaries.
 const UNSPECIFIED: u8 = 2;
 
 fn unsupported(how: &str) -> Problem {
@@ -84,7 +84,7 @@ fn scaled(data: &[u8], index: usize) -> Option<f32> {
     Some(u32::from_be_bytes(bytes)).filter(|&v| v > 0).map(|v| v as f32 / 100_000.0)
 }
 
-/// The white point, red, green and blue of `cHRM`.
+/// Reads the white point, red, green and blue of `cHRM`.
 fn chromaticities(data: &[u8]) -> Option<Chromaticities> {
     let point = |i: usize| Some(Vec2(scaled(data, 2 * i)?, scaled(data, 2 * i + 1)?));
     Some(Chromaticities { white: point(0)?, red: point(1)?, green: point(2)?, blue: point(3)? })

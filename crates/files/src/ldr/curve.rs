@@ -1,22 +1,22 @@
-//! Transfer curves: what a stored value from 0 to 1 means as light.
+//! Transfer curves, which decode stored values from 0 to 1 to light.
 
 /// A curve between stored values and linear light, both from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Curve {
-    /// That of sRGB (IEC 61966-2-1).
+    /// sRGB (IEC 61966-2-1).
     Srgb,
-    /// Light is the value to this power, as a PNG's gamma has it.
+    /// Light is the value raised to this power, as a PNG's gamma says.
     Power(f32),
-    /// That of BT.709, BT.601 and BT.2020 (ITU-T H.273, transfer characteristics 1, 6, 14, 15).
+    /// BT.709, BT.601 and BT.2020 (ITU-T H.273, transfer characteristics 1, 6, 14, 15).
     Bt709,
 }
 
-/// The constants of BT.2020, with which the two pieces of the curve meet.
+/// The constants of BT.2020, with which the curve's two pieces meet.
 const BT709_SCALE: f32 = 1.099_296_8;
 const BT709_TOE: f32 = 0.018_053_968;
 
 impl Curve {
-    /// The light of a stored value.
+    /// Decodes a stored value to light.
     pub(crate) fn linear(self, v: f32) -> f32 {
         match self {
             Self::Srgb if v <= 0.04045 => v / 12.92,
@@ -27,7 +27,7 @@ impl Curve {
         }
     }
 
-    /// The inverse of [`linear`](Self::linear), for light clipped to [0, 1]; NaN becomes 0.
+    /// Encodes light clipped to [0, 1]: the inverse of [`linear`](Self::linear); NaN becomes 0.
     pub(crate) fn encoded(self, v: f32) -> f32 {
         let v = if v.is_nan() { 0.0 } else { v.clamp(0.0, 1.0) };
         match self {

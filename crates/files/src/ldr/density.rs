@@ -1,10 +1,10 @@
-//! How densely pixels lie, which also tells their shape.
+//! Pixel density, which also tells the pixels' shape.
 
 use image::codecs::jpeg::{PixelDensity, PixelDensityUnit};
 
 const METERS_PER_INCH: f64 = 0.0254;
 
-/// Pixels along both sides of a meter, or of a unit that is not known.
+/// Pixels per meter, or per unknown unit, along both sides.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Density {
     x: f64,
@@ -13,7 +13,7 @@ pub(crate) struct Density {
 }
 
 impl Density {
-    /// That of a chunk `pHYs` (PNG, third edition, 11.3.4.3).
+    /// Reads a chunk `pHYs` (PNG, third edition, 11.3.4.3).
     pub(crate) fn of_png(data: &[u8]) -> Option<Self> {
         let (x, rest) = data.split_first_chunk()?;
         let (y, unit) = rest.split_first_chunk()?;
@@ -21,7 +21,7 @@ impl Density {
         (x > 0.0 && y > 0.0).then_some(Self { x, y, is_metric: unit == [1] })
     }
 
-    /// That of a JFIF header (ITU-T T.871, 10.1) from its unit on; `None` if it says nothing.
+    /// Reads a JFIF header (ITU-T T.871, 10.1) from its unit on; `None` if it says nothing.
     pub(crate) fn of_jfif(data: &[u8]) -> Option<Self> {
         let &[unit, a, b, c, d, ..] = data else { return None };
         let [x, y] = [[a, b], [c, d]].map(|bytes| f64::from(u16::from_be_bytes(bytes)));
@@ -34,30 +34,31 @@ impl Density {
         (x > 0.0 && y > 0.0 && (unit > 0 || x != y)).then_some(density)
     }
 
-    /// That of pixels so many times as wide as high; `None` if they are square.
+    /// The density of pixels `aspect` times as wide as high; `None` if they are square.
     pub(crate) fn of_aspect(aspect: f32) -> Option<Self> {
         let y = 1000.0 * f64::from(aspect);
         (aspect != 1.0).then_some(Self { x: 1000.0, y, is_metric: false })
     }
 
-    /// The width of a pixel in units of its height; 1 if it makes no sense.
+    /// Pixel width over height; 1 if the ratio makes no sense.
     pub(crate) fn aspect(self) -> f32 {
         let aspect = (self.y / self.x) as f32;
         if is_storable(aspect) { aspect } else { 1.0 }
     }
 
-    /// That of the picture turned on its side.
+    /// The density of the picture turned on its side.
     pub(crate) fn turned(self) -> Self {
         Self { x: self.y, y: self.x, ..self }
     }
 
-    /// The data of a chunk `pHYs`.
+    /// The data of a `pHYs` chunk.
     pub(crate) fn png(self) -> Vec<u8> {
         let [x, y] = [self.x, self.y].map(|count| (count.round() as u32).to_be_bytes());
         [&x[..], &y, &[self.is_metric.into()]].concat()
     }
 
-    /// Per inch or per centimeter, whichever leaves whole numbers; without a unit if neither fits.
+    /// The density per inch or per centimeter, whichever gives whole numbers; without a unit if
+    /// neither does.
     pub(crate) fn jfif(self) -> PixelDensity {
         let per = |meters: f64| [self.x, self.y].map(|count| count * meters);
         let is_whole = |counts: &[f64; 2]| counts.iter().all(|v| (v - v.round()).abs() < 0.01);
@@ -79,7 +80,7 @@ impl Density {
     }
 }
 
-/// Whether a density can hold this shape of pixels.
+/// Whether a density can store this ratio of pixel width to height.
 pub(crate) fn is_storable(aspect: f32) -> bool {
     (0.02..=60.0).contains(&aspect)
 }

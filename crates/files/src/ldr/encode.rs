@@ -1,4 +1,4 @@
-//! Pixels of 8 or 16 bits as a PNG or JPEG file.
+//! Encodes pixels of 8 or 16 bits as a PNG or JPEG file.
 
 use std::borrow::Cow;
 use std::io::Write;
@@ -19,18 +19,18 @@ use wgdenoise::Image;
 /// Out of 100; the loss is invisible.
 const JPEG_QUALITY: u8 = 95;
 
-/// A picture that is ready to be encoded, and what goes with it.
+/// A picture ready to be encoded, and its metadata.
 #[derive(Debug)]
 pub(crate) struct Encoded {
-    /// The pixels, in a kind of 8 or 16 bits that the format has.
+    /// The pixels, in an 8- or 16-bit kind that the format has.
     pub(crate) pixels: DynamicImage,
     pub(crate) icc: Option<Vec<u8>>,
     pub(crate) exif: Option<Vec<u8>>,
-    /// Further chunks of a PNG; none with the profile or EXIF data given above.
+    /// Further chunks of a PNG, without the profile or EXIF data above.
     pub(crate) chunks: Vec<Chunk>,
     /// Further segments of a JPEG.
     pub(crate) segments: Vec<Segment>,
-    /// How densely the pixels lie, unless chunks tell.
+    /// The pixel density, unless the chunks tell it.
     pub(crate) density: Option<Density>,
 }
 
@@ -40,7 +40,7 @@ impl Encoded {
         Self { pixels, icc: None, exif: None, chunks, segments, density: None }
     }
 
-    /// Writes a JPEG, or else a PNG.
+    /// Writes a JPEG or a PNG.
     pub(crate) fn write(self, out: &mut impl Write, format: Format) -> Result<(), Problem> {
         match format {
             Format::Jpeg => self.write_jpeg(out),
@@ -56,7 +56,7 @@ impl Encoded {
         }
         let unsupported = |e| Problem::Unsupported(format!("cannot keep the color profile: {e}"));
         self.icc.map_or(Ok(()), |icc| encoder.set_icc_profile(icc)).map_err(unsupported)?;
-        // What is too long for a JPEG is listed with what was lost.
+        // Data too long for a JPEG is listed among what was lost.
         let _ =
             self.exif.filter(|exif| jpeg::fits(exif)).map(|exif| encoder.set_exif_metadata(exif));
         let failed =
@@ -88,8 +88,8 @@ impl Encoded {
     }
 }
 
-/// `base` with the color of `color`, which is linear and premultiplied by `alpha`, or else by
-/// the alpha of `base`.
+/// Gives `base` the color of `color`, which is linear and premultiplied by `alpha`, or else by the
+/// alpha of `base`.
 ///
 /// PNG has straight alpha, so colors are divided by the alpha that is stored. Where that is 0, no
 /// color shows, and `base` keeps its own. Kinds without alpha show the picture over black.
@@ -117,7 +117,7 @@ pub(crate) fn paint(
     convert(&DynamicImage::ImageRgba32F(values), kind)
 }
 
-/// The pixels in another kind of 8 or 16 bits.
+/// Converts pixels to another kind of 8 or 16 bits.
 pub(crate) fn convert(image: &DynamicImage, kind: ColorType) -> DynamicImage {
     match kind {
         ColorType::L8 => image.to_luma8().into(),
@@ -142,7 +142,7 @@ fn png_kind(kind: ColorType) -> (png::ColorType, BitDepth) {
     (color, if is_deep { BitDepth::Sixteen } else { BitDepth::Eight })
 }
 
-/// Samples as PNG stores them.
+/// Samples in PNG's byte order.
 fn big_endian(image: &DynamicImage) -> Cow<'_, [u8]> {
     let bytes = image.as_bytes();
     if png_kind(image.color()).1 == BitDepth::Eight {
@@ -163,7 +163,7 @@ fn encoding(error: EncodingError) -> Problem {
 mod tests {
     use super::*;
 
-    /// Pixels where the alpha written is 0 keep what the file had; others show the new color.
+    /// Pixels whose written alpha is 0 keep what the file had; others show the new color.
     #[test]
     fn colors_are_divided_by_the_alpha_that_is_written() {
         let base =

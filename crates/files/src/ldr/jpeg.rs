@@ -1,4 +1,4 @@
-//! The segments of a JPEG file beside its pixels, and whether the file is complete.
+//! The segments of a JPEG file besides its pixels, and whether the file is complete.
 
 use std::io::Read;
 use std::path::Path;
@@ -14,29 +14,29 @@ pub(crate) struct Segment {
     data: Vec<u8>,
 }
 
-/// The segments of one file that hold for other pixels too, and what the others were.
+/// A file's segments that stay valid with new pixels, and the names of the others.
 #[derive(Debug, Default)]
 pub(crate) struct Segments {
     list: Vec<Segment>,
     density: Option<Density>,
     has_exif: bool,
-    /// Channels of a pixel.
+    /// Channels per pixel.
     channels: u8,
     left_out: Vec<String>,
 }
 
-/// Markers (ITU-T T.81, B.1.1): the end, a comment, and the first and last for applications.
+/// Markers (ITU-T T.81, B.1.1): end, comment, first and last application segment.
 const END: u8 = 0xd9;
 const COMMENT: u8 = 0xfe;
 const APP0: u8 = 0xe0;
 const APP15: u8 = 0xef;
 
 impl Segments {
-    /// Walks over a whole JPEG file.
+    /// Walks a whole JPEG file.
     ///
     /// # Errors
-    /// If the file cannot be read, has more than `most` bytes, or lacks its end marker: the decoder
-    /// would fill in gray. That of a thumbnail inside does not count.
+    /// If the file cannot be read, has more than `most` bytes, or lacks its end marker, which the
+    /// decoder would make up for in gray. The end marker of a thumbnail inside does not count.
     pub(crate) fn read(path: &Path, most: u64) -> Result<Self, Problem> {
         let mut bytes = Vec::new();
         open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(Problem::Read)?;
@@ -47,7 +47,7 @@ impl Segments {
             .ok_or_else(|| Problem::Damaged("is cut off: a JPEG must have an end marker".into()))
     }
 
-    /// `None` if the end is missing.
+    /// Walks a file's bytes; `None` if the end is missing.
     fn of(bytes: &[u8]) -> Option<Self> {
         let mut segments = Self::default();
         let mut rest = bytes.get(2..)?;
@@ -59,14 +59,15 @@ impl Segments {
         }
     }
 
-    /// Exif data and the color profile go their own way; Adobe's says how the pixels were stored.
+    /// Notes a segment. Exif data and the color profile are read elsewhere; Adobe's segment says
+    /// how the pixels were stored.
     fn note(&mut self, marker: u8, data: &[u8]) {
         let starts = |name: &[u8]| data.starts_with(name);
         match marker {
             0xe0 if starts(b"JFIF\0") => {
                 self.density = data.get(7..).and_then(Density::of_jfif);
             }
-            // The start of a frame (B.2.2), of any kind but arithmetic coding's and hierarchies'.
+            // The start of a baseline, extended or progressive frame with Huffman coding (B.2.2).
             0xc0..=0xc2 => self.channels = data.get(5).copied().unwrap_or_default(),
             0xe1 if starts(b"Exif\0") => self.has_exif = true,
             0xe2 if starts(b"ICC_PROFILE\0") => {}
@@ -79,7 +80,7 @@ impl Segments {
         }
     }
 
-    /// All that are kept, in the file's order.
+    /// All segments that are kept, in the file's order.
     pub(crate) fn kept(&self) -> &[Segment] {
         &self.list
     }
@@ -88,17 +89,17 @@ impl Segments {
         self.density
     }
 
-    /// Whether pixels are cyan, magenta, yellow and black.
+    /// Whether the pixels are CMYK.
     pub(crate) fn is_cmyk(&self) -> bool {
         self.channels == 4
     }
 
-    /// Tells which segments of this file are not in a new JPEG file.
+    /// Says which segments of this file a new JPEG file lacks.
     pub(crate) fn left_out(&self) -> Option<String> {
         left_out(&self.left_out)
     }
 
-    /// Tells what another format has no place for, with or without Exif data.
+    /// Says what another format has no place for, with or without Exif data.
     pub(crate) fn lost(&self, with_exif: bool) -> Option<String> {
         let mut names = Vec::new();
         if with_exif && self.has_exif {
@@ -111,12 +112,12 @@ impl Segments {
     }
 }
 
-/// Whether Exif data fits into a segment, behind its length and its name.
+/// Whether Exif data fits into a segment, after its length and name.
 pub(crate) fn fits(exif: &[u8]) -> bool {
     exif.len() <= usize::from(u16::MAX) - 2 - "Exif\0\0".len()
 }
 
-/// What a segment that holds for other pixels too is called.
+/// The name of a segment that stays valid with new pixels.
 fn name(marker: u8, data: &[u8]) -> Option<&'static str> {
     let starts = |name: &[u8]| data.starts_with(name);
     match marker {
@@ -139,7 +140,7 @@ fn left_out(names: &[String]) -> Option<String> {
     (!names.is_empty()).then(|| format!("metadata of the JPEG that was left out: {listed}"))
 }
 
-/// A JPEG file with further segments behind those that it begins with.
+/// Adds segments to a JPEG file, after those that it begins with.
 pub(crate) fn with_segments(bytes: &[u8], segments: &[Segment]) -> Vec<u8> {
     let mut rest = bytes.get(2..).unwrap_or_default();
     let mut at = bytes.len() - rest.len();
@@ -158,7 +159,7 @@ pub(crate) fn with_segments(bytes: &[u8], segments: &[Segment]) -> Vec<u8> {
     whole
 }
 
-/// The next marker and the data of its segment, past the pixels before it.
+/// The next marker and the data of its segment; skips pixels before it.
 fn next<'a>(rest: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     let at = rest.windows(2).position(is_marker)?;
     let marker = rest[at + 1];
@@ -172,7 +173,8 @@ fn next<'a>(rest: &mut &'a [u8]) -> Option<(u8, &'a [u8])> {
     Some((marker, data))
 }
 
-/// Not a stuffed 0xff, a fill byte or a restart marker, all of which occur among pixels.
+/// Whether it is a marker, and not a stuffed 0xff, a fill byte or a restart marker, all of which
+/// occur among pixels.
 fn is_marker(pair: &[u8]) -> bool {
     pair[0] == 0xff && !matches!(pair[1], 0 | 0xd0..=0xd7 | 0xff)
 }

@@ -1,4 +1,4 @@
-//! PNG and JPEG: encoded integers with straight alpha outside, linear premultiplied float inside.
+//! PNG and JPEG: integers with straight alpha in the file, linear premultiplied floats in memory.
 
 pub(crate) mod chunks;
 mod color_space;
@@ -25,27 +25,27 @@ use crate::limits::Limits;
 use crate::{Problem, exr, normals, primaries};
 use wgdenoise::Image;
 
-/// What a PNG or JPEG file holds next to its color.
+/// A PNG or JPEG file: its pixels and what it holds besides.
 #[derive(Debug)]
 pub(super) struct LdrFile {
     format: Format,
     /// The file's pixels, turned upright.
     pixels: DynamicImage,
-    /// How they were turned, by the EXIF data.
+    /// The orientation in the EXIF data, which was applied to them.
     orientation: Orientation,
     space: ColorSpace,
     icc: Option<Vec<u8>>,
     exif: Option<Vec<u8>>,
-    /// Of a PNG.
+    /// A PNG's chunks.
     chunks: Chunks,
-    /// Of a JPEG.
+    /// A JPEG's segments.
     segments: Segments,
 }
 
 impl LdrFile {
     /// Reads a file and its color: upright, linear, and premultiplied by alpha.
     ///
-    /// Hidden color, where alpha is 0, becomes black and cannot bleed into what is seen.
+    /// Hidden color, where alpha is 0, becomes black and cannot bleed into visible pixels.
     pub(super) fn read(path: &Path, limits: Limits) -> Result<(Self, Image), Problem> {
         let file = Self::load(path, limits)?;
         let color = to_image(&file.pixels, |v| file.space.curve.linear(v))?;
@@ -66,30 +66,30 @@ impl LdrFile {
         Ok(Self { format, pixels, orientation, space, icc, exif, chunks, segments })
     }
 
-    /// The alpha from 0 to 1, row by row, if there is one.
+    /// The alpha from 0 to 1, row by row, if there is any.
     pub(super) fn alpha(&self) -> Option<Vec<f32>> {
         let values = self.pixels.color().has_alpha().then(|| self.pixels.to_rgba32f());
         values.map(|values| values.pixels().map(|p| p.0[3]).collect())
     }
 
-    /// How the picture is shown.
+    /// How to show the picture.
     pub(super) fn display(&self) -> Display {
         let size = (self.pixels.width(), self.pixels.height());
         Display::whole(size, self.space.primaries, self.pixel_aspect())
     }
 
-    /// How densely the pixels of the upright picture lie.
+    /// The pixel density of the upright picture.
     fn density(&self) -> Option<Density> {
         let density = self.chunks.density().or(self.segments.density());
         density.map(|d| if is_sideways(self.orientation) { d.turned() } else { d })
     }
 
-    /// The width of a pixel in units of its height.
+    /// Pixel width over height.
     fn pixel_aspect(&self) -> f32 {
         self.density().map_or(1.0, Density::aspect)
     }
 
-    /// What a user should know about how the file was read, a sentence each.
+    /// What a user should know about how the file was read, one sentence each.
     pub(super) fn notices(&self) -> Vec<String> {
         let animated =
             "the PNG is animated: only its first image is denoised, and the others are left out";
@@ -101,8 +101,8 @@ impl LdrFile {
     /// Writes `color`, premultiplied by `alpha` or else by this file's own, in any format; returns
     /// what was lost.
     ///
-    /// In this file's format, depth, curve and everything else stay as they are. Alpha is ignored
-    /// where this file or the format has none.
+    /// In this file's own format, depth, curve and everything else stay. Alpha is ignored where
+    /// this file or the format has none.
     pub(super) fn write(
         &self,
         out: &mut (impl Write + Seek),
@@ -135,7 +135,7 @@ impl LdrFile {
         Ok(notices)
     }
 
-    /// Writes the format of this file, turned as this file is.
+    /// Writes this file's format, in this file's orientation.
     fn write_alike(
         &self,
         out: &mut impl Write,
@@ -162,7 +162,7 @@ impl LdrFile {
         Ok(notices)
     }
 
-    /// Writes a PNG as a JPEG or a JPEG as a PNG: upright and in sRGB, or as the profile has it.
+    /// Writes a PNG as a JPEG or a JPEG as a PNG: upright, and in sRGB or the profile's space.
     fn write_converted(
         &self,
         out: &mut impl Write,
@@ -190,7 +190,7 @@ impl LdrFile {
         Ok(notices)
     }
 
-    /// The color profile if it holds for the channels written, and a notice if it does not.
+    /// The color profile if it fits the channels written, and a notice if it does not.
     fn profile_for(&self, kind: ColorType) -> (Option<Vec<u8>>, Vec<String>) {
         let icc = self.icc.clone().filter(|icc| is_profile_of(icc, kind));
         let lost = icc.is_none() && self.icc.is_some();
@@ -199,7 +199,7 @@ impl LdrFile {
         (icc, lost.then_some(notice).into_iter().collect())
     }
 
-    /// Tells what another format has no place for.
+    /// Says what another format has no place for.
     fn lost(&self, format: Format) -> Option<String> {
         let mut used: Vec<&[u8; 4]> = vec![b"gAMA", b"cHRM", b"sRGB", b"cICP", b"iCCP"];
         if format == Format::Jpeg && self.exif.as_ref().is_some_and(|exif| jpeg::fits(exif)) {
@@ -213,7 +213,7 @@ impl LdrFile {
     }
 }
 
-/// Whether an ICC profile's color space (ICC.1, 7.2.6) is that of the pixels; CMYK is read as RGB.
+/// Whether an ICC profile's color space (ICC.1, 7.2.6) matches the pixels; CMYK is read as RGB.
 fn is_profile_of(icc: &[u8], kind: ColorType) -> bool {
     let space = if kind.has_color() { b"RGB " } else { b"GRAY" };
     icc.get(16..20) == Some(space)
@@ -221,9 +221,9 @@ fn is_profile_of(icc: &[u8], kind: ColorType) -> bool {
 
 /// What a file stores.
 pub(super) struct Kind {
-    /// Such as `8-bit RGB`.
+    /// A description such as `8-bit RGB`.
     pub(super) text: String,
-    /// Width and height of the picture when it is upright.
+    /// Width and height of the upright picture.
     pub(super) size: (u32, u32),
     pub(super) has_alpha: bool,
 }
@@ -274,7 +274,7 @@ pub(super) fn read_normals(path: &Path, limits: Limits) -> Result<Image, Problem
     Ok(image)
 }
 
-/// Most bytes that decoding takes, or a JPEG file has.
+/// Most bytes that decoding may take, or a JPEG file may have.
 fn most_bytes(limits: Limits) -> u64 {
     limits.pixels.saturating_mul(8).saturating_add(64 << 20)
 }
@@ -291,7 +291,7 @@ fn decoder(path: &Path, limits: Limits) -> Result<impl ImageDecoder, Problem> {
     Ok(decoder)
 }
 
-/// The chunks of a PNG or the segments of a JPEG.
+/// Reads the chunks of a PNG or the segments of a JPEG.
 fn beside(path: &Path, format: Format, limits: Limits) -> Result<(Chunks, Segments), Problem> {
     if format == Format::Jpeg {
         return Ok((Chunks::default(), Segments::read(path, most_bytes(limits))?));
@@ -300,12 +300,12 @@ fn beside(path: &Path, format: Format, limits: Limits) -> Result<(Chunks, Segmen
     Ok((chunks, Segments::default()))
 }
 
-/// How a picture has to be turned to be upright.
+/// The orientation that turns a picture upright.
 fn upright(exif: Option<&[u8]>) -> Orientation {
     exif.and_then(Orientation::from_exif_chunk).unwrap_or(Orientation::NoTransforms)
 }
 
-/// What turns a picture back.
+/// The orientation that turns a picture back.
 fn inverse(orientation: Orientation) -> Orientation {
     match orientation {
         Orientation::Rotate90 => Orientation::Rotate270,
@@ -314,7 +314,7 @@ fn inverse(orientation: Orientation) -> Orientation {
     }
 }
 
-/// Whether width and height change places.
+/// Whether an orientation swaps width and height.
 fn is_sideways(orientation: Orientation) -> bool {
     orientation.to_exif() >= 5
 }
@@ -342,7 +342,7 @@ fn reading(error: ImageError) -> Problem {
     }
 }
 
-/// Whether it is the file that failed, and not the system.
+/// Whether the file is at fault, not the system.
 fn is_damage(error: ErrorKind) -> bool {
     matches!(error, ErrorKind::UnexpectedEof | ErrorKind::InvalidData)
 }

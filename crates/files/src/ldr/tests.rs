@@ -9,7 +9,7 @@ use image::codecs::png::PngEncoder;
 use super::encode::convert;
 use super::*;
 
-/// A file in a folder that goes away with it.
+/// A file in a folder that is removed with it.
 struct Saved {
     _folder: tempfile::TempDir,
     path: PathBuf,
@@ -28,7 +28,7 @@ impl Saved {
     }
 }
 
-/// What `file` becomes with this color and its own alpha, and the notices.
+/// The bytes of `file` written with this color and its own alpha, and the notices.
 fn written(file: &LdrFile, color: &Image, format: Format) -> (Vec<u8>, Vec<String>) {
     let mut out = Cursor::new(Vec::new());
     let notices = file.write(&mut out, format, color, None).unwrap();
@@ -79,7 +79,7 @@ fn every_value_of_every_depth_and_alpha_survives_reading_and_writing() {
         let (again, _) = written(&file, &color, Format::Png);
         let again = image::load_from_memory(&again).unwrap();
         assert!(again.color() == kind && again.as_bytes() == stored.as_bytes(), "{kind:?}");
-        // The same with the alpha handed in, as a denoiser that leaves it does.
+        // The same with the alpha passed in, as from a denoiser that leaves it alone.
         let mut out = Cursor::new(Vec::new());
         file.write(&mut out, Format::Png, &color, file.alpha().as_deref()).unwrap();
         let again = image::load_from_memory(out.get_ref()).unwrap();

@@ -34,7 +34,7 @@ fn keep_all_else(folder: &Folder, image: &AnyImage, color: Option<&str>) -> Vec<
     notices
 }
 
-/// Everything before the table of blocks, the first entry of which is where the table ends.
+/// Everything before the table of blocks, whose first entry is where the table ends.
 fn head(path: &std::path::Path) -> Vec<u8> {
     let mut bytes = std::fs::read(path).unwrap();
     let meta = MetaData::read_from_file(path, false).unwrap();

@@ -125,7 +125,7 @@ fn chunks_that_hold_for_any_pixels_are_kept_byte_for_byte_on_their_side() {
     assert!(old.as_bytes() == new.as_bytes(), "unchanged color is unchanged");
 }
 
-/// A file as the other formats have no place for all of it.
+/// A file with data that the other formats have no place for.
 #[test]
 fn what_another_format_has_no_place_for_is_told() {
     let input = ramp(&[gamma(45_455), physical(1, 1, 0), (b"tEXt", b"a\0b".to_vec())], &[]);
