@@ -13,7 +13,7 @@ use crate::groups::{
 use crate::request::Alpha;
 use crate::values::{FormatArg, runs, side, stops};
 
-/// Below the long help.
+/// Shown below the long help.
 const AFTER_HELP: &str = "\
 EXR files keep everything but the three channels of the denoised color. Color, albedo and normal
 are found by the names that renderers give them; `wgdenoise info IN` shows which.
@@ -74,7 +74,7 @@ pub(crate) enum Command {
     Bench(BenchArgs),
     /// Measure each step of the network
     Profile(ProfileArgs),
-    /// Measure time against error of all built-in weights
+    /// Measure time against error for all built-in weights
     Report(ReportArgs),
     /// Convert weights of Open Image Denoise to safetensors
     Convert(ConvertArgs),
@@ -105,7 +105,7 @@ pub(crate) struct DenoiseArgs {
     pub(crate) layers: LayerArgs,
     #[command(flatten)]
     pub(crate) light: LightArgs,
-    /// What happens to the alpha: keep or denoise [default: denoise if it is fractional anywhere]
+    /// What to do with the alpha: keep or denoise [default: denoise if it is fractional anywhere]
     #[arg(long, value_enum, value_name = "HOW", hide_possible_values = true,
           hide_short_help = true, help_heading = LAYERS)]
     pub(crate) alpha: Option<Alpha>,
@@ -114,10 +114,10 @@ pub(crate) struct DenoiseArgs {
     /// A list of frames, ranges, and ranges with a step, such as -3-3,60,70-100x5.
     #[arg(long, value_name = "RANGES", value_parser = frames::parse, allow_hyphen_values = true)]
     pub(crate) frames: Option<Frames>,
-    /// Average each frame of a sequence with 1 to 4 frames to each side, along its motion vectors
+    /// Average each frame of a sequence with 1 to 4 frames on either side, along its motion vectors
     ///
-    /// Without motion vectors, only what stays in place is averaged. Frames outside of --frames are
-    /// read where they are needed, and not written.
+    /// Without motion vectors, only what does not move is averaged. Frames outside --frames are
+    /// read where they are needed, but not written.
     #[arg(long, value_name = "N", num_args = 0..=1, require_equals = true, default_missing_value = "1",
           hide_short_help = true,
           value_parser = clap::value_parser!(u8).range(1..=4), conflicts_with = "in_place")]
@@ -136,7 +136,7 @@ pub(crate) struct DenoiseArgs {
     /// The last FILE is OUT if it is a folder, does not exist or is one of the inputs.
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) in_place: bool,
-    /// Leave out images whose output exists, to go on where a run was stopped
+    /// Skip images whose output exists, to resume a run that was stopped
     #[arg(long, hide_short_help = true, help_heading = OUTPUT,
           conflicts_with_all = ["force", "in_place"])]
     pub(crate) skip_existing: bool,
@@ -144,10 +144,10 @@ pub(crate) struct DenoiseArgs {
     #[arg(long, value_name = "FORMAT", value_enum, hide_possible_values = true,
           hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) format: Option<FormatArg>,
-    /// Read, denoise and write one image at a time: slower, but in a third of the memory
+    /// Read, denoise and write one image at a time: slower, but takes a third of the memory
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) no_overlap: bool,
-    /// Compare part of the result with the CPU reference before it is written
+    /// Check part of the result against the CPU reference before writing it
     #[arg(long, hide_short_help = true, help_heading = OUTPUT)]
     pub(crate) verify: bool,
     #[command(flatten)]
@@ -206,10 +206,10 @@ pub(crate) struct DevicesArgs {
 
 #[derive(Debug, Args)]
 pub(crate) struct CompareArgs {
-    /// The image to judge; of an EXR file, the layer that results are written to
+    /// The image to judge; for an EXR file, the layer that results are written to
     #[arg(value_name = "IMAGE")]
     pub(crate) image: PathBuf,
-    /// What it should look like
+    /// The reference image
     #[arg(value_name = "REFERENCE")]
     pub(crate) reference: PathBuf,
     /// Layer to compare in both [default: found by its name]
@@ -222,7 +222,7 @@ pub(crate) struct CompareArgs {
     pub(crate) json: bool,
 }
 
-/// What `bench` and `profile` share.
+/// Flags that `bench` and `profile` share.
 #[derive(Debug, Args)]
 pub(crate) struct MeasureArgs {
     /// Pixels per row [default: 1024]

@@ -26,7 +26,7 @@ pub(crate) fn bench(request: &Bench, console: &Console) -> Result<(), Failure> {
     })
 }
 
-/// Measures each kernel call of a frame by the adapter's timestamps.
+/// Measures each kernel call of a frame with the adapter's timestamps.
 pub(crate) fn profile(request: &Bench, console: &Console) -> Result<(), Failure> {
     with_denoiser(request, console, |_, denoiser| {
         let Bench { width, height, runs, .. } = *request;
@@ -100,7 +100,7 @@ fn megapixels(request: &Bench) -> f64 {
     f64::from(request.width) * f64::from(request.height) / 1e6
 }
 
-/// The median time of each kernel call, its share of the sum, and the rates that it reaches.
+/// A table of kernel calls: median time, share of the sum, and the rates reached.
 fn table(rows: &[CallProfile]) -> String {
     let total: f64 = rows.iter().map(CallProfile::median).sum();
     let mut text = format!("{:<18}{:>10}{:>8}{:>10}{:>9}\n", "call", "ms", "%", "GFLOP/s", "GB/s");

@@ -1,4 +1,4 @@
-//! `--budget`: the best built-in weights that an adapter runs in a given time.
+//! `--budget`: the best built-in weights that an adapter can run in a given time.
 
 use std::fs;
 use std::path::PathBuf;
@@ -12,8 +12,8 @@ use crate::console::Console;
 use crate::failure::Failure;
 use wgdenoise::{Calibration, Cost, Denoiser, Frame, Gpu, Options, Quality, Weights};
 
-/// A measurement of an adapter, from the user's cache or made now. A cache that cannot be read or
-/// written costs time and is not a failure.
+/// Returns a measurement of the adapter, from the user's cache or made now. A cache that cannot be
+/// read or written costs time but is not a failure.
 pub(crate) fn calibration(
     gpu: &Gpu,
     options: &Options,
@@ -41,8 +41,8 @@ pub(crate) fn calibration(
 
 const ALL_MEASURED: &str = "every tier was measured";
 
-/// The best denoiser that is predicted to take at most `limit` for this frame, tiles included, and
-/// a line that tells so. If none is fast enough, the fastest.
+/// Chooses the best denoiser predicted to take at most `limit` for this frame, tiles included, or
+/// the fastest if none is fast enough. Also returns a line that says so.
 pub(crate) fn choose(
     Measured { calibration, date }: &Measured,
     limit: Duration,
@@ -71,7 +71,7 @@ pub(crate) fn choose(
     }
 }
 
-/// The pixels of all tiles, overlap and a panorama's repeated columns included.
+/// The pixels of all tiles, including overlap and a panorama's repeated columns.
 fn computed_pixels(denoiser: &Denoiser, frame: &Frame<'_>) -> wgdenoise::Result<u64> {
     let (plan, _) = denoiser.frame_plan(frame)?;
     Ok(plan.tiles.len() as u64 * u64::from(plan.tile[0]) * u64::from(plan.tile[1]))
@@ -85,7 +85,7 @@ fn explain(name: &str, predicted: Duration, limit: Duration) -> String {
     format!("{name}: predicted {time}; no weights meet {allowed}, so the fastest is used")
 }
 
-/// Two or three significant digits.
+/// Formats two or three significant digits.
 fn milliseconds(time: Duration) -> String {
     let ms = time.as_secs_f64() * 1e3;
     if ms < 10.0 { format!("{ms:.2} ms") } else { format!("{ms:.0} ms") }
@@ -107,7 +107,7 @@ fn key(gpu: &Gpu, options: &Options) -> String {
     )
 }
 
-/// The day in UTC, such as `2026-11-22`.
+/// Today's date in UTC, such as `2026-11-22`.
 fn today() -> String {
     let now = humantime::format_rfc3339_seconds(SystemTime::now()).to_string();
     now.chars().take_while(|&c| c != 'T').collect()
@@ -120,11 +120,11 @@ pub(crate) struct Measured {
     date: String,
 }
 
-/// A JSON object with an [`Entry`] for every adapter, driver and precision that was measured.
-/// Anything wrong with it is as if nothing had been kept.
+/// A JSON object with an [`Entry`] for every adapter, driver and precision that was measured. A
+/// damaged file counts as empty.
 struct CalibrationFile(PathBuf);
 
-/// One measurement in the file.
+/// A measurement in the file.
 #[derive(Deserialize, Serialize)]
 struct Entry {
     date: String,
@@ -133,7 +133,7 @@ struct Entry {
     high: CostEntry,
 }
 
-/// Seconds.
+/// The costs, in seconds.
 #[derive(Deserialize, Serialize)]
 struct CostEntry {
     fixed: f64,
@@ -151,7 +151,7 @@ impl CalibrationFile {
         entry.is_plausible().then(|| entry.into())
     }
 
-    /// Keeps a measurement under `key`, in place of an older one and next to the others.
+    /// Stores a measurement under `key`, replacing an older one and keeping the others.
     fn keep(&self, key: &str, measured: &Measured) -> Result<(), String> {
         let mut entries = self.entries();
         let entry = serde_json::to_value(Entry::from(measured)).map_err(|e| e.to_string())?;

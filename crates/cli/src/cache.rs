@@ -1,5 +1,5 @@
-//! The user's cache folder, and in it the kernels that drivers compiled: they make the next run
-//! faster. A file that is missing or damaged costs time and is not a failure.
+//! The user's cache folder, which keeps the kernels that drivers compiled to speed up the next run.
+//! A missing or damaged file costs time but is not a failure.
 
 use std::fs;
 use std::io::Write as _;
@@ -17,8 +17,8 @@ pub(crate) fn folder_of_user() -> Option<PathBuf> {
     Some(folders.cache_dir().join("wgdenoise"))
 }
 
-/// Replaces a file as a whole, so that other processes see the old or the new one. Creates its
-/// folder first.
+/// Replaces a file as a whole, so that other processes see either the old or the new one. Creates
+/// its folder first.
 pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     if let Some(folder) = path.parent() {
         fs::create_dir_all(folder).map_err(|error| format!("{}: {error}", folder.display()))?;
@@ -27,10 +27,10 @@ pub(crate) fn write(path: &Path, bytes: &[u8]) -> Result<(), String> {
     wgdenoise_files::replace(path, true, write).map_err(|error| error.to_string())
 }
 
-/// A longer file is not read, and so replaced: drivers only ever add to what they were given.
+/// A longer file is not read, and so gets replaced: drivers only ever add to what they were given.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// Compiled kernels of one adapter.
+/// The compiled kernels of one adapter.
 struct Pipelines {
     path: PathBuf,
     file: PipelineFile,
@@ -47,31 +47,32 @@ impl Pipelines {
         Some(Self { path: folder.join(file.name()), file })
     }
 
-    /// What an earlier run left; empty if there is nothing, or too much.
+    /// Reads what an earlier run left; empty if there is nothing, or too much.
     fn read(&self) -> Vec<u8> {
         let short = |metadata: &fs::Metadata| metadata.is_file() && metadata.len() <= MAX_BYTES;
         let found = fs::metadata(&self.path).ok().filter(short);
         found.and_then(|_| fs::read(&self.path).ok()).unwrap_or_default()
     }
 
-    /// A cache that starts with what the file holds.
+    /// Creates a cache that starts with the file's contents.
     fn cache(&self, Gpu { device, .. }: &Gpu) -> Option<PipelineCache> {
         self.file.load(device, &self.read())
     }
 
-    /// Replaces the file if it holds something else.
+    /// Replaces the file if its contents differ.
     fn write(&self, bytes: &[u8]) -> Result<(), String> {
         if self.read() == bytes { Ok(()) } else { write(&self.path, bytes) }
     }
 }
 
-/// A cache for the adapter's kernels, with what earlier runs left; `None` where it can have none.
+/// Creates a cache for the adapter's kernels, with what earlier runs left; `None` where caching is
+/// not possible.
 pub(crate) fn pipelines(gpu: &Gpu) -> Option<PipelineCache> {
     Pipelines::of_user(&gpu.info)?.cache(gpu)
 }
 
-/// Keeps what the options' cache holds for the next run. If that fails, the next run compiles again,
-/// which nobody needs to know.
+/// Saves the options' cache for the next run. If that fails, the next run compiles again, so no
+/// notice is given.
 pub(crate) fn keep_pipelines(gpu: &Gpu, options: &Options) {
     let bytes = |store: &Pipelines| store.file.save(options.pipeline_cache.as_ref()?);
     if let Some(store) = Pipelines::of_user(&gpu.info)

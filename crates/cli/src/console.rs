@@ -1,4 +1,4 @@
-//! What the user sees: results on stdout; messages and a progress bar on stderr.
+//! Output to the user: results on stdout; messages and a progress bar on stderr.
 
 use std::cell::{Cell, RefCell};
 use std::collections::HashSet;
@@ -14,18 +14,18 @@ use crate::failure::Failure;
 use crate::interrupt::Tally;
 use wgdenoise_files::{escaped_json, escaped_lines};
 
-/// How much to tell.
+/// How much to print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) enum Verbosity {
-    /// Errors.
+    /// Errors only.
     Quiet,
-    /// What a user should know.
+    /// Also what a user should know.
     Normal,
-    /// Adapter, kernels, layers, tiles and times as well.
+    /// Also adapter, kernels, layers, tiles and times.
     Verbose,
 }
 
-/// The weight of a message.
+/// The severity of a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Level {
     /// One of several images failed; the batch continues.
@@ -34,23 +34,23 @@ pub enum Level {
     Notice,
 }
 
-/// What a program hears of a run, on the thread that called.
+/// Receives the messages and progress of a run, on the calling thread.
 pub trait Host {
-    /// A sentence that the program would print on stderr, without its name.
+    /// Receives a sentence that the program would print on stderr, without the program's name.
     fn message(&self, level: Level, text: &str);
 
-    /// How far the run is: `done` of `total`, each image counting 1000.
+    /// Receives the progress: `done` of `total`, each image counting 1000.
     fn progress(&self, done: u64, total: u64);
 }
 
-/// A message and its weight.
+/// A message and its severity.
 pub(crate) type Message = (Level, String);
 
-/// Messages to the user, or to the program that hosts this one.
+/// Sends messages to the user, or to the program that hosts this one.
 pub(crate) struct Console {
     pub(crate) verbosity: Verbosity,
     said: RefCell<HashSet<String>>,
-    /// Messages that wait for those of an earlier image.
+    /// Messages held until those of an earlier image are printed.
     held: RefCell<Option<Vec<Message>>>,
     progress: RefCell<Option<Progress>>,
     host: Option<Box<dyn Host>>,
@@ -62,7 +62,7 @@ impl Console {
         Self { verbosity, said, held, progress, host: None }
     }
 
-    /// A console that writes nothing and tells the host instead.
+    /// A console that writes nothing and sends everything to the host.
     pub(crate) fn of_host(verbosity: Verbosity, host: Box<dyn Host>) -> Self {
         Self { host: Some(host), ..Self::new(verbosity) }
     }
@@ -72,21 +72,21 @@ impl Console {
         self.say(Level::Error, &failure.to_string());
     }
 
-    /// Tells what a user should know.
+    /// Prints what a user should know.
     pub(crate) fn notice(&self, text: &str) {
         if self.verbosity >= Verbosity::Normal {
             self.say(Level::Notice, text);
         }
     }
 
-    /// Tells it once, however many images it applies to; `about` names the first one.
+    /// Prints a notice once, however many images it applies to; `about` names the first one.
     pub(crate) fn notice_once(&self, about: &str, text: &str) {
         if self.said.borrow_mut().insert(text.into()) {
             self.notice(&format!("{about}{text}"));
         }
     }
 
-    /// Tells what only `--verbose` shows.
+    /// Prints what only `--verbose` shows.
     pub(crate) fn detail(&self, text: impl FnOnce() -> String) {
         if self.verbosity >= Verbosity::Verbose {
             self.say(Level::Notice, &text());
@@ -120,7 +120,7 @@ impl Console {
         }
     }
 
-    /// A message that nobody can read is no reason to lose the work.
+    /// Ignores write errors: a message that nobody can read is no reason to lose the work.
     fn write(&self, level: Level, text: &str) {
         let kind = if level == Level::Error { "error: " } else { "" };
         let text = escaped_lines(&format!("{kind}{text}"));
@@ -133,7 +133,7 @@ impl Console {
         }
     }
 
-    /// Begins a progress bar over so many items, if a person or a host is watching.
+    /// Starts a progress bar over this many items, if a person or a host is watching.
     pub(crate) fn begin(&self, items: usize) {
         let is_seen = self.verbosity >= Verbosity::Normal && std::io::stderr().is_terminal();
         *self.progress.borrow_mut() = match &self.host {
@@ -164,7 +164,7 @@ impl Console {
         }
     }
 
-    /// An action that clears the bar and reports that a run of this many images was stopped.
+    /// An action that clears the bar and reports that a run over this many images was stopped.
     pub(crate) fn last_words(
         &self,
         tally: Tally,
@@ -211,7 +211,7 @@ pub(crate) fn print_bytes(bytes: &[u8]) -> Result<(), Failure> {
     }
 }
 
-/// Work that takes less time gets no bar.
+/// Work that takes less time than this gets no bar.
 const PATIENCE: Duration = Duration::from_secs(1);
 /// Steps of the bar per item.
 const STEPS: u64 = 1000;
@@ -223,7 +223,7 @@ struct Progress {
     bar: ProgressBar,
     items: usize,
     index: Cell<usize>,
-    /// Dropped to call off the bar's appearance.
+    /// Drop it to keep the bar from appearing.
     patience: Option<Sender<()>>,
     appearance: Option<JoinHandle<()>>,
 }
@@ -235,7 +235,7 @@ impl Progress {
         Self { bar, items, index: Cell::new(0), patience: None, appearance: None }
     }
 
-    /// Lets the bar appear on stderr if the work takes long.
+    /// Makes the bar appear on stderr if the work takes long.
     fn appearing(mut self) -> Self {
         let style = ProgressStyle::with_template(TEMPLATE).expect("the template is well-formed");
         let style =
@@ -244,7 +244,7 @@ impl Progress {
             });
         let (patience, done) = channel();
         let shown = self.bar.clone().with_style(style);
-        // A thread of its own, because the first step alone may take longer.
+        // Needs its own thread, because the first step alone may take longer.
         let appearance = thread::spawn(move || {
             if done.recv_timeout(PATIENCE) == Err(RecvTimeoutError::Timeout) {
                 shown.set_draw_target(ProgressDrawTarget::stderr());
@@ -270,7 +270,7 @@ impl Progress {
     }
 }
 
-/// The time left, or, as long as nothing is known, the time so far.
+/// The time left, or the time so far while that is unknown.
 fn time(position: u64, elapsed: Duration, left: Duration) -> String {
     match position {
         0 => format!("{:#} so far", HumanDuration(elapsed)),
@@ -298,7 +298,7 @@ mod tests {
         assert_eq!((progress.bar.position(), progress.bar.length()), (2000, Some(4000)));
         progress.within_item(0.25);
         assert_eq!(progress.bar.position(), 2250);
-        // A frame that starts over with smaller tiles moves back, not into the next image.
+        // A frame that starts over with smaller tiles moves back, but not into the next image.
         progress.within_item(0.0);
         progress.within_item(1.0);
         assert_eq!(progress.bar.position(), 3000);

@@ -1,8 +1,8 @@
 //! `wgdenoise IN... OUT`: reads, denoises and writes, image by image.
 //!
-//! While an image is denoised, the next one is read and the last one is written, each on a thread
-//! of its own. At most three images are in memory, with `--temporal` also those that others still need;
-//! messages keep the order of the images.
+//! While an image is denoised, the next one is read and the last one is written, each on its own
+//! thread. At most three images are in memory, plus those that others still need for `--temporal`.
+//! Messages keep the order of the images.
 
 use std::panic::resume_unwind;
 use std::sync::Arc;
@@ -21,7 +21,7 @@ use crate::temporal::{Animation, Held};
 use wgdenoise::Frame;
 use wgdenoise_files::{Denoised, Picture, Selection, View, escaped, fit};
 
-/// Carries out a request. Signals end the process, unless a host gives a flag to stop the run by.
+/// Carries out a request. Signals end the process, unless a host passes a flag that stops the run.
 pub(crate) fn run(
     request: &Denoise,
     console: &Console,
@@ -52,8 +52,8 @@ pub(crate) fn run(
     batch.finish(&jobs)
 }
 
-/// What becomes of the images of a run that is stopped before them. `--skip-existing` goes with neither
-/// of the flags that replace files.
+/// Says how to go on after a run was stopped, or that the remaining files are unchanged.
+/// `--skip-existing` excludes both flags that replace files.
 fn rest(writing: request::Writing) -> &'static str {
     if writing.force || writing.in_place {
         "the files of the others are unchanged"
@@ -62,7 +62,7 @@ fn rest(writing: request::Writing) -> &'static str {
     }
 }
 
-/// A finished frame of an animation.
+/// Unpacks a finished frame of an animation; `None` if it is not to be written.
 fn ready(frame: Held<(&Job, Laps)>) -> Option<(&Job, Ready)> {
     let Held { picture, results, tag, .. } = frame;
     let (job, laps) = tag?;
@@ -75,7 +75,7 @@ struct Batch<'a> {
     console: &'a Console,
     session: Session<'a>,
     images: usize,
-    /// Images that were done before.
+    /// Images skipped because they were done before.
     skipped: usize,
     failed: usize,
     stop: Option<&'a AtomicBool>,
@@ -87,7 +87,7 @@ struct Batch<'a> {
 type Writing<'scope, 'job> = (&'job Job, ScopedJoinHandle<'scope, Result<Written, Failure>>);
 
 impl Batch<'_> {
-    /// Denoises all images. One of several that fails is reported, and the batch continues.
+    /// Denoises all images. If one of several fails, reports it and continues the batch.
     ///
     /// # Errors
     /// If the only image fails, there is no adapter, or the device failed.
@@ -116,7 +116,7 @@ impl Batch<'_> {
         })
     }
 
-    /// Writes images one after the other, the last one on a thread that goes on.
+    /// Writes images one after the other; returns while the last one is still being written.
     fn write_all<'scope, 'job: 'scope>(
         &mut self,
         scope: &'scope Scope<'scope, '_>,
@@ -131,8 +131,8 @@ impl Batch<'_> {
         Ok(writing)
     }
 
-    /// The images that can be written once this one is denoised: itself, unless frames after it are
-    /// to be averaged into it. Reports an image that failed.
+    /// The images that can be written once this one is denoised: itself, unless later frames are to
+    /// be averaged into it. Reports a failed image.
     fn finished<'j>(
         &mut self,
         animation: &mut Animation<(&'j Job, Laps)>,
@@ -166,7 +166,7 @@ impl Batch<'_> {
         Ok(Ready { picture: Arc::new(picture), results, laps })
     }
 
-    /// Denoises a view with its further layers and its alpha.
+    /// Denoises a view with its further layers and alpha.
     fn denoise_view(&self, job: &Job, view: &View) -> Result<Denoised, Failure> {
         let layers: Vec<_> = view.layers().iter().map(|layer| &layer.image).collect();
         let alpha = if self.denoises_alpha(job, view) { view.alpha() } else { None };
@@ -175,7 +175,7 @@ impl Batch<'_> {
         Ok(Denoised { color: found.color, alpha: found.alpha, layers: found.layers })
     }
 
-    /// Whether to denoise the alpha. Reports the default, and a request that cannot be met.
+    /// Whether to denoise the alpha. Reports the default choice, and requests that cannot be met.
     fn denoises_alpha(&self, job: &Job, view: &View) -> bool {
         let wish = self.request.alpha.map(Into::into).unwrap_or_default();
         let (denoises, notice) = fit::alpha(wish, view, Some(job.format), self.session.metadata());
@@ -210,7 +210,7 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// Waits for an image to be written and reports it ahead of messages about later images.
+    /// Waits for an image to be written and reports it before messages about later images.
     fn settle(&mut self, writing: Option<Writing<'_, '_>>) -> Result<(), Failure> {
         let Some((job, thread)) = writing else { return Ok(()) };
         let outcome = joined(thread);
@@ -227,7 +227,7 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// Reports one of several images that failed.
+    /// Reports the failure of one of several images.
     ///
     /// # Errors
     /// If it is the only one, or the others would fail too.
@@ -248,7 +248,7 @@ impl Batch<'_> {
         }
     }
 
-    /// Tells which layers are used, and how the file was read.
+    /// Prints which layers are used, and how the file was read.
     fn tell_reading(&self, job: &Job, picture: &Picture) {
         for selection in picture.views().iter().filter_map(View::selection) {
             self.tell_selection(job, selection);
@@ -256,7 +256,7 @@ impl Batch<'_> {
         self.tell(job, picture.notices());
     }
 
-    /// Reports how a view and the weights differ.
+    /// Reports mismatches between a view and the weights.
     ///
     /// # Errors
     /// If the files cannot hold what the weights are for.
@@ -270,7 +270,7 @@ impl Batch<'_> {
         Ok(())
     }
 
-    /// One line on the layers that are used; with `--verbose`, each with the reason.
+    /// Prints one line on the layers used, or with `--verbose` each with the reason.
     fn tell_selection(&self, job: &Job, selection: &Selection) {
         match self.console.verbosity {
             Verbosity::Verbose => self.tell(job, &selection.explanation),
@@ -280,7 +280,7 @@ impl Batch<'_> {
         self.tell(job, &others);
     }
 
-    /// Tells what a user should know, each sentence once per run.
+    /// Prints what a user should know, each sentence once per run.
     fn tell(&self, job: &Job, notices: &[String]) {
         let about = self.about(job);
         for notice in notices {
@@ -288,12 +288,12 @@ impl Batch<'_> {
         }
     }
 
-    /// The start of a message on one of several images.
+    /// The start of a message about one of several images.
     fn about(&self, job: &Job) -> String {
         if self.images == 1 { String::new() } else { format!("{}: ", shown(&job.input)) }
     }
 
-    /// A message with the image's name, unless it starts with it.
+    /// Prefixes a message with the image's name, unless it is there already.
     fn with_name(&self, job: &Job, what: String) -> String {
         let about = self.about(job);
         if what.starts_with(&about) { what } else { about + &what }
@@ -324,10 +324,10 @@ impl Batch<'_> {
     }
 }
 
-/// A line of a terminal with 80 columns, without the program's name.
+/// The width of an 80-column terminal, without the program's name.
 const LINE_WIDTH: usize = 80 - "wgdenoise: ".len();
 
-/// Tells that only one of several beauty layers is denoised.
+/// Says that only one of several beauty layers is denoised.
 pub(crate) fn other_colors(selection: &Selection) -> Option<String> {
     let named = |name: &String| format!("`{}`", escaped(name));
     let listed = selection.other_colors.iter().map(named).collect::<Vec<_>>().join(", ");
@@ -343,7 +343,7 @@ fn name(job: &Job) -> String {
     escaped(&job.input.file_name().unwrap_or_default().to_string_lossy())
 }
 
-/// Images that `--skip-existing` leaves out.
+/// Counts the images that `--skip-existing` leaves out, in words.
 fn existing(count: usize) -> String {
     match count {
         1 => "1 image whose output exists".into(),
@@ -351,7 +351,7 @@ fn existing(count: usize) -> String {
     }
 }
 
-/// `3.2 s`, or `4min 12s` for long runs.
+/// Formats a time: `3.2 s`, or `4min 12s` for long runs.
 fn seconds(time: Duration) -> String {
     if time < Duration::from_mins(1) {
         return format!("{:.1} s", time.as_secs_f64());
@@ -359,7 +359,7 @@ fn seconds(time: Duration) -> String {
     humantime::format_duration(Duration::from_secs(time.as_secs())).to_string()
 }
 
-/// The result of a thread.
+/// Joins a thread and returns its result; passes a panic on.
 fn joined<T>(thread: ScopedJoinHandle<'_, T>) -> T {
     thread.join().unwrap_or_else(|panic| resume_unwind(panic))
 }

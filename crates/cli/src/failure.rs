@@ -8,7 +8,7 @@ use wgdenoise_files::{FileError, Problem, escaped};
 /// A failed run. The message is one sentence.
 #[derive(Debug, thiserror::Error)]
 pub enum Failure {
-    /// An input could not be read or the output not be made.
+    /// An input could not be read, or the output could not be made.
     #[error("{0}")]
     Work(String),
     /// The command line was wrong in a way that its grammar cannot express.
@@ -20,7 +20,7 @@ pub enum Failure {
     /// The device was lost, hangs or computes wrong results.
     #[error("{0}")]
     Device(String),
-    /// The host has asked to stop.
+    /// The host asked to stop.
     #[error("denoising was stopped")]
     Stopped,
 }
@@ -31,8 +31,8 @@ impl Failure {
         Self::Work(format!("{}: {problem}", shown(path)))
     }
 
-    /// A file that cannot be used as the command line asks, with the flags that help. Layers are
-    /// named by `layer_flag`.
+    /// A file that cannot be used as the command line asks, with the flags that help; `layer_flag`
+    /// names layers.
     pub(crate) fn of_file(error: &FileError, layer_flag: &str) -> Self {
         if matches!(error.problem, Problem::Pattern(_)) {
             return Self::Usage(error.to_string());
@@ -48,7 +48,7 @@ impl Failure {
         Self::Work(format!("{error}{advice}"))
     }
 
-    /// The exit code of a program that ends with this.
+    /// The exit code of a program that fails this way.
     #[must_use]
     pub fn exit_code(&self) -> u8 {
         match self {
@@ -61,7 +61,7 @@ impl Failure {
     }
 }
 
-/// A path in a message.
+/// Formats a path for a message.
 pub(crate) fn shown(path: &Path) -> String {
     escaped(&path.to_string_lossy())
 }

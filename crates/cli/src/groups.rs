@@ -13,7 +13,7 @@ pub(crate) const WEIGHTS: &str = "Advanced weights options";
 pub(crate) const DEVICE: &str = "Advanced device options";
 pub(crate) const OUTPUT: &str = "Advanced output options";
 
-/// Which weights, as `bench` and `profile` choose them too.
+/// The choice of weights, shared with `bench` and `profile`.
 #[derive(Debug, Args)]
 pub(crate) struct NetworkArgs {
     /// Weights: fast, balanced or high [default: balanced]
@@ -21,7 +21,7 @@ pub(crate) struct NetworkArgs {
     /// Each tier takes about twice as long as the one before.
     #[arg(long, value_name = "TIER", value_enum, hide_possible_values = true)]
     pub(crate) quality: Option<QualityArg>,
-    /// A weights file instead of the built-in ones, or a folder of Open Image Denoise's
+    /// Weights file to use instead of the built-in ones, or a folder of Open Image Denoise's
     #[arg(long, value_name = "FILE|FOLDER", hide_short_help = true, help_heading = WEIGHTS)]
     pub(crate) weights: Option<PathBuf>,
     /// Storage of intermediate values [default: f16]
@@ -29,14 +29,14 @@ pub(crate) struct NetworkArgs {
     pub(crate) precision: Option<PrecisionArg>,
 }
 
-/// Which weights, where an image is given.
+/// The choice of weights, for commands that read an image.
 #[derive(Debug, Args)]
 pub(crate) struct ChoiceArgs {
-    /// Denoise albedo and normal first, with weights from the folder of --weights
+    /// Denoise albedo and normal first, with weights from the --weights folder
     #[arg(long, requires = "weights", conflicts_with = "no_aux", hide_short_help = true,
           help_heading = WEIGHTS)]
     pub(crate) prefilter: bool,
-    /// Take the best built-in weights that are predicted to meet this time, such as 40ms
+    /// Use the best built-in weights predicted to meet this time, such as 40ms
     #[arg(long, value_name = "TIME", value_parser = time, hide_short_help = true,
           help_heading = WEIGHTS, conflicts_with_all = ["quality", "weights"])]
     pub(crate) budget: Option<Duration>,
@@ -74,10 +74,10 @@ pub(crate) struct LayerArgs {
 /// Which further layers to denoise.
 #[derive(Debug, Default, Args)]
 pub(crate) struct LightArgs {
-    /// Further layers of light to denoise by the color's weights: auto, or names such as RGBA_*
+    /// Further light layers to denoise with the color's weights: auto, or names such as RGBA_*
     ///
-    /// Names are separated by commas and may have *, ? and [...]. With auto, light groups and passes
-    /// that renderers sum up are found by their names; `wgdenoise info` shows which.
+    /// Names are separated by commas and may have *, ? and [...]. With auto, light groups and
+    /// passes that renderers add up are found by their names; `wgdenoise info` shows which.
     #[arg(long, value_name = "NAMES|auto", hide_short_help = true, help_heading = LAYERS)]
     pub(crate) layers: Option<String>,
 }
@@ -103,14 +103,14 @@ pub(crate) struct WritingArgs {
 /// Where and how the network runs.
 #[derive(Debug, Args)]
 pub(crate) struct DeviceArgs {
-    /// Adapter, as `wgdenoise devices` lists them [default: the fastest kind]
+    /// Adapter, as listed by `wgdenoise devices` [default: the fastest kind]
     #[arg(long, value_name = "NAME|INDEX", hide_short_help = true, help_heading = DEVICE)]
     pub(crate) adapter: Option<String>,
     /// Most GPU memory to use, such as 512MiB [default: 2GiB]
     #[arg(long, value_name = "SIZE", value_parser = memory, hide_short_help = true,
           help_heading = DEVICE)]
     pub(crate) memory: Option<u64>,
-    /// Longest side of a tile in pixels [default: as memory and short dispatches allow]
+    /// Longest side of a tile in pixels [default: what memory and short dispatches allow]
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..),
           hide_short_help = true, help_heading = DEVICE)]
     pub(crate) tile: Option<u32>,

@@ -1,4 +1,4 @@
-//! The command line inside another program, which keeps its signals, its terminal and its process.
+//! Runs the command line inside another program, which keeps its signals, terminal and process.
 
 use std::ffi::OsString;
 use std::path::Path;
@@ -15,7 +15,8 @@ pub use crate::console::{Host, Level};
 
 /// Denoises as the program does with these words, its name first: `wgdenoise [OPTIONS] IN... OUT`.
 ///
-/// A pipe is read once per call. Once `stop` is true, the image at hand is given up, and images denoised before are written whole.
+/// A pipe is read once per call. Once `stop` is true, the current image is abandoned; images
+/// denoised before it are still written whole.
 ///
 /// # Errors
 /// Fails like the program, with the same sentences, and with [`Failure::Stopped`].
@@ -49,7 +50,7 @@ mod tests {
     const WEIGHTS: &str =
         concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/unet_tiny.safetensors");
 
-    /// Notes what it hears, and asks to stop at a step.
+    /// Records what it receives, and asks to stop at a given step.
     #[derive(Default)]
     struct Notes {
         messages: RefCell<Vec<(Level, String)>>,

@@ -28,7 +28,7 @@ pub(crate) fn info(request: &Info) -> Result<(), Failure> {
     }
 }
 
-/// Billions of floating-point operations per quality, all views together.
+/// Cost for each quality, in billions of floating-point operations for all views together.
 fn costs(file: &Description) -> Result<Vec<(&'static str, f64)>, Failure> {
     let cost = |quality: Quality| {
         let weights = Weights::builtin(quality)?;
@@ -64,13 +64,13 @@ fn cost_line(costs: &[(&str, f64)]) -> String {
     format!("cost in GFLOP: {}", costs.join(", "))
 }
 
-/// One decimal, or two significant digits of a positive value below 1.
+/// Formats one decimal, or two significant digits of a positive value below 1.
 fn amount(value: f64) -> String {
     let decimals = if value < 1.0 { 1.0 - value.log10().floor() } else { 1.0 };
     format!("{value:.*}", decimals as usize)
 }
 
-/// What is denoised of a view and why; then what else could be, and what could not.
+/// Lists what is denoised in a view and why, then what else could be, and what could not.
 fn view_lines(view: &ViewInfo) -> Vec<String> {
     let Some(selection) = &view.selection else {
         let alpha = view.alpha.as_ref().map(|_| "alpha from the pixels".to_string());
@@ -87,7 +87,7 @@ fn view_lines(view: &ViewInfo) -> Vec<String> {
     lines
 }
 
-/// The items after a start, the first ones of many; `None` if there are none.
+/// Joins items after `start`, only the first of many; `None` if there are none.
 fn listed(start: &str, items: impl ExactSizeIterator<Item = String>) -> Option<String> {
     let more = items.len().saturating_sub(MOST_LISTED);
     let end = if more > 0 { format!(" and {more} more") } else { String::new() };
@@ -142,7 +142,7 @@ fn info_json(file: &Description, costs: &[(&str, f64)]) -> Value {
             .map_or(FROM_PIXELS.into(), |selection| selection.explanation.join("; ")),
         Err(problem) => refusal(problem),
     };
-    // The keys of the first view are also those of the file.
+    // The first view's keys also serve as the file's.
     let first = |key: &str| views.first().map_or(&Value::Null, |view| &view[key]);
     json!({
         "format": file.format,
@@ -201,7 +201,7 @@ pub(crate) fn preview(request: &Preview, console: &Console) -> Result<(), Failur
     Ok(())
 }
 
-/// Prints how close an image is to its reference.
+/// Prints the metrics of an image against its reference.
 pub(crate) fn compare(request: &Compare, console: &Console) -> Result<(), Failure> {
     let image = Picture::open(&request.image, &request.layers)?;
     let reference = Picture::open(&request.reference, &request.layers)?;
@@ -236,7 +236,7 @@ fn metrics_json(m: &Metrics) -> Value {
 pub(crate) fn devices(json: bool) -> Result<(), Failure> {
     let adapters = Gpu::list();
     if adapters.is_empty() {
-        // The engine's own message tells how to get one.
+        // The engine's own message says how to get one.
         Gpu::open(None)?;
     }
     let adapters = adapters.iter().enumerate();

@@ -12,7 +12,8 @@ impl Tally {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The message of a run of this many images that is stopped, with what becomes of the `rest`.
+    /// The message when a run over this many images is stopped; `rest` says what happens to the
+    /// others.
     pub(crate) fn last_words(&self, images: usize, rest: &str) -> String {
         match self.0.load(Ordering::Relaxed) {
             0 => "stopped before an image was written".into(),
@@ -21,7 +22,7 @@ impl Tally {
     }
 }
 
-/// Calls `last` and ends the process on the first signal; the second ends it at once.
+/// On the first signal, calls `last` and ends the process; a second signal ends it at once.
 #[cfg(unix)]
 pub(crate) fn watch(last: impl FnOnce() + Send + 'static) {
     use signal_hook::consts::{SIGINT, SIGTERM};
@@ -32,7 +33,7 @@ pub(crate) fn watch(last: impl FnOnce() + Send + 'static) {
         signal_hook::flag::register_conditional_shutdown(signal, code, Arc::clone(&stopping))?;
         signal_hook::flag::register(signal, Arc::clone(&stopping)).map(|_| ())
     });
-    // Without them, the system ends the process at once.
+    // If watching fails, the system ends the process at once.
     let Ok(mut signals) = watched.and_then(|()| Signals::new([SIGINT, SIGTERM])) else { return };
     std::thread::spawn(move || {
         if let Some(signal) = signals.forever().next() {
@@ -55,7 +56,7 @@ pub(crate) fn end_at_once(code: i32) -> ! {
     std::process::exit(code)
 }
 
-/// What shells make of a process that a signal has ended.
+/// The exit code that shells give a process ended by a signal.
 #[cfg(unix)]
 fn exit_code(signal: i32) -> i32 {
     128 + signal

@@ -1,4 +1,4 @@
-//! The command line: words become a request, the request is carried out, and the outcome is reported.
+//! The command line: parses words into a request, carries it out and reports the outcome.
 
 use std::ffi::OsString;
 use std::io::Write;
@@ -30,7 +30,7 @@ use crate::request::Request;
 
 pub use crate::failure::Failure;
 
-/// Runs the program on the words of its command line.
+/// Runs the program with the words of its command line.
 #[must_use]
 pub fn main() -> ExitCode {
     wgdenoise::panics::silence_caught();
@@ -38,11 +38,12 @@ pub fn main() -> ExitCode {
     ExitCode::from(run_words(&words))
 }
 
-/// Runs the program on these words, its name first, and returns its exit code: 0 done, 1 an input or
-/// output failed, 2 wrong usage, 3 no usable adapter, or it lacks what the flags need, 4 the device
-/// failed. Ends the process itself after help, after words that the grammar refuses, and after a
-/// failure of the device. For programs with a `main` of their own; [`host::denoise`] is for those that
-/// go on.
+/// Runs the program with these words, its name first, and returns its exit code: 0 done, 1 an input
+/// or output failed, 2 wrong usage, 3 no usable adapter, or it lacks what the flags need, 4 the
+/// device failed.
+///
+/// Ends the process itself after help, after words that the grammar refuses, and after a failure of
+/// the device. Use it in a `main`; programs that must go on use [`host::denoise`].
 #[must_use]
 pub fn run_words(words: &[OsString]) -> u8 {
     wgdenoise::Gpu::silence_device_select();
@@ -93,15 +94,15 @@ pub mod fuzzing {
         Cli::try_parse_from(words).map_err(|error| error.to_string()).is_ok()
     }
 
-    /// The frames of `--frames`.
+    /// The frames that `--frames` would take.
     ///
     /// # Errors
-    /// If the text is no list of frames, or names too many.
+    /// If the text is not a list of frames, or names too many.
     pub fn parse_frames(text: &str) -> Result<Vec<i64>, String> {
         frames::parse(text).map(|frames| frames.0)
     }
 
-    /// The name of a frame's file, and the frame that this name is read back as; `None` if the
+    /// The name of a frame's file, and the frame that this name is parsed back to; `None` if the
     /// pattern has no place for a frame number.
     ///
     /// # Errors

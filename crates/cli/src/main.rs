@@ -1,4 +1,4 @@
-//! The command line; see the library for everything it does.
+//! The command line; the library does everything.
 
 use std::process::ExitCode;
 

@@ -1,4 +1,4 @@
-//! From the words of a command line to a request.
+//! Parses the words of a command line into a request.
 
 use std::ffi::{OsStr, OsString};
 use std::path::{Path, PathBuf};
@@ -20,8 +20,8 @@ use wgdenoise::Quality;
 use wgdenoise_files::inputs::Source;
 use wgdenoise_files::{Identity, LayerChoice, LayersWish, Limits, MotionWish, is_standard};
 
-/// Parses the words of a command line, the program's name first. Help, versions and words that the
-/// grammar refuses are printed and end the process.
+/// Parses the words of a command line, the program's name first. Prints help, versions and words
+/// that the grammar refuses, and ends the process.
 ///
 /// # Errors
 /// If the words contradict each other or the files they name.
@@ -49,14 +49,14 @@ pub(crate) fn parse_denoise(words: &[OsString]) -> Result<Denoise, Failure> {
     }
 }
 
-/// The sentence of a refusal, without the advice on usage below it.
+/// The sentence of a refusal, without the usage advice below it.
 fn reason(error: &clap::Error) -> String {
     let text = error.to_string();
     let sentence = text.split("\n\n").next().unwrap_or_default().trim_start_matches("error: ");
     sentence.lines().map(str::trim).collect::<Vec<_>>().join(" ")
 }
 
-/// The command that was probably meant by a word that names no file.
+/// The command that a word naming no file was probably meant to be.
 fn misspelled(word: &OsStr) -> Option<String> {
     let text = word.to_str()?.to_lowercase();
     let is_name = text.chars().all(char::is_alphanumeric) && !Path::new(word).exists();
@@ -167,7 +167,7 @@ fn denoise(args: DenoiseArgs) -> Result<Denoise, Failure> {
     })
 }
 
-/// IN and OUT, which `--in-place` may leave out.
+/// Splits IN from OUT, which `--in-place` may leave out.
 fn inputs_and_output(
     mut files: Vec<PathBuf>,
     in_place: bool,
@@ -182,8 +182,8 @@ fn inputs_and_output(
     }
 }
 
-/// Whether the last file of an `--in-place` run is one more IN rather than OUT: it is alone, or it
-/// names files that exist, none of which is another IN.
+/// Whether the last file of an `--in-place` run is another IN rather than OUT: it is the only one,
+/// or it names files that exist and none of which is another IN.
 fn is_input(last: &Path, others: &[PathBuf]) -> bool {
     let named_before = || others.iter().any(|other| Identity::of(other) == Identity::of(last));
     match Source::of(last) {
@@ -194,7 +194,7 @@ fn is_input(last: &Path, others: &[PathBuf]) -> bool {
     }
 }
 
-/// What is wrong with a command line of one word.
+/// Says what is wrong with a command line of one word.
 fn without_output(word: &Path) -> Result<String, Failure> {
     let name = shown(word);
     Ok(match Source::of(word)? {

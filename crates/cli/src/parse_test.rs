@@ -11,7 +11,7 @@ fn grammar(line: &str) -> Result<Cli, clap::Error> {
     Cli::try_parse_from(line.split_whitespace())
 }
 
-/// `wgdenoise help info` prints and ends the process, so the grammar alone is asked.
+/// `wgdenoise help info` prints and ends the process, so this only asks the grammar.
 #[test]
 fn help_is_a_command_too() {
     let help = grammar("wgdenoise help info").unwrap_err();

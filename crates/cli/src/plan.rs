@@ -1,4 +1,4 @@
-//! Which images are denoised and where each result goes, checked before any work is done.
+//! Decides which images to denoise and where each result goes; checks all before any work is done.
 
 use std::collections::{BTreeMap, HashMap};
 use std::ffi::OsString;
@@ -12,14 +12,14 @@ use wgdenoise_files::frames::{self, Frames, PLAIN_CHARACTERS};
 use wgdenoise_files::inputs::{Sequence, Source};
 use wgdenoise_files::{Format, Identity, LayerChoice, Problem, is_standard, is_stream};
 
-/// What a request comes to.
+/// The plan for a request.
 #[derive(Debug)]
 pub(crate) struct Plan {
-    /// The images, in their order.
+    /// The images, in order.
     pub(crate) jobs: Vec<Job>,
-    /// How many more are done already.
+    /// How many others are done already.
     pub(crate) skipped: usize,
-    /// What a user should know, a sentence each.
+    /// What a user should know, one sentence each.
     pub(crate) notices: Vec<String>,
 }
 
@@ -30,14 +30,14 @@ pub(crate) struct Job {
     pub(crate) input: PathBuf,
     /// A file, or `-` for standard output.
     pub(crate) output: PathBuf,
-    /// Of the output.
+    /// The output's format.
     pub(crate) format: Format,
     pub(crate) layers: LayerChoice,
     /// Whether the output may exist already.
     pub(crate) replace: bool,
-    /// Whether the output is written; otherwise other frames need the result.
+    /// Whether the output is written; if not, only other frames need the result.
     pub(crate) writes: bool,
-    /// Its place in a sequence.
+    /// Its position in a sequence.
     pub(crate) number: Option<Number>,
 }
 
@@ -45,7 +45,7 @@ pub(crate) struct Job {
 ///
 /// # Errors
 /// If the request contradicts itself, an input is missing, or an output cannot be written, would
-/// replace an input, or is that of two inputs.
+/// replace an input, or belongs to two inputs.
 pub(crate) fn plan(request: &Denoise) -> Result<Plan, Failure> {
     let sources =
         request.inputs.iter().map(|input| Source::of(input)).collect::<Result<Vec<_>, _>>()?;
@@ -73,13 +73,13 @@ pub(crate) fn plan(request: &Denoise) -> Result<Plan, Failure> {
     Ok(Plan { skipped, jobs, notices: left_out(request, &sources)? })
 }
 
-/// Leaves the outputs of some jobs as they are; returns how many.
+/// Marks jobs that are done as not to be written; returns how many.
 fn skip(jobs: &mut [Job], is_done: impl Fn(&Job) -> bool) -> usize {
     let done = jobs.iter_mut().filter(|job| job.writes && is_done(job));
     done.map(|job| job.writes = false).count()
 }
 
-/// Keeps the jobs that write, and those within `reach` frames of one.
+/// Keeps the jobs that write, and those within `reach` frames of one that does.
 fn keep_needed(jobs: &mut Vec<Job>, reach: usize) {
     let written: Vec<_> =
         jobs.iter().filter(|job| job.writes).filter_map(|job| job.number).collect();
@@ -92,9 +92,9 @@ fn keep_needed(jobs: &mut Vec<Job>, reach: usize) {
     jobs.retain(|job| job.writes || job.number.is_some_and(is_near));
 }
 
-/// The jobs of a request, in their order.
+/// The jobs of a request, in order.
 fn jobs(request: &Denoise, sources: &[Source]) -> Result<Vec<Job>, Failure> {
-    // A missing input is reported before a missing folder.
+    // Report a missing input before a missing folder.
     let files: Vec<_> =
         sources.iter().map(|source| files(source, request)).collect::<Result<_, _>>()?;
     let target = match &request.output {
@@ -108,7 +108,7 @@ fn jobs(request: &Denoise, sources: &[Source]) -> Result<Vec<Job>, Failure> {
     Ok(jobs)
 }
 
-/// The files of an IN and their frames, with those that `--temporal` needs beside the wanted ones.
+/// The files of an IN and their frames, including those that only `--temporal` needs.
 fn files(source: &Source, request: &Denoise) -> Result<Vec<(PathBuf, Option<i64>)>, Failure> {
     let wanted = source.files(request.frames.as_ref())?;
     if request.temporal == 0 {
@@ -122,7 +122,7 @@ fn files(source: &Source, request: &Denoise) -> Result<Vec<(PathBuf, Option<i64>
     Ok(all)
 }
 
-/// The jobs of one IN, from its files and their frames.
+/// The jobs of one IN, given its files and their frames.
 fn jobs_of(
     (index, source): (usize, &Source),
     files: Vec<(PathBuf, Option<i64>)>,
@@ -143,7 +143,8 @@ fn jobs_of(
     files.into_iter().map(job).collect()
 }
 
-/// The format of a result: by its name, or on standard output the wanted one or else the input's.
+/// The format of a result: by the output's name or, on standard output, `wanted` or else the
+/// input's.
 fn output_format(output: &Path, input: &Path, wanted: Option<Format>) -> Result<Format, Failure> {
     match (is_standard(output), wanted) {
         (true, Some(format)) => Ok(format),
@@ -168,13 +169,13 @@ fn check_streams(jobs: &[Job]) -> Result<(), Failure> {
     }
 }
 
-/// What sequences leave out, unless frames were chosen.
+/// Notices about files that sequences leave out, unless frames were chosen.
 fn left_out(request: &Denoise, sources: &[Source]) -> Result<Vec<String>, Failure> {
     let whole = sources.iter().filter(|_| request.frames.is_none());
     whole.filter_map(|source| Some(source.left_out().transpose()?.map_err(Failure::from))).collect()
 }
 
-/// Checks that an output can be written, and creates its folder if asked to.
+/// Checks that an output can be written; creates its folder if asked to.
 pub(crate) fn prepare_output(path: &Path, replace: bool, writing: Writing) -> Result<(), Failure> {
     if let Some(folder) = path.parent().filter(|_| writing.parents) {
         let failed = |error| Failure::of(folder, format_args!("cannot be created: {error}"));
@@ -190,8 +191,8 @@ fn format(output: &Path) -> Result<Format, Failure> {
     Format::of_extension(output).map_err(usage)
 }
 
-/// Refuses outputs that are inputs or belong to two inputs. With `in_place`, an output may be its own
-/// input.
+/// Refuses outputs that are inputs or belong to two inputs. With `in_place`, an output may be its
+/// own input.
 fn check_conflicts(jobs: &mut [Job], in_place: bool) -> Result<(), Failure> {
     let readers = readers(jobs);
     let mut written = HashMap::new();
@@ -212,7 +213,7 @@ fn check_conflicts(jobs: &mut [Job], in_place: bool) -> Result<(), Failure> {
     Ok(())
 }
 
-/// For each file, the jobs that read it and the path by which they do.
+/// For each file, the jobs that read it and the path they read it by.
 fn readers(jobs: &[Job]) -> HashMap<Identity, Vec<(usize, PathBuf)>> {
     let mut readers: HashMap<_, Vec<_>> = HashMap::new();
     for (index, job) in jobs.iter().enumerate() {
@@ -224,7 +225,7 @@ fn readers(jobs: &[Job]) -> HashMap<Identity, Vec<(usize, PathBuf)>> {
 }
 
 impl Job {
-    /// The files and pipes it reads.
+    /// The files and pipes that the job reads.
     fn inputs(&self) -> impl Iterator<Item = &Path> {
         let aux = [&self.layers.albedo, &self.layers.normal].into_iter().flatten();
         let aux = aux.map(Path::new).filter(|path| path.is_file() || is_stream(path));
@@ -253,7 +254,7 @@ impl Job {
         }
     }
 
-    /// Lets the output replace `input` if that is asked for, and `only` this job reads it.
+    /// Lets the output replace `input` if asked to, and if `only` this job reads it.
     fn overwrite(&mut self, input: &Path, in_place: bool, only: bool) -> Result<(), Failure> {
         let own = only && Identity::of(&self.input) == Identity::of(input);
         if own && in_place {
@@ -275,7 +276,7 @@ struct Layers {
 }
 
 impl Layers {
-    /// Refuses frames without a file.
+    /// Finds the frames' files. Refuses frames without one.
     fn of(choice: &LayerChoice, in_sequence: bool, frames: &Frames) -> Result<Self, Failure> {
         let files = |name: &Option<OsString>| {
             let name = name.as_ref().filter(|_| in_sequence);
@@ -303,13 +304,13 @@ impl Layers {
 /// Where results go.
 #[derive(Debug)]
 enum Target {
-    /// The only result.
+    /// A single file, for the only result.
     File(PathBuf),
-    /// Each result by its frame number.
+    /// Files named by frame number.
     Sequence(Sequence),
-    /// Each result by the name of its input.
+    /// A folder, in which results have the names of their inputs.
     Folder(PathBuf),
-    /// Each result in place of its input.
+    /// Each result replaces its input.
     Input,
 }
 
@@ -325,7 +326,7 @@ impl Target {
         match sources {
             [Source::File(_)] if is_standard(path) => return Ok(Self::File(path.to_path_buf())),
             _ if is_standard(path) => return usage("standard output takes the result of one file"),
-            // A file may really have such a name, and so may its result.
+            // A file may really be named like a sequence, and so may its result.
             [Source::File(input)] if input.exists() && Sequence::of(input)?.is_some() => {
                 return Ok(Self::File(path.to_path_buf()));
             }

@@ -1,4 +1,4 @@
-//! What a command line asks for, in plain types.
+//! What a command line asks for, as plain types.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -24,7 +24,7 @@ pub(crate) enum Request {
     Profile(Bench),
     Report(Report),
     Convert(Convert),
-    /// Print this: a completion script or the manual page.
+    /// Print these bytes: a completion script or the manual page.
     Print(Vec<u8>),
 }
 
@@ -36,44 +36,45 @@ pub(crate) struct Denoise {
     pub(crate) inputs: Vec<PathBuf>,
     /// `None` if each image replaces itself.
     pub(crate) output: Option<PathBuf>,
-    /// The frames to take of a sequence; all by default.
+    /// The frames of a sequence to process; all by default.
     pub(crate) frames: Option<Frames>,
     pub(crate) layers: LayerChoice,
-    /// How many frames to each side a frame is averaged with.
+    /// How many frames on either side each frame is averaged with.
     pub(crate) temporal: usize,
     pub(crate) weights: WeightsChoice,
     pub(crate) device: DeviceChoice,
-    /// The factor that brings color to the exposure of the network's training; measured by default.
+    /// The factor that scales color to the exposure the network was trained at; measured by
+    /// default.
     pub(crate) input_scale: Option<f32>,
-    /// Leave out images whose output exists.
+    /// Skip images whose output exists.
     pub(crate) skip_existing: bool,
     /// The format of standard output; that of the input by default.
     pub(crate) format: Option<Format>,
-    /// Read the next image and write the last one while one is denoised.
+    /// Read the next image and write the last one while denoising.
     pub(crate) overlap: bool,
-    /// What happens to the alpha; by default it is denoised if it is fractional.
+    /// What to do with the alpha; by default, denoise it if it is fractional.
     pub(crate) alpha: Option<Alpha>,
-    /// Compare part of each result with the CPU reference.
+    /// Check part of each result against the CPU reference.
     pub(crate) verify: bool,
-    /// Stops to brighten PNG and JPEG outputs by.
+    /// Stops by which to brighten PNG and JPEG outputs.
     pub(crate) exposure: Option<f32>,
     pub(crate) writing: Writing,
 }
 
 impl Denoise {
-    /// The files that are read, and layers that may be files.
+    /// The files to read, and layers that may be files.
     pub(crate) fn files(&self) -> impl Iterator<Item = &Path> {
         let features = [&self.layers.albedo, &self.layers.normal].into_iter().flatten();
         self.inputs.iter().map(PathBuf::as_path).chain(features.map(Path::new))
     }
 }
 
-/// What happens to the alpha of a picture.
+/// What to do with a picture's alpha.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(crate) enum Alpha {
-    /// It stays as it is.
+    /// Leave it as it is.
     Keep,
-    /// It is denoised by the color's weights.
+    /// Denoise it with the color's weights.
     Denoise,
 }
 
@@ -86,7 +87,7 @@ impl From<Alpha> for fit::Alpha {
     }
 }
 
-/// What may happen to existing files and missing folders.
+/// What may be done to existing files and missing folders.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Writing {
     /// Replace outputs that exist.
@@ -102,14 +103,14 @@ pub(crate) struct Writing {
 pub(crate) enum WeightsChoice {
     BuiltIn(Quality),
     File(PathBuf),
-    /// Open Image Denoise's weights, of which each image gets those for the layers it has.
+    /// A folder of Open Image Denoise's weights, from which each image gets those for its layers.
     Folder {
         path: PathBuf,
         quality: Option<Quality>,
         /// Denoise albedo and normal first.
         prefilter: bool,
     },
-    /// The best built-in weights that are predicted to meet a time limit.
+    /// The best built-in weights predicted to meet a time limit.
     Budget {
         limit: Duration,
         /// Ignore earlier measurements.
@@ -117,7 +118,7 @@ pub(crate) enum WeightsChoice {
     },
 }
 
-/// The adapter, and how the network runs on it.
+/// The adapter, and how to run the network on it.
 #[derive(Clone, Debug)]
 pub(crate) struct DeviceChoice {
     /// Part of a name, or an index; the fastest kind by default.
@@ -132,7 +133,7 @@ pub(crate) struct DeviceChoice {
     pub(crate) skip_clean: bool,
 }
 
-/// A kernel set; the shape of matrices is the adapter's.
+/// A kernel set; the adapter decides the shape of matrices.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kernels {
     Set(KernelSet),
@@ -140,7 +141,8 @@ pub(crate) enum Kernels {
 }
 
 impl Kernels {
-    /// The set, where `matrix` is the shape that the adapter reports; `None` if it has none.
+    /// The kernel set for the matrix shape that the adapter reports; `None` if the set needs one
+    /// and there is none.
     pub(crate) fn on(self, matrix: Option<MatrixShape>) -> Option<KernelSet> {
         match self {
             Self::Set(set) => Some(set),
@@ -149,7 +151,7 @@ impl Kernels {
     }
 }
 
-/// `wgdenoise bench` and `wgdenoise profile`: an image of random values is denoised.
+/// `wgdenoise bench` and `wgdenoise profile`: denoise an image of random values.
 #[derive(Clone, Debug)]
 pub(crate) struct Bench {
     pub(crate) width: u32,
@@ -187,7 +189,7 @@ pub(crate) struct Info {
 pub(crate) struct Compare {
     pub(crate) image: PathBuf,
     pub(crate) reference: PathBuf,
-    /// Of both files.
+    /// The layers to read from both files.
     pub(crate) layers: LayerChoice,
     pub(crate) json: bool,
 }

@@ -14,7 +14,7 @@ use wgdenoise::{
 };
 use wgdenoise_files::weights::{self, Subject};
 
-/// Opens the adapter, with the engine's defaults except for what was chosen.
+/// Opens the adapter, with the engine's defaults for everything that was not chosen.
 pub(crate) fn open(choice: &DeviceChoice) -> Result<(Gpu, Options), Failure> {
     let gpu = Gpu::open(choice.adapter.as_deref())?;
     let default = Options::default();
@@ -42,7 +42,7 @@ pub(crate) struct Session<'a> {
     device_choice: &'a DeviceChoice,
     weights_choice: &'a WeightsChoice,
     console: &'a Console,
-    /// From the file that the user named. Every image needs it, so it is read first.
+    /// Weights from the file that the user named, read first since every image needs them.
     named: Option<Weights>,
     device: Option<(Gpu, Options)>,
     engine: Option<Engine>,
@@ -79,7 +79,7 @@ impl<'a> Session<'a> {
     }
 
     /// Reads the weights that an image with these inputs needs; `None` if the current denoisers
-    /// have them. Reading comes before the adapter, which takes longer to fail.
+    /// have them. Weights are read before the adapter is opened, which takes longer to fail.
     pub(crate) fn networks(&self, inputs: Inputs, hdr: bool) -> Result<Option<Networks>, Failure> {
         if let WeightsChoice::Folder { prefilter: true, .. } = self.weights_choice
             && inputs != Inputs::ALL
@@ -110,8 +110,8 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    /// Makes denoisers with these weights in place of the current ones. Returns what a user should
-    /// know about the choice. A time budget is met for `frame`.
+    /// Replaces the current denoisers by ones with these weights. Returns what a user should know
+    /// about the choice. A time budget is met for `frame`.
     pub(crate) fn prepare(
         &mut self,
         networks: Networks,
@@ -151,8 +151,8 @@ impl<'a> Session<'a> {
         Ok(denoiser)
     }
 
-    /// Denoises a frame with its layers and alpha. With `verify`, part of each network's result is
-    /// compared with the CPU reference.
+    /// Denoises a frame with its layers and alpha. With `verify`, checks part of each network's
+    /// result against the CPU reference.
     pub(crate) fn denoise(&self, frame: &Frame<'_>, verify: bool) -> Result<Denoised, Failure> {
         let engine = self.engine();
         let Some(prefilter) = &engine.prefilter else {
@@ -168,7 +168,7 @@ impl<'a> Session<'a> {
         self.run(&engine.denoiser, &frame, verify, (2, 3))
     }
 
-    /// Runs one network, which is number `stage` of `stages` for this image.
+    /// Runs one network, number `stage` of `stages` for this image.
     fn run(
         &self,
         denoiser: &Denoiser,
@@ -193,7 +193,7 @@ impl<'a> Session<'a> {
         Ok(result)
     }
 
-    /// The metadata of the weights for color.
+    /// The metadata of the color's weights.
     pub(crate) fn metadata(&self) -> &Metadata {
         self.engine().denoiser.weights().metadata()
     }
@@ -207,7 +207,7 @@ impl<'a> Session<'a> {
         self.engine.as_ref().expect("the denoisers have been made")
     }
 
-    /// Keeps what the driver compiled for the next run.
+    /// Saves what the driver compiled for the next run.
     pub(crate) fn close(self) {
         if let Some((gpu, options)) = &self.device {
             cache::keep_pipelines(gpu, options);
@@ -217,7 +217,7 @@ impl<'a> Session<'a> {
 
 const NOTHING_TO_VERIFY: &str = "nothing to verify: the image has no noise";
 
-/// How a frame is cut into tiles, and the memory that takes.
+/// Describes how a frame is cut into tiles, and the memory that this takes.
 fn plan(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<String, Failure> {
     let (own, (width, height)) = (frame.color.width(), denoiser.size_with_columns(frame)?);
     let (plan, bytes) = denoiser.frame_plan(frame)?;

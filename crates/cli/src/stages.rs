@@ -1,4 +1,4 @@
-//! The stages of an image: read, denoised and written, and how long each took.
+//! The stages of an image: read, denoised and written, with the time each took.
 
 use std::sync::Arc;
 use std::time::Instant;
@@ -7,21 +7,21 @@ use crate::failure::Failure;
 use crate::plan::Job;
 use wgdenoise_files::{Denoised, Picture, exposed};
 
-/// An image that has been read.
+/// An image that was read.
 pub(crate) struct Read {
     pub(crate) picture: Picture,
     pub(crate) laps: Laps,
 }
 
-/// An image that can be written.
+/// An image ready to be written.
 pub(crate) struct Ready {
     pub(crate) picture: Arc<Picture>,
-    /// By view.
+    /// One result per view.
     pub(crate) results: Vec<Denoised>,
     pub(crate) laps: Laps,
 }
 
-/// Messages about an image that has been written.
+/// Messages about a written image.
 pub(crate) struct Written {
     pub(crate) notices: Vec<String>,
     pub(crate) laps: Laps,
@@ -60,12 +60,12 @@ impl Laps {
         Self { last: Instant::now(), notes: Vec::new() }
     }
 
-    /// Leaves out the time since the last step.
+    /// Restarts the clock, so that the time since the last step does not count.
     pub(crate) fn resume(&mut self) {
         self.last = Instant::now();
     }
 
-    /// Notes the time since the last step.
+    /// Records the time since the last step.
     pub(crate) fn lap(&mut self, what: &str) {
         let now = Instant::now();
         let lap = now.duration_since(std::mem::replace(&mut self.last, now));

@@ -1,6 +1,6 @@
-//! `--temporal`: each denoised frame of an animation is averaged with those around it.
+//! `--temporal`: averages each denoised frame of an animation with the frames around it.
 //!
-//! Frames wait here until those after them are denoised too.
+//! Frames wait here until the ones after them are denoised too.
 
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use wgdenoise::Image;
 use wgdenoise_files::{Denoised, Picture, View, escaped};
 use wgdenoise_temporal::{Convention, Evidence, Motion, Offsets, Part, Shot, agreement, mean};
 
-/// Where a frame is in its animation.
+/// A frame's position in its animation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Number {
     /// Index of the input.
@@ -23,21 +23,21 @@ pub(crate) struct Number {
 pub(crate) struct Held<T> {
     pub(crate) number: Number,
     pub(crate) picture: Arc<Picture>,
-    /// By view.
+    /// One result per view.
     pub(crate) results: Vec<Denoised>,
-    /// The caller's; none for a frame that only others need.
+    /// The caller's data; `None` for a frame that only others need.
     pub(crate) tag: Option<T>,
 }
 
-/// A frame that counts for others.
+/// A frame that others are averaged with.
 #[derive(Debug)]
 struct Waiting<T> {
     frame: Held<T>,
-    /// By view.
+    /// One entry per view.
     views: Vec<Shown>,
 }
 
-/// A view as it is compared and averaged.
+/// A view in the form that is compared and averaged.
 #[derive(Debug)]
 struct Shown {
     shot: Shot,
@@ -48,18 +48,18 @@ struct Shown {
 /// The frames that others still need.
 #[derive(Debug)]
 pub(crate) struct Animation<T> {
-    /// How many frames to each side count.
+    /// How many frames on either side count.
     reach: usize,
     held: VecDeque<Waiting<T>>,
-    /// Between each held frame and the one after it in `held`, by view.
+    /// Offsets between each held frame and the one after it in `held`, by view.
     ways: VecDeque<Vec<Option<Ways>>>,
     /// How many of the held frames are finished.
     finished: usize,
-    /// What the frames of this sequence tell about their motion vectors.
+    /// What this sequence's frames reveal about their motion vectors.
     evidence: BTreeMap<Vectors, Evidence>,
 }
 
-/// From a frame to the next one, and back.
+/// Offsets from a frame to the next one, and back.
 #[derive(Debug)]
 struct Ways {
     next: Offsets,
@@ -71,11 +71,11 @@ struct Ways {
 struct Vectors {
     towards: Towards,
     layer: String,
-    /// How many a pixel has.
+    /// Vectors per pixel.
     count: usize,
 }
 
-/// Towards which frame.
+/// The frame that vectors lead towards.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Towards {
     Previous,
@@ -104,7 +104,7 @@ impl<T> Animation<T> {
         Self { reach, held, ways, finished: 0, evidence: BTreeMap::new() }
     }
 
-    /// Takes the next frame; returns the frames that are finished with it, in their order.
+    /// Takes the next frame; returns the frames that this finishes, in order.
     pub(crate) fn push(&mut self, frame: Held<T>, console: &Console) -> Vec<Held<T>> {
         let is_other = |last: &Waiting<T>| last.frame.number.sequence != frame.number.sequence;
         let ends = self.held.back().is_some_and(is_other);
@@ -124,7 +124,7 @@ impl<T> Animation<T> {
         done
     }
 
-    /// The rest of the frames of a sequence.
+    /// Finishes the remaining frames of a sequence.
     pub(crate) fn finish(&mut self, console: &Console) -> Vec<Held<T>> {
         let rest = self.finished..self.held.len();
         let done = rest.filter_map(|_| self.finish_one()).collect();
@@ -137,8 +137,8 @@ impl<T> Animation<T> {
         done
     }
 
-    /// The first frame that is not finished, averaged, unless only others need it; drops those that no
-    /// other needs.
+    /// Finishes the first unfinished frame: returns it averaged, unless only others need it. Drops
+    /// frames that no other needs.
     fn finish_one(&mut self) -> Option<Held<T>> {
         let at = self.finished;
         let Held { number, ref picture, ref mut tag, .. } = self.held[at].frame;
@@ -158,7 +158,7 @@ impl<T> Animation<T> {
         done
     }
 
-    /// A view of the frame at an index, averaged with the frames around it.
+    /// Averages a view of the frame at an index with the frames around it.
     fn averaged(&self, at: usize, view: usize) -> Denoised {
         let mut others = self.chain(at, view, Towards::Previous);
         others.extend(self.chain(at, view, Towards::Next));
@@ -178,7 +178,7 @@ impl<T> Animation<T> {
         Part { images, offsets: &other.offsets, agreement: &other.agreement }
     }
 
-    /// The frames to one side that follow each other without a gap, and the ways there.
+    /// The frames to one side that follow without a gap, and the offsets there and back.
     fn chain(&self, at: usize, view: usize, towards: Towards) -> Vec<Other> {
         let mut found: Vec<Other> = Vec::new();
         for _ in 0..self.reach {
@@ -195,7 +195,7 @@ impl<T> Animation<T> {
         found
     }
 
-    /// The index of the frame before or after, the way there, and the way back.
+    /// The index of the frame before or after, the offsets there, and those back.
     fn neighbor(
         &self,
         from: usize,
@@ -212,7 +212,7 @@ impl<T> Animation<T> {
         }
     }
 
-    /// The ways between two frames, if one follows the other and both show the same images.
+    /// The offsets between two frames, if one follows the other and both show the same images.
     fn ways(
         &mut self,
         [first, second]: [&Waiting<T>; 2],
@@ -231,7 +231,7 @@ impl<T> Animation<T> {
         Some(self.settled(next, previous, console))
     }
 
-    /// The offsets that the motion vectors of a frame stand for, if they lead towards another.
+    /// Reads a frame's motion vectors as offsets towards another frame.
     fn read(&mut self, [own, other]: [&Waiting<T>; 2], view: usize, towards: Towards) -> Reading {
         let seen = &own.frame.picture.views()[view];
         let Some((layer, motion)) = motion(seen) else {
@@ -245,8 +245,8 @@ impl<T> Animation<T> {
         Reading { offsets: evidence.offsets(&motion), vectors: Some(vectors) }
     }
 
-    /// The ways that two readings stand for. A single vector a pixel leads to one of both frames: the
-    /// other reading of it is wrong, and its way is the right one's, reversed.
+    /// Settles the offsets from two readings. A single vector per pixel leads to only one of the
+    /// two frames: the other reading is wrong, and the right one's offsets, reversed, replace it.
     fn settled(&self, next: Reading, previous: Reading, console: &Console) -> Ways {
         let [ahead, back] = [&next, &previous].map(|reading| self.difference_of_single(reading));
         let is_less = |a: Option<f64>, b: Option<f64>| a.zip(b).is_some_and(|(a, b)| a < b);
@@ -263,13 +263,13 @@ impl<T> Animation<T> {
         }
     }
 
-    /// What following single vectors leaves of the differences.
+    /// The difference that following single vectors leaves; `None` for other vectors.
     fn difference_of_single(&self, reading: &Reading) -> Option<f64> {
         let vectors = reading.vectors.as_ref().filter(|vectors| vectors.count == 1)?;
         Some(self.evidence.get(vectors)?.difference())
     }
 
-    /// Whether vectors are not followed because reversed ones are.
+    /// Whether vectors are ignored because reversed ones are followed.
     fn is_reversed(&self, vectors: &Vectors) -> bool {
         let other = Vectors { towards: vectors.towards.opposite(), ..vectors.clone() };
         let is_clear = |evidence: &Evidence| evidence.convention().is_some();
@@ -287,7 +287,7 @@ impl<T> Animation<T> {
     }
 }
 
-/// Whether a view of two frames has the same place in the picture, layers and alpha.
+/// Whether a view of two frames has the same window, layers and alpha.
 fn shows_the_same<T>(frames: [&Waiting<T>; 2], view: usize) -> bool {
     let shown = frames.map(|Waiting { frame, .. }| {
         let (seen, result) = (frame.picture.views().get(view)?, frame.results.get(view)?);
@@ -298,7 +298,7 @@ fn shows_the_same<T>(frames: [&Waiting<T>; 2], view: usize) -> bool {
     shown[0].is_some() && shown[0] == shown[1]
 }
 
-/// A frame that is averaged with another, and the ways there and back.
+/// A frame to average with, and the offsets there and back.
 struct Other {
     index: usize,
     offsets: Offsets,
@@ -309,7 +309,7 @@ struct Other {
 /// A frame's motion vectors, read as leading towards another frame.
 struct Reading {
     offsets: Offsets,
-    /// `None` if there are none: nothing moves.
+    /// `None` if there are none, so that nothing moves.
     vectors: Option<Vectors>,
 }
 
@@ -334,7 +334,7 @@ impl Vectors {
     }
 }
 
-/// The motion vectors of a view and their layer's name.
+/// A view's motion vectors and the name of their layer.
 fn motion(view: &View) -> Option<(&str, Motion)> {
     let layer = view.motion()?;
     let (width, height) = view.color().size();
@@ -348,7 +348,7 @@ impl<T> Waiting<T> {
         Self { frame, views }
     }
 
-    /// What is averaged of a view: the color, the layers and the alpha.
+    /// The images to average in a view: the color, the layers and the alpha.
     fn images(&self, view: usize) -> Vec<&Image> {
         let result = &self.frame.results[view];
         let light = [&result.color].into_iter().chain(&result.layers);

@@ -119,7 +119,7 @@ pub(crate) fn runs() -> RangedI64ValueParser<u32> {
     clap::value_parser!(u32).range(1..=10_000)
 }
 
-/// A finite number above 0 that has all its digits as a 32-bit float.
+/// A finite number above 0 that keeps full precision as a 32-bit float.
 pub(crate) fn positive(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(value) if value > 0.0 && f32::is_normal(value) => Ok(value),
@@ -127,7 +127,7 @@ pub(crate) fn positive(text: &str) -> Result<f32, String> {
     }
 }
 
-/// Stops of exposure: beyond ±64, everything is black or white.
+/// Stops of exposure; beyond ±64, everything is black or white.
 pub(crate) fn stops(text: &str) -> Result<f32, String> {
     match text.parse() {
         Ok(value) if (-64.0..=64.0).contains(&value) => Ok(value),
@@ -157,7 +157,7 @@ pub(crate) fn memory(text: &str) -> Result<u64, String> {
     }
 }
 
-/// Whether a unit makes it an amount.
+/// Whether the text is an amount that lacks only its unit.
 fn lacks_only_a_unit(text: &str) -> bool {
     text.parse().is_ok_and(|value: f64| value > 0.0 && value.is_finite())
 }

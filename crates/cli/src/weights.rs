@@ -1,4 +1,4 @@
-//! Where an image's weights come from, and converting those of Open Image Denoise.
+//! Finds an image's weights, and converts those of Open Image Denoise.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -10,14 +10,14 @@ use wgdenoise::{MainImage, Quality, Weights, tza};
 use wgdenoise_files::weights::{Subject, choose, load, read, stem};
 use wgdenoise_files::{Identity, Problem, check_place, replace};
 
-/// Where an image's weights come from.
+/// The source of an image's weights.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
-    /// The program itself.
+    /// Built into the program.
     BuiltIn(Quality),
     /// The file that the user named.
     Named(PathBuf),
-    /// The file of a folder that fits the image.
+    /// The file in a folder that fits the image.
     Chosen(PathBuf),
 }
 
@@ -50,7 +50,7 @@ impl WeightsChoice {
         })
     }
 
-    /// The weights that denoise albedo and normals first, if they are wanted.
+    /// The weights that denoise albedo and normals first, if wanted.
     pub(crate) fn prefilter(&self) -> Result<Option<[Weights; 2]>, Failure> {
         let Self::Folder { path, quality, prefilter: true } = self else { return Ok(None) };
         let load = |main| {
@@ -61,7 +61,7 @@ impl WeightsChoice {
     }
 }
 
-/// Writes a weights file of Open Image Denoise as one of wgdenoise's format, after checking it.
+/// Converts a weights file of Open Image Denoise to wgdenoise's format, after checking it.
 pub(crate) fn convert(request: &Convert, console: &Console) -> Result<(), Failure> {
     let Convert { input, output, force } = request;
     check_output(request)?;

@@ -5,7 +5,7 @@ use std::ops::Range;
 /// Pixels per line of text, and roughly per letter.
 pub(super) const HEIGHT: i32 = 12;
 const LETTER: i32 = 7;
-/// From the middle of a point to its label.
+/// Pixels from the middle of a point to its label.
 const GAP: i32 = 9;
 
 type Place = (i32, i32);
@@ -26,8 +26,8 @@ impl Area {
     }
 }
 
-/// Puts every text next to its point, within the frame and where it overlaps as few points and
-/// earlier texts as possible. Returns the texts with their top left corners.
+/// Places every text next to its point, within the frame, where it overlaps the fewest points and
+/// earlier texts. Returns the texts with their top left corners.
 pub(super) fn placed(
     named: &[(Place, String)],
     points: &[Place],
@@ -51,8 +51,8 @@ pub(super) fn placed(
     placed
 }
 
-/// The preferred corner first: below and to the left of a point on the front no other point can be,
-/// since it would be faster and closer.
+/// Candidate positions, preferred first: no other point can be below and to the left of a point on
+/// the front, since it would be faster and closer.
 fn corners(text: &str, (x, y): Place) -> [Place; 8] {
     let width = LETTER * text.chars().count() as i32;
     let (right, middle, left) = (x + GAP, x - width / 2, x - GAP - width);

@@ -1,4 +1,4 @@
-//! Runs every configuration in rounds, and finds those worth their time.
+//! Runs every configuration in rounds, and finds the ones worth their time.
 
 use std::time::Instant;
 
@@ -17,7 +17,7 @@ pub(super) struct Row {
     pub(super) inputs: Inputs,
     /// The measurement, or why it failed.
     pub(super) outcome: Result<Measured, String>,
-    /// No other is both faster and closer to the reference.
+    /// Whether no other row beats it in time or error without losing in the other.
     pub(super) front: bool,
 }
 
@@ -41,8 +41,8 @@ impl Measured {
     }
 }
 
-/// Measures every configuration: once to warm up and to get the result, then in `runs` rounds in
-/// which each has its turn, so that a drifting clock drifts for all alike.
+/// Measures every configuration: once to warm up and to get the result, then in `runs` rounds that
+/// give each one turn, so that clock drift affects all alike.
 pub(super) fn rows(
     gpu: &Gpu,
     options: &Options,
@@ -73,7 +73,7 @@ pub(super) fn rows(
     rows
 }
 
-/// Color alone, then with each further image that the frame has.
+/// Color alone, then with each further image of the frame added.
 fn input_sets(given: Inputs) -> Vec<Inputs> {
     let albedo = Inputs { albedo: given.albedo, normal: false };
     let mut sets = vec![Inputs::default(), albedo, given];
@@ -141,8 +141,8 @@ impl Contender {
     }
 }
 
-/// Marks the Pareto front: rows that no other row beats in time without losing in error, or the
-/// reverse.
+/// Marks the Pareto front: rows that no other row beats in time or error without losing in the
+/// other.
 fn mark_front(rows: &mut [Row]) {
     let points: Vec<_> = rows.iter().map(point).collect();
     for (row, own) in rows.iter_mut().zip(&points) {
@@ -151,7 +151,7 @@ fn mark_front(rows: &mut [Row]) {
     }
 }
 
-/// Time and error of a row that was measured.
+/// Time and error of a measured row.
 fn point(row: &Row) -> Option<(f64, f64)> {
     row.measured().map(|measured| (measured.median(), measured.metrics.l1))
 }

@@ -20,14 +20,14 @@ mod table;
 
 use self::measure::Row;
 
-/// The files of `--out`.
+/// The files written to `--out`.
 const MARKDOWN: &str = "report.md";
 const JSON: &str = "report.json";
 const PLOT: &str = "report.svg";
 
 /// The content of a report.
 struct Report {
-    /// The files' names.
+    /// The file names.
     noisy: String,
     reference: String,
     width: u32,
@@ -35,12 +35,12 @@ struct Report {
     /// Adapter, backend, driver and kernels.
     device: String,
     runs: u32,
-    /// Of the noisy image.
+    /// The noisy image's metrics.
     before: Metrics,
     rows: Vec<Row>,
 }
 
-/// Measures every configuration, prints the table, and writes it with the plot.
+/// Measures every configuration, prints the table, and writes it together with the plot.
 pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Failure> {
     let picture = Picture::open(&request.noisy, &request.layers)?;
     let finished = LayerChoice { no_aux: true, finished: true, ..request.layers.clone() };
@@ -72,7 +72,7 @@ pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Fa
     report.deliver(request, console)
 }
 
-/// The kernels that run with these options; a notice explains if they are not the ones asked for.
+/// The kernels that run with these options; prints a notice if they are not the ones asked for.
 fn kernels(gpu: &Gpu, options: &Options, console: &Console) -> Result<String, Failure> {
     let weights = Weights::builtin(Quality::Fast)?;
     let denoiser = Denoiser::new(&gpu.device, &gpu.queue, &weights, options)?;
@@ -99,7 +99,7 @@ impl Report {
     }
 }
 
-/// Creates the folder, and checks before any work is done that the files can be written.
+/// Creates the folder; checks before any work is done that the files can be written.
 fn prepare(folder: &Path, force: bool) -> Result<(), Failure> {
     fs::create_dir_all(folder).map_err(|error| Problem::Write(error).at(folder))?;
     for name in [MARKDOWN, JSON, PLOT] {

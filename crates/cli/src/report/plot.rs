@@ -1,4 +1,4 @@
-//! The report as a plot: time on a logarithmic axis, and the error.
+//! Plots the report: error over time on a logarithmic axis.
 
 use std::error::Error;
 use std::ops::Range;
@@ -99,7 +99,7 @@ fn label(row: &Row) -> String {
     format!("{} {}", row.quality.name(), table::precision(row.precision))
 }
 
-/// From the least to the most value, with a margin of a tenth.
+/// The range of the values, with a margin of a tenth.
 fn padded(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     let least = values.clone().fold(f64::INFINITY, f64::min);
     let most = values.fold(f64::NEG_INFINITY, f64::max);
@@ -107,11 +107,11 @@ fn padded(values: impl Iterator<Item = f64> + Clone) -> Range<f64> {
     least - margin..most + margin
 }
 
-/// Round numbers for a logarithmic axis: 1, 2, 5 and so on, or more where these are too few.
+/// Round numbers for a logarithmic axis: 1, 2, 5 and so on, or more if these are too few.
 fn ticks(range: &Range<f64>) -> Vec<f64> {
     let of = |digits: &[u8]| -> Vec<f64> {
         let tick = |exponent: i32| {
-            // Parsing makes a tick exactly the number in its label.
+            // Parsing makes a tick exactly equal to the number in its label.
             let parse = move |digit: &u8| format!("{digit}e{exponent}").parse().ok();
             digits.iter().filter_map(parse)
         };
@@ -139,7 +139,7 @@ fn draw_legend(area: &Area<'_>, report: &Report) -> Drawn {
     Ok(())
 }
 
-/// A marker: its color shows the tier, its shape the precision, its filling the inputs.
+/// A marker: color shows the tier, shape the precision, and filling the inputs.
 struct Marker {
     quality: Option<Quality>,
     precision: Precision,
@@ -154,7 +154,7 @@ impl Marker {
         Self { quality: Some(row.quality), precision: row.precision, inputs: row.inputs }
     }
 
-    /// The markers of the legend with their texts.
+    /// The legend's markers and their texts.
     fn legend(sets: &[Inputs]) -> Vec<(Self, String)> {
         let (precision, inputs) = (Precision::F16, Inputs::ALL);
         let tier =
@@ -191,7 +191,7 @@ impl Marker {
     }
 }
 
-/// Distinct for color-blind readers too (Okabe and Ito 2008).
+/// Colors that color-blind readers can tell apart too (Okabe and Ito 2008).
 fn color(quality: Quality) -> RGBColor {
     match quality {
         Quality::Fast => RGBColor(0, 158, 115),

@@ -1,4 +1,4 @@
-//! The report as Markdown and as JSON.
+//! Formats the report as Markdown and as JSON.
 
 use serde_json::{Value, json};
 
@@ -51,12 +51,12 @@ fn cells(measured: &Measured, noisy_l1: f64) -> String {
     )
 }
 
-/// The error relative to the noisy image's; `None` if that has no error.
+/// The error relative to the noisy image's; `None` if that is 0.
 pub(super) fn relative(measured: &Measured, noisy_l1: f64) -> Option<f64> {
     (noisy_l1 > 0.0).then_some(measured.metrics.l1 / noisy_l1)
 }
 
-/// As on the command line.
+/// The precision's name on the command line.
 pub(super) fn precision(precision: Precision) -> &'static str {
     match precision {
         Precision::F32 => "f32",
@@ -64,7 +64,7 @@ pub(super) fn precision(precision: Precision) -> &'static str {
     }
 }
 
-/// At least three significant digits.
+/// Formats milliseconds with at least three significant digits.
 fn milliseconds(seconds: f64) -> String {
     let ms = 1e3 * seconds;
     match ms {
@@ -74,7 +74,7 @@ fn milliseconds(seconds: f64) -> String {
     }
 }
 
-/// Everything, unrounded.
+/// All results, unrounded.
 pub(super) fn json(report: &Report) -> Value {
     let rows: Vec<Value> = report.rows.iter().map(|row| entry(row, report.before.l1)).collect();
     json!({
