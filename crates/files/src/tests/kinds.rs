@@ -59,8 +59,8 @@ fn a_single_pixel_is_an_image_in_every_compression() {
     }
 }
 
-/// Only for channels in the color's blocks that the compression changes: channels marked as kept must
-/// stay bit for bit.
+/// Reports loss only for channels in the color's blocks that the compression changes: channels
+/// marked as kept must stay bit for bit.
 #[test]
 fn loss_beside_the_color_is_reported_exactly_where_it_happens() {
     let b44 = [Compression::B44, Compression::B44A];

@@ -1,4 +1,4 @@
-//! Which layers are chosen from names: views, prefixes, single channels and further layers of light.
+//! Layers chosen from names: views, prefixes, single channels and further light layers.
 
 use crate::Problem;
 use crate::choice::{Choice, Wish, Wishes, choose};

@@ -42,8 +42,8 @@ fn more_noise_is_more_error_and_none_leaves_the_bounds() {
     assert!((swapped - means[3]).abs() < 1e-12, "the order does not matter");
 }
 
-/// Even images have no features, and blurring does not change them. White and black differ by 100 in
-/// lightness alone. Green and blue are the largest difference, by definition 1.
+/// Even images have no features, and blurring does not change them. White and black differ by 100
+/// in lightness alone. Green and blue are the largest difference, by definition 1.
 #[test]
 fn even_images_differ_by_their_color_alone() {
     let [white, black] = [flat([1.0; 3]), flat([0.0; 3])];
@@ -58,8 +58,9 @@ fn even_images_differ_by_their_color_alone() {
     assert!((error - 1.0).abs() < 1e-9, "{error}");
 }
 
-/// Grays of L* 50 and 51: c = 0.95 / (0.4 · most) · 1^0.7. Filters have 32 bits, so even pictures have
-/// features of up to 1e-7, and their square root in the exponent moves c by −c · ln c · 3e-4 = 5e-5.
+/// Grays of L* 50 and 51: c = 0.95 / (0.4 · most) · 1^0.7. Filters have 32 bits, so even pictures
+/// have features of up to 1e-7, and their square root in the exponent moves c by −c · ln c · 3e-4 =
+/// 5e-5.
 #[test]
 fn a_small_difference_of_lightness_is_on_the_steep_line() {
     let gray = |lightness: f64| {
