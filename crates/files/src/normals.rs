@@ -6,9 +6,9 @@ use wgdenoise::Image;
 ///
 /// No normal is longer than 1, nor is a mean of normals, as at edges, in grass and in blur. So a
 /// pixel longer than 1 is not a plain normal, and one that would be longer than 1 when decoded is
-/// not an encoded one. If no component is negative, the majority of these pixels decides. With
-/// hardly any, the image is encoded unless most pixels have length 1 as they are, which means of
-/// grass do not. If over one pixel in five is too long even when decoded, the image holds no
+/// not an encoded one. If no component is negative, the majority of these pixels decides. If there
+/// are hardly any, the image is encoded unless most pixels have length 1 as they are; means of
+/// grass are shorter. If over one pixel in five is too long even when decoded, the image holds no
 /// encoded normals. Background does not count.
 pub(super) fn decode_if_encoded(image: &mut Image) -> bool {
     let pixels = || image.pixels().iter().filter(|p| !is_background(**p));

@@ -17,7 +17,7 @@ pub struct Part<'a> {
     pub agreement: &'a [f32],
 }
 
-/// Averages each pixel of a frame's images with the places in the other frames its offsets lead to.
+/// Averages each pixel of a frame's images with the pixels its offsets lead to in the other frames.
 /// `own` has weight 1, the others their agreement.
 ///
 /// Between pixels, the others are sampled with Catmull-Rom splines, kept within the range of the

@@ -35,8 +35,8 @@ impl Segments {
     /// Walks a whole JPEG file.
     ///
     /// # Errors
-    /// If the file cannot be read, has more than `most` bytes, or lacks its end marker, which the
-    /// decoder would make up for in gray. The end marker of a thumbnail inside does not count.
+    /// If the file cannot be read, has more than `most` bytes, or lacks its end marker: the decoder
+    /// would fill in gray. The end marker of a thumbnail inside does not count.
     pub(crate) fn read(path: &Path, most: u64) -> Result<Self, Problem> {
         let mut bytes = Vec::new();
         open(path)?.take(most.saturating_add(1)).read_to_end(&mut bytes).map_err(Problem::Read)?;
