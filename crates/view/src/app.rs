@@ -1,4 +1,4 @@
-//! The window: puts its parts together and passes on keys, dropped files and reports.
+//! The window: assembles its parts and forwards keys, dropped files and reports.
 
 use std::path::PathBuf;
 
@@ -14,17 +14,17 @@ use crate::state::keys::{Action, action};
 use crate::ui::empty::Beginning;
 use crate::ui::{canvas, drop, empty, help, panel, prompt, status, theme, toolbar};
 
-/// The program in its window.
+/// The program's window.
 pub(crate) struct Viewer {
     pub(crate) session: Session,
     title: String,
 }
 
 impl Viewer {
-    /// Makes the window's contents and opens the files, if there are any.
+    /// Builds the window's contents and opens the files, if any.
     ///
     /// # Errors
-    /// If the window is not drawn by wgpu.
+    /// If wgpu does not draw the window.
     pub(crate) fn new(
         creation: &CreationContext<'_>,
         files: &[PathBuf],
@@ -43,19 +43,19 @@ impl Viewer {
         Ok(Self { session, title: String::new() })
     }
 
-    /// Lists the files that were opened last, and keeps the list in this file.
+    /// Loads the list of recent files from this file and keeps it there.
     pub(crate) fn remember_in(&mut self, store: Option<PathBuf>) {
         self.session.recent = Recent::kept_in(store, &self.session.desk);
     }
 
-    /// Does what is asked for, and fills the clipboard.
+    /// Carries out an action; text that it returns goes to the clipboard.
     fn act(&mut self, context: &Context, action: Action) {
         if let Some(text) = act(&mut self.session, action) {
             context.copy_text(text);
         }
     }
 
-    /// Keys do nothing while text is typed.
+    /// Carries out pressed keys, unless the user is typing text.
     fn keys(&mut self, context: &Context) {
         if context.egui_wants_keyboard_input() || self.session.prompt.is_some() {
             return;
@@ -84,7 +84,7 @@ impl Viewer {
         open_any(&mut self.session, &paths, shift);
     }
 
-    /// Takes what the threads have reported.
+    /// Processes the threads' reports.
     fn reports(&mut self, context: &Context) {
         catch_up(&mut self.session);
         if let Some(pixels) = self.session.copied.take() {
@@ -93,7 +93,7 @@ impl Viewer {
         }
     }
 
-    /// The title names the file.
+    /// Puts the file's name in the window title.
     fn name(&mut self, context: &Context) {
         let opened = self.session.opened();
         let title = opened.map_or("wgdenoise".into(), |o| format!("{} – wgdenoise", o.name()));
@@ -103,7 +103,7 @@ impl Viewer {
         }
     }
 
-    /// A window that is closed is gone at once, while what runs comes to its end.
+    /// Hides the window as soon as it is closed, while running work finishes.
     fn close(context: &Context) {
         if context.input(|input| input.viewport().close_requested()) {
             context.send_viewport_cmd(ViewportCommand::Visible(false));
@@ -148,7 +148,7 @@ impl App for Viewer {
         }
         if let Some(action) = asked {
             self.act(&context, action);
-            // What follows from it is seen to before the next frame.
+            // The next frame handles the consequences.
             context.request_repaint();
         }
         if let Some(beginning) = beginning {

@@ -1,4 +1,4 @@
-//! Carries out what keys and buttons ask for.
+//! Carries out the actions of keys and buttons.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use crate::state::settings::{Layers, Source};
 use crate::watch::Watch;
 use crate::work::{Purpose, Report};
 
-/// Does what is asked for. Returns text to put on the clipboard.
+/// Carries out an action. Returns text for the clipboard.
 pub(crate) fn act(session: &mut Session, action: Action) -> Option<String> {
     match action {
         Action::Show(shown) => show(session, shown),
@@ -54,7 +54,7 @@ pub(crate) fn act(session: &mut Session, action: Action) -> Option<String> {
     None
 }
 
-/// Goes through the sequence and reads the file that it leads to.
+/// Steps through the sequence and reads the file it arrives at.
 pub(crate) fn go(session: &mut Session, step: impl FnOnce(&mut Sequence) -> bool) {
     let Some(mut sequence) = session.sequence.clone() else { return };
     if step(&mut sequence) {
@@ -63,7 +63,7 @@ pub(crate) fn go(session: &mut Session, step: impl FnOnce(&mut Sequence) -> bool
     }
 }
 
-/// Takes what the threads have reported, and has them do what follows from it.
+/// Processes the threads' reports and starts the work that follows from them.
 pub(crate) fn catch_up(session: &mut Session) {
     for report in session.take_reports() {
         follow(session, report);
@@ -73,7 +73,7 @@ pub(crate) fn catch_up(session: &mut Session) {
     keep_further(session);
 }
 
-/// Follows up on a report that is not about the session's own work.
+/// Handles a report that does not concern the session's own work.
 fn follow(session: &mut Session, report: Report) {
     match report {
         Report::Chosen(purpose, paths) => chosen(session, purpose, &paths),
@@ -98,7 +98,7 @@ fn follow(session: &mut Session, report: Report) {
     }
 }
 
-/// Watches the file that is open, if another one has been watched, and reads a version that was written.
+/// Moves the watch to the open file if it was on another, and reads a newly written version.
 fn keep_watching(session: &mut Session) {
     let Some(watched) = session.watch.as_ref().map(|watch| watch.path().to_path_buf()) else {
         return;
@@ -110,7 +110,7 @@ fn keep_watching(session: &mut Session) {
     session.read_version();
 }
 
-/// Has the visible errors of what is open computed, if there are a result and a reference of its size.
+/// Requests the visible errors, if there are a result and a reference of the same size.
 fn keep_perceiving(session: &mut Session) {
     let wanted = || {
         let reference = session.reference.as_ref().filter(|_| session.available().reference)?;
@@ -125,7 +125,7 @@ fn keep_perceiving(session: &mut Session) {
     session.perceiving.ask(wanted, &session.gpu);
 }
 
-/// Has the further layer that was chosen put on the GPU.
+/// Uploads the chosen further layer to the GPU.
 fn keep_further(session: &mut Session) {
     let loaded = session.loaded.as_ref().map(|loaded| &loaded.opened);
     if let Some(source) = session.further.ask(loaded, session.denoised.as_ref()) {
@@ -162,7 +162,7 @@ fn no_reference(session: &mut Session) {
     session.tell(session.misfit().unwrap_or_else(|| none.into()));
 }
 
-/// Opens files that were dropped or named: weights, a reference if that is wanted, or images.
+/// Opens dropped or named files: weights, images, or a reference if `as_reference` is set.
 pub(crate) fn open_any(session: &mut Session, paths: &[PathBuf], as_reference: bool) {
     match paths {
         [] => {}
@@ -172,7 +172,7 @@ pub(crate) fn open_any(session: &mut Session, paths: &[PathBuf], as_reference: b
     }
 }
 
-/// Denoises by other weights.
+/// Denoises with other weights.
 fn use_weights(session: &mut Session, weights: Source) {
     session.settings.weights = weights;
     session.denoise();
@@ -207,7 +207,7 @@ fn chosen(session: &mut Session, purpose: Purpose, paths: &[PathBuf]) {
     }
 }
 
-/// Uses a path that was typed. Without the system's dialog, nobody was asked about replacing a file.
+/// Uses a typed path. It never replaces a file: only the system's dialog asks for consent.
 pub(crate) fn typed(session: &mut Session, purpose: Purpose, path: PathBuf) {
     let saves = matches!(purpose, Purpose::Save | Purpose::SaveComparison);
     if path.as_os_str().is_empty() {
@@ -220,7 +220,7 @@ pub(crate) fn typed(session: &mut Session, purpose: Purpose, path: PathBuf) {
     }
 }
 
-/// Writes the result as the command line would.
+/// Saves the result as the command line would.
 pub(crate) fn save_result(session: &mut Session, path: &Path) {
     let (Some(opened), Some(denoised)) = (session.opened(), &session.denoised) else { return };
     let (opened, outcome) = (opened.clone(), denoised.clone());
@@ -229,7 +229,7 @@ pub(crate) fn save_result(session: &mut Session, path: &Path) {
     session.in_background(move || Report::Saved(save::result(&opened, &outcome.results, &path)));
 }
 
-/// Writes what the window shows, in its layout, as PNG.
+/// Saves what the window shows, in its layout, as PNG.
 pub(crate) fn save_comparison(session: &mut Session, path: &Path) {
     let (Some(opened), Some(draw)) = (session.opened(), drawn(session)) else { return };
     let (opened, path) = (opened.clone(), path.to_path_buf());
@@ -289,7 +289,7 @@ fn toggle_watch(session: &mut Session) {
     }
 }
 
-/// Closes the help, stops the work or takes away the message, whatever is uppermost.
+/// Cancels the topmost of help, running work and message.
 fn cancel(session: &mut Session) {
     if session.shows_help {
         session.shows_help = false;

@@ -1,5 +1,5 @@
-//! Figures for the noisy and the denoised image: their error against a reference, and how noisy
-//! they look without one.
+//! Figures for the noisy and the denoised image: the error against a reference, and a no-reference
+//! score of how noisy they look.
 
 use wgdenoise::Image;
 use wgdenoise_metrics::{Metrics, brisque, compare, exposure};
@@ -8,18 +8,18 @@ use wgdenoise_metrics::{Metrics, brisque, compare, exposure};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Figures {
     errors: Option<Errors>,
-    /// Of the noisy and the denoised image; `None` for pictures that have no score.
+    /// Scores of the noisy and the denoised image; `None` if an image has no score.
     scores: [Option<f64>; 2],
 }
 
-/// The differences from a reference.
+/// Errors against a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Errors {
     noisy: Metrics,
     denoised: Option<Metrics>,
 }
 
-/// A figure by its name, with a word on how to read it.
+/// A named figure with a hint on how to read it.
 pub(crate) struct Row {
     pub(crate) name: &'static str,
     pub(crate) hint: &'static str,
@@ -28,7 +28,7 @@ pub(crate) struct Row {
 }
 
 impl Figures {
-    /// Compares both images with the reference, if there is one, and with each other.
+    /// Compares both images with the reference, if any, and with each other.
     ///
     /// # Errors
     /// If the sizes differ.
@@ -38,14 +38,14 @@ impl Figures {
         reference: Option<&Image>,
     ) -> Result<Self, String> {
         let errors = reference.map(|reference| Errors::of(noisy, denoised, reference));
-        // Both at one exposure, that of the cleaner image.
+        // Both use one exposure, that of the cleaner image.
         let exposure = exposure(denoised.unwrap_or(noisy));
         let score = |image: Option<&Image>| brisque(image?, exposure).ok();
         let scores = denoised.map(|denoised| [Some(noisy), Some(denoised)].map(score));
         Ok(Self { errors: errors.transpose()?, scores: scores.unwrap_or_default() })
     }
 
-    /// The rows of what is known.
+    /// The rows for all known figures.
     pub(crate) fn rows(&self) -> Vec<Row> {
         let errors = self.errors.iter().flat_map(Errors::rows);
         let shown = |score: Option<f64>| score.map_or_else(|| "…".into(), |s| format!("{s:.0}"));

@@ -1,4 +1,4 @@
-//! Denoising on the window's device, as the command line does it.
+//! Denoises on the window's device, as the command line does.
 
 use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
@@ -13,7 +13,7 @@ use crate::networks::{Key, Networks};
 use crate::open::{Opened, sentence};
 use crate::state::settings::{Settings, Source};
 
-/// The networks that were used last, with their device and the window's.
+/// The networks used last, with the window's device and the one they run on.
 #[derive(Debug)]
 pub(crate) struct Engine {
     window: Gpu,
@@ -21,24 +21,24 @@ pub(crate) struct Engine {
     made: Option<(Key, Networks)>,
 }
 
-/// A picture that has been denoised.
+/// A denoised picture.
 #[derive(Clone, Debug)]
 pub(crate) struct Outcome {
-    /// By view.
+    /// One result per view.
     pub(crate) results: Vec<Denoised>,
-    /// The color of the view that is shown, on the window's device.
+    /// The shown view's color, on the window's device.
     pub(crate) texture: Texture,
-    /// What it was made with.
+    /// The settings that produced it.
     pub(crate) settings: Settings,
-    /// The time it took, without compiling kernels.
+    /// Total time without compiling kernels.
     pub(crate) took: Duration,
-    /// The part of it that the network took on the GPU.
+    /// Time the network ran on the GPU.
     pub(crate) network_time: Duration,
-    /// The time to compile kernels and upload weights, if that was needed.
+    /// Time to compile kernels and upload weights, if that was needed.
     pub(crate) prepared: Option<Duration>,
     /// Tiles and memory, in words.
     pub(crate) plan: String,
-    /// What the user should know, a sentence each.
+    /// Notices for the user, one sentence each.
     pub(crate) notices: Vec<String>,
 }
 
@@ -47,10 +47,11 @@ impl Engine {
         Self { gpu: window.for_denoiser(), window, made: None }
     }
 
-    /// Denoises every view until `stop` is set; `progress` receives what is done, from 0 to 1.
+    /// Denoises every view until `stop` is set; `progress` receives the completed share, from 0 to
+    /// 1.
     ///
     /// # Errors
-    /// The sentence of the engine's error.
+    /// The engine's error as a sentence.
     pub(crate) fn denoise(
         &mut self,
         opened: &Opened,
@@ -94,7 +95,7 @@ impl Engine {
         })
     }
 
-    /// Makes the networks that the settings need; returns how long that took.
+    /// Builds the networks that the settings need; returns the time that took.
     fn prepare(
         &mut self,
         picture: &Picture,
@@ -106,7 +107,7 @@ impl Engine {
             return Ok(None);
         }
         let start = Instant::now();
-        // Its memory may be needed.
+        // Frees its memory, which the new networks may need.
         self.made = None;
         let networks = Networks::new(&self.gpu, &key)?;
         self.made = Some((key, networks));
@@ -114,8 +115,8 @@ impl Engine {
     }
 }
 
-/// Denoises a view; returns how long the network ran, too. `progress` receives the share that is
-/// done and the finished tiles.
+/// Denoises a view; also returns how long the network ran. `progress` receives the completed share
+/// and the finished tiles.
 fn denoise_view(
     networks: &Networks,
     frame: &Frame<'_>,
@@ -136,7 +137,7 @@ fn denoise_view(
     Ok((Denoised { color, alpha, layers }, network_time))
 }
 
-/// The images of a view without its alpha.
+/// The view's images without alpha.
 fn light<'a>(view: &'a View, settings: &Settings) -> Frame<'a> {
     Frame::new(view.color())
         .albedo(view.albedo().filter(|_| settings.albedo))
@@ -150,7 +151,7 @@ fn frame<'a>(denoiser: &Denoiser, view: &'a View, settings: &Settings) -> Frame<
     light(view, settings).alpha(view.alpha().filter(|_| takes_alpha))
 }
 
-/// How the weights and the image differ, and what becomes of the alpha.
+/// Notices on mismatches between the weights and the image, and on how alpha is handled.
 fn notices_on_fit(denoiser: &Denoiser, picture: &Picture, settings: &Settings) -> Vec<String> {
     let (metadata, view) = (denoiser.weights().metadata(), picture.first());
     let (_, alpha) = fit::alpha(settings.alpha, view, None, metadata);
@@ -161,7 +162,7 @@ fn notices_on_fit(denoiser: &Denoiser, picture: &Picture, settings: &Settings) -
     all.collect()
 }
 
-/// How a frame is cut into tiles, and the memory that takes.
+/// Describes a frame's tiles and the memory they take.
 fn plan(denoiser: &Denoiser, frame: &Frame<'_>) -> Result<String, String> {
     let (plan, bytes) = denoiser.frame_plan(frame).map_err(|error| error.to_string())?;
     let (count, [w, h], memory) = (plan.tiles.len(), plan.tile, bytes.div_ceil(1 << 20));

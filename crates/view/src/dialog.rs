@@ -1,4 +1,4 @@
-//! The system's dialogs for files, which never block the window.
+//! The system's file dialogs, which never block the window.
 
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
@@ -12,7 +12,7 @@ use crate::work::{Desk, Prompt, Purpose, Report};
 const IMAGES: [&str; 4] = ["exr", "png", "jpg", "jpeg"];
 const WEIGHTS: [&str; 2] = ["safetensors", "tza"];
 
-/// The files of a dialog once it is closed; none if the user chose none.
+/// The files chosen in a dialog, once it is closed; none if the user chose none.
 type Chosen = Pin<Box<dyn Future<Output = Vec<FileHandle>> + Send>>;
 
 fn one(file: impl Future<Output = Option<FileHandle>> + Send + 'static) -> Chosen {
@@ -23,7 +23,7 @@ fn several(files: impl Future<Output = Option<Vec<FileHandle>>> + Send + 'static
     Box::pin(async move { files.await.unwrap_or_default() })
 }
 
-/// Asks for files to open.
+/// Asks which files to open.
 pub(crate) fn open(purpose: Purpose, folder: Option<&Path>, desk: Desk) {
     let images = at(folder).add_filter("Images", &IMAGES);
     let chosen: Chosen = match purpose {
@@ -40,7 +40,7 @@ pub(crate) fn open(purpose: Purpose, folder: Option<&Path>, desk: Desk) {
     wait(desk, Prompt { purpose, path: String::new() }, chosen);
 }
 
-/// Asks where to save. The system asks before a file is replaced.
+/// Asks where to save. The system confirms before it replaces a file.
 pub(crate) fn save(purpose: Purpose, suggested: &Path, desk: Desk) {
     let extensions: &[&str] = if purpose == Purpose::Save { &IMAGES } else { &["png"] };
     let name = suggested.file_name().unwrap_or_default().to_string_lossy();
@@ -57,7 +57,7 @@ fn at(folder: Option<&Path>) -> AsyncFileDialog {
     }
 }
 
-/// Reports the files once the dialog is closed, or that there is none.
+/// Reports the chosen files once the dialog is closed, or that the system has no dialog.
 fn wait(desk: Desk, prompt: Prompt, chosen: Chosen) {
     thread::spawn(move || {
         HAS_FAILED.store(false, Ordering::Relaxed);
@@ -72,10 +72,10 @@ fn wait(desk: Desk, prompt: Prompt, chosen: Chosen) {
     });
 }
 
-/// Whether a dialog could not be shown. The library that shows them reports that to the log alone.
+/// Whether a dialog could not be shown. The dialog library reports that only to the log.
 static HAS_FAILED: AtomicBool = AtomicBool::new(false);
 
-/// Listens to the log for dialogs that cannot be shown.
+/// Watches the log for dialogs that cannot be shown.
 struct Listener;
 
 impl log::Log for Listener {
@@ -92,7 +92,7 @@ impl log::Log for Listener {
     fn flush(&self) {}
 }
 
-/// From now on, a dialog that cannot be shown is reported. Call it once, before any dialog.
+/// Starts reporting dialogs that cannot be shown. Call it once, before any dialog.
 pub(crate) fn listen() {
     if log::set_logger(&Listener).is_ok() {
         log::set_max_level(log::LevelFilter::Error);

@@ -1,5 +1,5 @@
-//! A further layer, such as a light group, that is shown in place of the color: its images are put on the
-//! GPU on a thread of their own.
+//! A further layer, such as a light group, shown in place of the color. Its images are uploaded to
+//! the GPU on another thread.
 
 use std::sync::Arc;
 
@@ -10,39 +10,39 @@ use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
 use crate::open::Opened;
 
-/// Which layer is to be shown, and the one that is.
+/// The layer to show, and the one that is ready.
 #[derive(Default)]
 pub(crate) struct Further {
-    /// The name of the layer to show; the color without one.
+    /// The name of the layer to show; `None` shows the color.
     pub(crate) chosen: Option<String>,
     asked: Option<Source>,
     found: Option<Layer>,
 }
 
-/// A layer that can be shown.
+/// A layer that is ready to show.
 pub(crate) struct Layer {
     source: Source,
     noisy: Texture,
     denoised: Option<Texture>,
 }
 
-/// Where a layer's images are.
+/// Where to find a layer's images.
 #[derive(Clone)]
 pub(crate) struct Source {
     opened: Arc<Opened>,
     outcome: Option<Arc<Outcome>>,
-    /// The position among the view's further layers.
+    /// Index among the view's further layers.
     index: usize,
 }
 
 impl Further {
-    /// The chosen layer of this file; `None` for the color, and until the layer is on the GPU.
+    /// The chosen layer of this file; `None` for the color, or until the layer is on the GPU.
     pub(crate) fn of(&self, opened: &Arc<Opened>) -> Option<&Layer> {
         self.found.as_ref().filter(|layer| Arc::ptr_eq(&layer.source.opened, opened))
     }
 
-    /// Takes note of the file and its result. Returns what has to be put on the GPU because the layer,
-    /// the file or the result is another one.
+    /// Notes the file and its result. Returns what to upload to the GPU if the layer, the file or
+    /// the result has changed.
     pub(crate) fn ask(
         &mut self,
         opened: Option<&Arc<Opened>>,
@@ -58,7 +58,7 @@ impl Further {
         (!is_asked).then_some(source)
     }
 
-    /// The layer that was chosen by its name, if the file has it.
+    /// Finds the chosen layer by name, if the file has it.
     fn wanted(&self, opened: &Arc<Opened>, outcome: Option<&Arc<Outcome>>) -> Option<Source> {
         let name = self.chosen.as_ref()?;
         let index = opened.view().layers().iter().position(|layer| layer.name == *name)?;
@@ -103,10 +103,10 @@ impl Source {
         self.outcome.as_ref()?.results[self.opened.shown].layers.get(self.index)
     }
 
-    /// Puts the images on the GPU.
+    /// Uploads the images to the GPU.
     ///
     /// # Errors
-    /// If the adapter has no memory for them.
+    /// If the adapter is out of memory.
     pub(crate) fn upload(self, gpu: &Gpu) -> Result<Layer, String> {
         let noisy = Texture::upload(gpu, self.noisy())?;
         let denoised = self.denoised().map(|image| Texture::upload(gpu, image)).transpose()?;

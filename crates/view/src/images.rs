@@ -9,7 +9,7 @@ use crate::session::Session;
 use crate::state::looking::{Available, Measure, Shown};
 
 impl Session {
-    /// The images that there are next to the noisy one.
+    /// The images available besides the noisy one.
     pub(crate) fn available(&self) -> Available {
         let has_result = self.denoised.is_some();
         Available {
@@ -20,7 +20,7 @@ impl Session {
         }
     }
 
-    /// Why the reference cannot be compared with what is open, if it cannot.
+    /// Why the reference cannot be compared with the open image; `None` if it can.
     pub(crate) fn misfit(&self) -> Option<String> {
         let (reference, [w, h]) = (self.reference.as_ref()?, self.opened()?.size());
         let (rw, rh) = reference.image.size();
@@ -29,24 +29,24 @@ impl Session {
         ((rw, rh) != (w, h)).then(why)
     }
 
-    /// The further layer that is shown in place of the color.
+    /// The further layer shown in place of the color.
     pub(crate) fn layer(&self) -> Option<&Layer> {
         self.further.of(self.opened()?)
     }
 
-    /// The visible errors, if a difference shows them.
+    /// The visible errors, if the difference shows them.
     pub(crate) fn perceived(&self) -> Option<&Perceived> {
         self.perceiving.found().filter(|_| self.wants_perceived())
     }
 
-    /// Whether a difference is to show visible errors. A further layer has none: the reference is that
-    /// of the color.
+    /// Whether the difference is to show visible errors. Further layers have none: the reference
+    /// belongs to the color.
     pub(crate) fn wants_perceived(&self) -> bool {
         let has_both = self.subtracted() == Shown::Reference && self.denoised.is_some();
         has_both && self.looking.measure == Measure::Perceived
     }
 
-    /// An image on the CPU; the denoised one stands for a difference of light.
+    /// An image on the CPU; a difference of light uses the denoised image.
     pub(crate) fn image(&self, shown: Shown) -> Option<&Image> {
         let (opened, layer) = (self.opened()?, self.layer());
         match shown {
@@ -62,7 +62,7 @@ impl Session {
         }
     }
 
-    /// An image on the GPU; the denoised one stands for a difference of light.
+    /// An image on the GPU; a difference of light uses the denoised image.
     pub(crate) fn texture(&self, shown: Shown) -> Option<&Texture> {
         let (loaded, layer) = (self.loaded.as_ref()?, self.layer());
         match shown {
@@ -78,7 +78,7 @@ impl Session {
         }
     }
 
-    /// What the denoised image is compared with.
+    /// The image that the denoised one is compared with.
     pub(crate) fn subtracted(&self) -> Shown {
         let has_reference = self.available().reference && self.layer().is_none();
         if has_reference { Shown::Reference } else { Shown::Noisy }

@@ -1,8 +1,8 @@
 //! The program `wgdenoise-view`: shows a render noisy and denoised.
 //!
-//! `state` decides what the window shows and does, as plain values. Files are opened and denoised on
-//! threads of their own (`work`), on the window's device (`gpu`); `session` holds everything that is
-//! open, `commands` carries out what the user asks for, and `ui` draws it.
+//! `state` decides what the window shows and does, as plain values. `work` opens and denoises files
+//! on threads of their own, on the window's device (`gpu`). `session` holds everything that is
+//! open, `commands` carries out the user's actions, and `ui` draws.
 
 mod app;
 mod args;
@@ -36,7 +36,7 @@ use clap::Parser as _;
 use eframe::egui::ViewportBuilder;
 use eframe::{NativeOptions, Renderer};
 
-/// Opens the window with the files of the command line.
+/// Opens the window with the files named on the command line.
 #[must_use]
 pub fn main() -> ExitCode {
     let args = args::Args::parse();

@@ -1,4 +1,4 @@
-//! The viewer; see the library for everything it does.
+//! The viewer's entry point; everything else is in the library.
 
 use std::process::ExitCode;
 

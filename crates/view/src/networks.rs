@@ -1,4 +1,4 @@
-//! The networks that the settings ask for, on the window's device.
+//! The networks for the current settings, on the window's device.
 
 use std::path::PathBuf;
 
@@ -13,22 +13,22 @@ use crate::open::sentence;
 use crate::state::settings::{Settings, Source};
 use crate::state::settling::Stamp;
 
-/// A denoiser for the color and, if asked for, those for albedo and normals before it.
+/// The denoiser for the color and, if requested, the prefilters for albedo and normals.
 #[derive(Debug)]
 pub(crate) struct Networks {
     pub(crate) color: Denoiser,
     prefilter: Option<[Denoiser; 2]>,
 }
 
-/// Weights, by where they come from.
+/// Where weights come from.
 #[derive(Clone, Debug, PartialEq)]
 enum Origin {
     BuiltIn(Quality),
-    /// A file is read again once it has changed.
+    /// A file with its stamp, so that it is read again after a change.
     File(PathBuf, Option<Stamp>),
 }
 
-/// What networks are made for.
+/// What determines the networks.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Key {
     color: Origin,
@@ -38,10 +38,10 @@ pub(crate) struct Key {
 }
 
 impl Key {
-    /// Chooses the weights for an image with these inputs; `hdr` says that it is scene-referred.
+    /// Chooses the weights for an image with these inputs; `hdr` means that it is scene-referred.
     ///
     /// # Errors
-    /// If the folder has none that fit, or prefiltering lacks an input.
+    /// If the folder has no matching weights, or prefiltering lacks an input.
     pub(crate) fn of(settings: &Settings, inputs: Inputs, hdr: bool) -> Result<Self, String> {
         let clean = settings.prefilters();
         if clean && inputs != Inputs::ALL {
@@ -64,7 +64,7 @@ impl Key {
         })
     }
 
-    /// What the user should know about the choice.
+    /// A notice about the choice for the user.
     pub(crate) fn notice(&self, settings: &Settings) -> Option<String> {
         match (&self.color, &settings.weights) {
             (Origin::File(path, _), Source::Folder(_)) => {
@@ -100,7 +100,7 @@ impl Networks {
     /// Reads the weights and compiles the kernels.
     ///
     /// # Errors
-    /// The sentence on the file or the engine's error.
+    /// The sentence on the file, or the engine's error.
     pub(crate) fn new(gpu: &Gpu, key: &Key) -> Result<Self, String> {
         let Gpu { adapter, device, queue, .. } = gpu;
         let options = Options::default()
@@ -119,7 +119,7 @@ impl Networks {
         Ok(Self { color, prefilter })
     }
 
-    /// Albedo and normals without noise; none unless that is asked for.
+    /// Prefilters albedo and normals; returns `None`s unless the settings ask for it.
     ///
     /// # Errors
     /// The engine's error.

@@ -1,4 +1,4 @@
-//! Opening files, with the checks and the sentences of the command line.
+//! Opens files, with the command line's checks and messages.
 
 use std::path::{Path, PathBuf};
 
@@ -6,27 +6,27 @@ use wgdenoise_files::{FileError, LayerChoice, LayersWish, Picture, Problem, View
 
 use crate::state::settling::Stamp;
 
-/// A file that has been read.
+/// An open file.
 #[derive(Debug)]
 pub(crate) struct Opened {
     pub(crate) path: PathBuf,
     pub(crate) picture: Picture,
-    /// The position of the view that is shown; all views are denoised and saved.
+    /// Index of the shown view; all views are denoised and saved.
     pub(crate) shown: usize,
-    /// What it was read with.
+    /// The choices it was read with.
     pub(crate) wish: Wish,
-    /// That of the file before it was read; later versions differ.
+    /// The file's stamp from before it was read; later versions differ.
     pub(crate) stamp: Option<Stamp>,
 }
 
-/// What to read of a file, where there is a choice.
+/// The user's choices of what to read from a file.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Wish {
-    /// The layer to denoise; otherwise it is found.
+    /// The layer to denoise; `None` finds it.
     pub(crate) color: Option<String>,
-    /// The further layers of light to denoise along.
+    /// The further layers of light to denoise as well.
     pub(crate) layers: Option<LayersWish>,
-    /// The view to show, by its position, or the last one there is.
+    /// Index of the view to show; beyond the end, the last one.
     pub(crate) view: usize,
 }
 
@@ -42,10 +42,10 @@ impl Opened {
         Ok(Self { shown: view.min(last), wish, ..opened })
     }
 
-    /// Reads a reference: of an EXR file, the layer that results are written to.
+    /// Reads a reference. From an EXR file, it takes the layer that results are written to.
     ///
     /// # Errors
-    /// Those of [`noisy`](Self::noisy).
+    /// Same as [`noisy`](Self::noisy).
     pub(crate) fn reference(path: &Path) -> Result<Self, String> {
         Self::read(path, &LayerChoice { finished: true, no_aux: true, ..LayerChoice::default() })
     }
@@ -60,7 +60,7 @@ impl Opened {
         &self.picture.views()[self.shown]
     }
 
-    /// The names of the views; one without a name if there is only one.
+    /// The views' names; a single view may have an empty one.
     pub(crate) fn views(&self) -> Vec<String> {
         let name = |view: &View| escaped(view.name().unwrap_or_default());
         self.picture.views().iter().map(name).collect()
@@ -70,12 +70,12 @@ impl Opened {
         self.view().color().size().into()
     }
 
-    /// The file's name for the window.
+    /// The file name as shown in the window.
     pub(crate) fn name(&self) -> String {
         escaped(&self.path.file_name().unwrap_or_default().to_string_lossy())
     }
 
-    /// The layers that could be the color, the one that was found first; none for PNG and JPEG.
+    /// The layers that could be the color, the selected one first; empty for PNG and JPEG.
     pub(crate) fn colors(&self) -> Vec<String> {
         let listed = self.view().selection().map(|selection| {
             [std::slice::from_ref(&selection.color), &selection.other_colors].concat()
@@ -83,7 +83,7 @@ impl Opened {
         listed.unwrap_or_default()
     }
 
-    /// Which layers were found and why, and what else a user should know about the file.
+    /// Which layers were found and why, and other remarks on the file.
     pub(crate) fn explanation(&self) -> Vec<String> {
         let found = self.view().selection().map(|selection| selection.explanation.clone());
         let mut lines = found.unwrap_or_default();
@@ -100,7 +100,7 @@ impl Opened {
     }
 }
 
-/// A problem with what the user can do about it in the window.
+/// An error message, with advice for the window's users.
 pub(crate) fn sentence(error: &FileError) -> String {
     let advice = match error.problem {
         Problem::TooManyPixels { .. } => "; the command line accepts more with --max-pixels",

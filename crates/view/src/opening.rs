@@ -1,5 +1,5 @@
-//! Opening files on a thread of their own. The latest wish wins: what was asked for earlier, or was
-//! canceled, is not shown however late it arrives. What is open stays until the other file is read.
+//! Opens files on their own thread. The latest request wins: earlier or canceled ones are never
+//! shown, however late they arrive. The open file stays until the new one is read.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -41,7 +41,7 @@ impl Session {
         }
     }
 
-    /// Reads the watched file again if it was written, once nothing else is being opened.
+    /// Reads the watched file again if it was rewritten, once nothing else is being opened.
     pub(crate) fn read_version(&mut self) {
         let Some(watch) = self.watch.as_ref().filter(|_| !self.is_opening()) else { return };
         if let (path, version @ Some(_)) = (watch.path().to_path_buf(), watch.unread) {
@@ -49,7 +49,7 @@ impl Session {
         }
     }
 
-    /// Reads a file that the user asks for, with its place among others.
+    /// Reads a file that the user asked for, with its sequence.
     pub(crate) fn read(&mut self, path: &Path, sequence: Option<Sequence>, wish: Wish) {
         self.start(path, sequence, wish, None);
     }
@@ -90,7 +90,7 @@ impl Session {
         });
     }
 
-    /// Leaves open what is open. Returns whether a file was being read.
+    /// Cancels opening and keeps what is open. Returns whether a file was being read.
     pub(crate) fn cancel_opening(&mut self) -> bool {
         let was_opening = self.is_opening();
         self.opening.latest_noisy.next();
@@ -119,7 +119,7 @@ impl Session {
             Err(error) => {
                 let (sequence, wish) = reading.before;
                 let files = |s: &Option<Sequence>| s.as_ref().map(|s| s.files().to_vec());
-                // Past a broken frame, the arrow keys lead on.
+                // Keep the position, so that the arrow keys can step past a broken frame.
                 if files(&sequence) != files(&self.sequence) {
                     self.sequence = sequence;
                 }
@@ -173,7 +173,7 @@ impl Session {
     }
 }
 
-/// A file's name for the window.
+/// The file name as shown in the window.
 fn name(path: &Path) -> String {
     escaped(&path.file_name().unwrap_or_default().to_string_lossy())
 }

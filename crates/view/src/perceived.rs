@@ -1,4 +1,4 @@
-//! How much of the error can be seen: FLIP between the reference and what the window shows.
+//! The visible error: FLIP between the reference and what the window shows.
 
 use std::sync::Arc;
 
@@ -18,12 +18,12 @@ pub(crate) struct Perceived {
     pub(crate) means: [f64; 2],
     /// The denoised image's errors, row by row.
     pub(crate) errors: Vec<f32>,
-    /// The same in colors, as light.
+    /// The same errors as a color map, in linear light.
     pub(crate) map: Image,
     pub(crate) texture: Texture,
 }
 
-/// What errors depend on.
+/// Everything the errors depend on.
 #[derive(Clone)]
 pub(crate) struct Asked {
     pub(crate) opened: Arc<Opened>,
@@ -46,7 +46,7 @@ impl Asked {
     /// Compares both images with the reference.
     ///
     /// # Errors
-    /// If the sizes differ, or the adapter has no memory to show the map.
+    /// If the sizes differ, or the adapter has no memory for the map.
     pub(crate) fn compute(&self, gpu: &Gpu) -> Result<Perceived, String> {
         let tone = Tone { exposure: self.exposure, curve: Curve::Srgb };
         let reference = displayed(&self.reference, tone)?;
@@ -64,12 +64,12 @@ impl Asked {
     }
 }
 
-/// The values of the screen.
+/// Converts light to screen values.
 fn displayed(light: &Image, tone: Tone) -> Result<Image, String> {
     image(light, light.pixels().iter().map(|pixel| tone.screen(*pixel)).collect())
 }
 
-/// An image of the same size as another.
+/// Makes an image of the same size as another.
 fn image(like: &Image, pixels: Vec<[f32; 3]>) -> Result<Image, String> {
     Image::new(like.width(), like.height(), pixels).map_err(|error| error.to_string())
 }

@@ -1,12 +1,11 @@
-//! Computes the errors that can be seen, anew whenever the images or the exposure change, on a thread of
-//! its own.
+//! Recomputes the visible errors on its own thread whenever the images or the exposure change.
 
 use crate::gpu::host::Gpu;
 use crate::perceived::{Asked, Perceived};
 use crate::state::latest::Latest;
 use crate::work::{Desk, Lane, Report};
 
-/// Computes errors whenever something they depend on has changed.
+/// Computes errors whenever their inputs have changed.
 pub(crate) struct Perceiving {
     lane: Lane<()>,
     latest: Latest,
@@ -20,19 +19,19 @@ impl Perceiving {
         Self { lane, latest: Latest::default(), asked: None, found: None }
     }
 
-    /// The errors of what is open; `None` until they are computed.
+    /// The errors of the open image; `None` until they are computed.
     pub(crate) fn found(&self) -> Option<&Perceived> {
         self.found.as_ref()
     }
 
-    /// Takes errors that were computed, unless they are out of date.
+    /// Takes computed errors, unless they are out of date.
     pub(crate) fn take(&mut self, ticket: u64, found: Perceived) {
         if self.latest.is(ticket) {
             self.found = Some(found);
         }
     }
 
-    /// Starts to compute what is wanted, if that has not been done.
+    /// Starts computing the wanted errors, unless they were already requested.
     pub(crate) fn ask(&mut self, wanted: Option<Asked>, gpu: &Gpu) {
         let is_asked = match (&wanted, &self.asked) {
             (Some(wanted), Some(asked)) => wanted.is_same(asked),
@@ -41,7 +40,7 @@ impl Perceiving {
         if is_asked {
             return;
         }
-        // While only the exposure changes, the map stays.
+        // If only the exposure changes, the old map stays until the new one is ready.
         let is_other = |asked: &Asked| wanted.as_ref().is_none_or(|w| !w.has_images_of(asked));
         if self.asked.as_ref().is_none_or(is_other) {
             self.found = None;

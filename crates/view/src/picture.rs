@@ -1,4 +1,4 @@
-//! What the window shows as a picture of the screen, at one pixel per pixel of the image.
+//! What the window shows, as a picture in screen values at one pixel per image pixel.
 
 use wgdenoise::Image;
 
@@ -6,23 +6,23 @@ use crate::gpu::screen::Kind;
 use crate::state::looking::{Layout, Looking};
 use crate::state::tone::{Tone, srgb};
 
-/// Values of a screen, row by row.
+/// Screen values, row by row.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Pixels {
     pub(crate) size: [u32; 2],
     pub(crate) rgb: Vec<[u8; 3]>,
 }
 
-/// An image with how it is shown.
+/// An image, and how it is shown.
 #[derive(Clone, Copy)]
 pub(crate) struct Side<'a> {
     pub(crate) kind: Kind,
     pub(crate) image: &'a Image,
-    /// What a difference is taken from.
+    /// The image that a difference subtracts.
     pub(crate) subtracted: &'a Image,
 }
 
-/// The picture of one image, or of two in the window's layout. All images have one size.
+/// Renders one image, or two in the window's layout. All images have the same size.
 pub(crate) fn picture([left, right]: [Side<'_>; 2], looking: &Looking, tone: Tone) -> Pixels {
     let [width, height]: [u32; 2] = right.image.size().into();
     let columns = if looking.layout == Layout::SideBySide { 2 * width } else { width };
@@ -41,7 +41,7 @@ pub(crate) fn picture([left, right]: [Side<'_>; 2], looking: &Looking, tone: Ton
 }
 
 impl Side<'_> {
-    /// The values of the screen at a pixel, as the shader has them.
+    /// The screen values of a pixel, as the shader computes them.
     fn color(&self, index: usize, looking: &Looking, tone: Tone) -> [f32; 3] {
         let value = self.image.pixels()[index];
         if value.iter().any(|v| !v.is_finite()) {

@@ -1,5 +1,5 @@
-//! The files that were opened last, kept in a small text file in the user's folder for settings. If that
-//! cannot be read or written, the list is shorter, and nothing else happens.
+//! The recently opened files, kept in a small text file in the user's configuration folder. If that
+//! file cannot be read or written, the list is shorter; nothing else fails.
 
 use std::fs;
 use std::io::Write as _;
@@ -12,35 +12,35 @@ use wgdenoise_files::{Out, Problem, replace};
 use crate::state::entry::Entry;
 use crate::work::{Desk, Report};
 
-/// Most files on the list.
+/// Maximum length of the list.
 const MOST: usize = 10;
 
 /// A longer file is not the list.
 const MOST_BYTES: u64 = 1 << 16;
 
-/// The list, the last file first, and the file that keeps it.
+/// The list, latest file first, and the file that stores it.
 #[derive(Debug, Default)]
 pub(crate) struct Recent {
     pub(crate) entries: Vec<Entry>,
     store: Option<PathBuf>,
 }
 
-/// `wgdenoise/recent` in the user's folder for settings; `None` if the user has no home.
+/// `wgdenoise/recent` in the user's configuration folder; `None` if the user has no home.
 pub(crate) fn store_of_user() -> Option<PathBuf> {
     let folders = etcetera::base_strategy::choose_native_strategy().ok()?;
     Some(folders.config_dir().join("wgdenoise").join("recent"))
 }
 
 impl Recent {
-    /// An empty list that is kept in this file. What the file has is reported.
+    /// Creates an empty list stored in this file, and reports the file's entries.
     pub(crate) fn kept_in(store: Option<PathBuf>, desk: &Desk) -> Self {
         let recent = Self { entries: Vec::new(), store };
         recent.update(desk, |_| {});
         recent
     }
 
-    /// Puts a file at the start of the list and reports the list. Of the files that it was opened
-    /// with, such as the frames of an animation, only this one stays.
+    /// Puts a file first and reports the list. Other files opened with it, such as the frames of an
+    /// animation, are removed.
     pub(crate) fn add(&self, path: &Path, with: &[PathBuf], desk: &Desk) {
         let Ok(path) = std::path::absolute(path) else { return };
         let with: Vec<_> = with.iter().flat_map(std::path::absolute).collect();
@@ -52,7 +52,7 @@ impl Recent {
         self.update(desk, Vec::clear);
     }
 
-    /// Looks at the files on a thread of its own: a network drive may take long.
+    /// Runs on its own thread, because checking files on a network drive can be slow.
     fn update(&self, desk: &Desk, change: impl FnOnce(&mut Vec<PathBuf>) + Send + 'static) {
         let Some(store) = self.store.clone() else { return };
         let desk = desk.clone();
@@ -75,7 +75,7 @@ fn put_first(list: &mut Vec<PathBuf>, path: PathBuf, with: &[PathBuf]) {
     list.truncate(MOST);
 }
 
-/// A path on each line; none if the file is missing or something else.
+/// Reads one path per line; none if the file is missing or is not a list.
 fn read(store: &Path) -> Vec<PathBuf> {
     let is_short = fs::metadata(store).is_ok_and(|m| m.is_file() && m.len() <= MOST_BYTES);
     let text = if is_short { fs::read_to_string(store).unwrap_or_default() } else { String::new() };
@@ -83,7 +83,7 @@ fn read(store: &Path) -> Vec<PathBuf> {
     paths.take(MOST).collect()
 }
 
-/// Replaces the file. Paths that are no line of text are left out.
+/// Replaces the file. Skips paths that do not fit on a line of text.
 fn write(store: &Path, list: &[PathBuf]) {
     let lines = list.iter().filter_map(|path| path.to_str()).filter(|path| !path.contains('\n'));
     let text = lines.fold(String::new(), |text, line| text + line + "\n");

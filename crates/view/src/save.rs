@@ -1,4 +1,4 @@
-//! Saving the result, and a picture of what is compared.
+//! Saves the result, and a picture of the comparison.
 
 use std::path::{Path, PathBuf};
 
@@ -10,7 +10,7 @@ use crate::open::{Opened, sentence};
 use crate::picture::Pixels;
 use crate::state::settling::Stamp;
 
-/// The name that a result is saved under unless the user gives another: `render.denoised.exr`.
+/// The suggested name for a result, such as `render.denoised.exr`.
 pub(crate) fn suggested(input: &Path, what: &str, extension: Option<&str>) -> PathBuf {
     let stem = input.file_stem().unwrap_or_default().to_string_lossy();
     let own = || input.extension().map_or("exr".into(), |e| e.to_string_lossy().to_lowercase());
@@ -18,8 +18,8 @@ pub(crate) fn suggested(input: &Path, what: &str, extension: Option<&str>) -> Pa
     input.with_file_name(format!("{stem}.{what}.{extension}"))
 }
 
-/// Writes the result as the command line would, over a file that the user has agreed to replace.
-/// Returns what to tell about it.
+/// Saves the result as the command line would, over a file that the user agreed to replace. Returns
+/// a message for the user.
 ///
 /// # Errors
 /// If the file is the input, has an unknown extension, or cannot be written, or if the input has
@@ -35,7 +35,7 @@ pub(crate) fn result(opened: &Opened, results: &[Denoised], path: &Path) -> Resu
     Ok(told(path, &notices))
 }
 
-/// Writes a picture as PNG with 8 bits.
+/// Writes a picture as 8-bit PNG.
 ///
 /// # Errors
 /// If the file is the input, is not called `.png`, or cannot be written.
@@ -63,7 +63,8 @@ fn refuse_input(opened: &Opened, path: &Path) -> Result<(), String> {
     Err(format!("{}: is the noisy image; give another name", escaped(&path.to_string_lossy())))
 }
 
-/// Everything but the light is copied from the file. One that is gone can still be read.
+/// Refuses a changed input, because everything but the light is copied from it. A deleted one stays
+/// readable.
 fn refuse_changed(opened: &Opened) -> Result<(), String> {
     match Stamp::of(&opened.path) {
         now @ Some(_) if now != opened.stamp => {

@@ -1,4 +1,4 @@
-//! Everything that is open, and what is being done with it.
+//! Everything that is open, and the work being done on it.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -22,14 +22,14 @@ use crate::state::transform::Transform;
 use crate::watch::Watch;
 use crate::work::{Desk, Lane, Loaded, Prompt, Reference, Report};
 
-/// A sentence for the user.
+/// A message for the user.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Message {
     pub(crate) text: String,
     pub(crate) is_error: bool,
 }
 
-/// What the window shows and does.
+/// The state of the window.
 pub(crate) struct Session {
     pub(crate) looking: Looking,
     pub(crate) transform: Transform,
@@ -40,46 +40,46 @@ pub(crate) struct Session {
     pub(crate) reference: Option<Reference>,
     pub(crate) figures: Option<Figures>,
     pub(crate) sequence: Option<Sequence>,
-    /// The layers of the file that could be the color.
+    /// The file's layers that could be the color.
     pub(crate) colors: Vec<String>,
-    /// What the user has chosen of the file, or of the one that is being read.
+    /// The user's choices for the open file, or for the one being read.
     pub(crate) wish: Wish,
-    /// The further layers that were chosen, as `--layers` takes them, while they are edited.
+    /// The further layers being edited, in the syntax of `--layers`.
     pub(crate) patterns: String,
     pub(crate) further: Further,
     pub(crate) watch: Option<Watch>,
     pub(crate) recent: Recent,
-    /// What a path is to be typed for, where the system has no dialog.
+    /// What the user is to type a path for, where the system has no dialog.
     pub(crate) prompt: Option<Prompt>,
     pub(crate) message: Option<Message>,
-    /// What is done of the denoising that runs, from 0 to 1.
+    /// The running denoising's completed share, from 0 to 1.
     pub(crate) progress: Option<f32>,
     pub(crate) opening: Pending,
     pub(crate) shows_help: bool,
-    /// The area that shows the image, in pixels of the screen.
+    /// The image area, in screen pixels.
     pub(crate) area: [f32; 2],
-    /// Whether the line of a split is being dragged.
+    /// Whether the split line is being dragged.
     pub(crate) drags_line: bool,
     /// The pixel under the cursor.
     pub(crate) pointed: Option<[u32; 2]>,
-    /// A picture to be put on the clipboard.
+    /// A picture to put on the clipboard.
     pub(crate) copied: Option<Pixels>,
     pub(crate) perceiving: Perceiving,
     pub(crate) desk: Desk,
     pub(crate) gpu: Gpu,
     files: Lane<()>,
-    /// Figures have a thread of their own: no file waits for them.
+    /// Figures have their own thread, so that files do not wait for them.
     judging: Lane<()>,
     engine: Lane<Engine>,
     reports: Receiver<Report>,
-    /// The denoising that was asked for last; the engine's thread skips older ones.
+    /// The latest denoising request; the engine's thread skips older ones.
     denoising: Latest,
-    /// Ends the denoising that runs.
+    /// Stops the running denoising.
     stop: Arc<AtomicBool>,
 }
 
 impl Session {
-    /// An empty session. `wake` makes the window draw itself again, from any thread.
+    /// Creates an empty session. `wake` makes the window redraw, from any thread.
     pub(crate) fn new(gpu: Gpu, wake: impl Fn() + Send + Sync + 'static) -> Self {
         let (sender, reports) = channel();
         let desk = Desk::new(sender, wake);
@@ -129,7 +129,7 @@ impl Session {
         self.progress.is_some()
     }
 
-    /// Whether there is no result of the settings: it failed, was canceled, or is to come.
+    /// Whether the settings have no result: it failed, was canceled, or is pending.
     pub(crate) fn is_outdated(&self) -> bool {
         self.denoised.as_ref().is_none_or(|denoised| denoised.settings != self.settings)
     }
@@ -142,7 +142,7 @@ impl Session {
         self.message = Some(Message { text: text.into(), is_error: true });
     }
 
-    /// Denoises what is open, in place of any denoising that runs.
+    /// Denoises the open image, in place of any running denoising.
     pub(crate) fn denoise(&mut self) {
         let Some(opened) = self.opened().cloned() else { return };
         let ticket = self.next_ticket();
@@ -158,26 +158,26 @@ impl Session {
         });
     }
 
-    /// Ends the denoising that runs. Figures that were to come are computed anew.
+    /// Stops the running denoising. Recomputes figures, because pending ones are dropped.
     pub(crate) fn cancel(&mut self) {
         self.next_ticket();
         self.progress = None;
         self.compare();
     }
 
-    /// Does work on files on their thread.
+    /// Runs work on the file thread.
     pub(crate) fn in_background(&self, work: impl FnOnce() -> Report + Send + 'static) {
         self.files.add(move |()| work());
     }
 
-    /// Stops what runs and starts to count anew.
+    /// Stops running work and starts a new ticket.
     fn next_ticket(&mut self) -> u64 {
         self.stop.store(true, Ordering::Relaxed);
         self.stop = Arc::default();
         self.denoising.next()
     }
 
-    /// Takes what the threads have reported since the last call.
+    /// Takes the threads' reports since the last call.
     pub(crate) fn take_reports(&mut self) -> Vec<Report> {
         let mut others = Vec::new();
         while let Ok(report) = self.reports.try_recv() {
@@ -215,7 +215,7 @@ impl Session {
         }
     }
 
-    /// Ends all work after a panic.
+    /// Stops all work after a panic.
     fn give_up(&mut self) {
         self.next_ticket();
         self.progress = None;
@@ -249,8 +249,8 @@ impl Session {
 }
 
 impl Drop for Session {
-    /// Ends what runs, but not before a file is saved. A driver that unloads while a thread still uses
-    /// it would end the program with a fault.
+    /// Stops what runs, but lets a file finish saving. A driver that unloads while a thread still
+    /// uses it would crash the program.
     fn drop(&mut self) {
         self.next_ticket();
         self.cancel_opening();

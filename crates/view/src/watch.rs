@@ -1,4 +1,4 @@
-//! Watching a file that a renderer rewrites.
+//! Watches a file that a renderer rewrites.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -11,22 +11,22 @@ use wgdenoise_files::escaped;
 use crate::state::settling::{Settling, Stamp};
 use crate::work::{Desk, Report};
 
-/// How often a file that is being written is looked at.
+/// Polling interval while a file is being written.
 const SOON: Duration = Duration::from_millis(100);
 
-/// How often a file is looked at without an event, which network drives do not send.
+/// Polling interval without events, which network drives do not send.
 const SELDOM: Duration = Duration::from_secs(2);
 
-/// A watched file. Watching ends when it is dropped.
+/// A watched file. Dropping it ends the watch.
 pub(crate) struct Watch {
     path: PathBuf,
-    /// A version that has been written and is to be read.
+    /// A completed version, waiting to be read.
     pub(crate) unread: Option<Stamp>,
     _watcher: RecommendedWatcher,
 }
 
 impl Watch {
-    /// Reports [`Report::Changed`] for every version of a file after the one that was read.
+    /// Starts to report [`Report::Changed`] for every version after the one that was read.
     ///
     /// # Errors
     /// If the system cannot watch the file's folder.
@@ -34,12 +34,12 @@ impl Watch {
         let (sender, events) = channel();
         let folder = path.parent().filter(|parent| *parent != Path::new(""));
         let wake = move |_| {
-            // The watch may have ended.
+            // Fails if the watch has ended.
             let _ = sender.send(());
         };
         let watching = || {
             let mut watcher = notify::recommended_watcher(wake)?;
-            // A renderer may replace the file, and then only its folder knows.
+            // A renderer may replace the file; only its folder reports that.
             watcher.watch(folder.unwrap_or(Path::new(".")), RecursiveMode::NonRecursive)?;
             Ok(watcher)
         };
@@ -55,13 +55,13 @@ impl Watch {
         &self.path
     }
 
-    /// Takes note that a version was read, or will not be.
+    /// Notes that a version was read or skipped.
     pub(crate) fn finish(&mut self, version: Option<Stamp>) {
         self.unread = self.unread.filter(|unread| version != Some(*unread));
     }
 }
 
-/// Looks at the file after every event until the watcher is gone.
+/// Checks the file after every event until the watcher is gone.
 fn run(path: &Path, mut settling: Settling, events: &Receiver<()>, desk: &Desk) {
     loop {
         let wait = if settling.is_waiting() { SOON } else { SELDOM };

@@ -1,5 +1,5 @@
-//! The whole window, drawn without a screen: what a user does, and whether the picture changes.
-//! With `WGDENOISE_SCREENSHOTS` set to a folder, each picture is kept there.
+//! Drives the whole window without a screen: acts as a user and checks that the picture changes.
+//! With `WGDENOISE_SCREENSHOTS` set to a folder, saves each picture there.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -25,7 +25,7 @@ use crate::state::looking::{Layout, Shown};
 
 const SIZE: [f32; 2] = [1280.0, 800.0];
 
-/// How long a machine without a GPU may take to denoise the sample.
+/// How long denoising the sample may take without a GPU.
 const PATIENCE: Duration = Duration::from_mins(4);
 
 mod choices;
@@ -42,7 +42,7 @@ impl Window {
         Self(harness)
     }
 
-    /// Draws frames until something is so.
+    /// Draws frames until the condition is met.
     fn wait_for(&mut self, what: &str, is_so: impl Fn(&Viewer) -> bool) {
         let start = Instant::now();
         while !is_so(self.0.state()) {
@@ -59,7 +59,7 @@ impl Window {
         });
     }
 
-    /// What there is to tell, once nothing is being saved.
+    /// The current message, once nothing is being saved.
     fn message(&mut self) -> String {
         let told = |viewer: &Viewer| viewer.session.message.clone().map(|message| message.text);
         self.wait_for("told", |v| told(v).is_some_and(|text| !text.starts_with("saving ")));
@@ -92,7 +92,7 @@ fn noisy() -> PathBuf {
     sample("still_life_8spp.exr")
 }
 
-/// The mean difference of two pictures of the window in 8-bit values, where the image is shown.
+/// Mean difference of two window pictures over the image area, in 8-bit values.
 fn difference(a: &RgbaImage, b: &RgbaImage) -> f64 {
     assert_eq!(a.dimensions(), b.dimensions());
     let (columns, rows) = (0..900, 60..740);
@@ -213,7 +213,7 @@ fn zoom(window: &mut Window) {
     assert_eq!(window.0.state().session.transform.zoom(), 1.0);
 }
 
-/// The saved file is what the command line would write, and the pictures are whole.
+/// The saved file is what the command line would write, and the pictures are complete.
 fn save_all(window: &Window) {
     let folder = tempfile::tempdir().unwrap();
     let session = &window.0.state().session;
@@ -330,7 +330,7 @@ fn another_view_can_be_shown() {
     assert_eq!(outcome.results.len(), 2, "both are denoised");
 }
 
-/// An EXR file with a part of one value for each view.
+/// Writes an EXR file with one constant part per view.
 fn write_views(path: &Path, views: &[(&str, f32)]) {
     let part = |(name, value): &(&str, f32)| {
         let samples = FlatSamples::F32(vec![*value; 64 * 64]);
@@ -345,7 +345,7 @@ fn write_views(path: &Path, views: &[(&str, f32)]) {
     exr::prelude::Image::from_layers(bounds, parts).write().to_file(path).unwrap();
 }
 
-/// An EXR file with layers of one value each.
+/// Writes an EXR file with constant layers.
 fn write_layers(path: &Path, layers: &[(&str, f32)]) {
     let channel = |(name, value): &(&str, f32)| {
         let samples = FlatSamples::F32(vec![*value; 64 * 64]);

@@ -1,4 +1,4 @@
-//! Threads that work while the window stays responsive.
+//! Worker threads that keep the window responsive.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -19,8 +19,7 @@ use crate::picture::Pixels;
 use crate::state::entry::Entry;
 use crate::state::settling::Stamp;
 
-/// What a thread has to tell the window. A ticket tells apart what was asked for and what is out of
-/// date.
+/// What a thread reports to the window. Tickets tell current results from outdated ones.
 pub(crate) enum Report {
     Opened(u64, Result<Loaded, String>),
     Progress(u64, f32),
@@ -28,26 +27,26 @@ pub(crate) enum Report {
     Reference(u64, Result<Reference, String>),
     Figures(u64, Result<Figures, String>),
     Perceived(u64, Result<Perceived, String>),
-    /// A further layer can be shown.
+    /// A further layer is ready to show.
     Further(Result<Layer, String>),
     /// A task was out of date.
     Nothing,
     Saved(Result<String, String>),
     /// The watched file has a new version.
     Changed(PathBuf, Stamp),
-    /// Files from a dialog; none if it was closed.
+    /// Files from a dialog; empty if it was dismissed.
     Chosen(Purpose, Vec<PathBuf>),
-    /// The system has no dialog for this; what it would have suggested.
+    /// The system has no dialog for this; carries what it would have suggested.
     NoDialog(Prompt),
-    /// The files that were opened last.
+    /// The recent files.
     Recent(Vec<Entry>),
-    /// What the window shows, for the clipboard.
+    /// A picture of what the window shows, for the clipboard.
     Pictured(Pixels),
     /// A task panicked.
     Failed,
 }
 
-/// What files of a dialog are for.
+/// The purpose of a dialog.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Purpose {
     Open,
@@ -58,7 +57,7 @@ pub(crate) enum Purpose {
     SaveComparison,
 }
 
-/// A path to be typed into the window.
+/// A path for the user to type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Prompt {
     pub(crate) purpose: Purpose,
@@ -73,7 +72,7 @@ pub(crate) struct Loaded {
     pub(crate) normal: Option<Texture>,
 }
 
-/// What the noisy image would be with many samples.
+/// The image as it would be with many samples.
 pub(crate) struct Reference {
     pub(crate) path: PathBuf,
     pub(crate) image: Arc<Image>,
@@ -81,13 +80,13 @@ pub(crate) struct Reference {
 }
 
 impl Reference {
-    /// The file's name for the window.
+    /// The file name as shown in the window.
     pub(crate) fn name(&self) -> String {
         escaped(&self.path.file_name().unwrap_or_default().to_string_lossy())
     }
 }
 
-/// Where reports go. Each wakes the window.
+/// Where threads leave reports. Each report wakes the window.
 #[derive(Clone)]
 pub(crate) struct Desk {
     reports: Sender<Report>,
@@ -108,14 +107,14 @@ impl Desk {
 
 type Task<S> = Box<dyn FnOnce(&mut S) -> Report + Send>;
 
-/// A thread that does one task after the other, with a state of its own.
+/// A thread that runs tasks in order, with its own state.
 pub(crate) struct Lane<S> {
     tasks: Option<Sender<Task<S>>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl<S: 'static> Lane<S> {
-    /// Starts the thread. The state is made there, and made anew after a panic.
+    /// Starts the thread. It creates the state, and recreates it after a panic.
     pub(crate) fn new(desk: Desk, state: impl Fn() -> S + Send + 'static) -> Self {
         let (tasks, inbox) = channel::<Task<S>>();
         let thread = thread::spawn(move || {
@@ -138,10 +137,10 @@ impl<S: 'static> Lane<S> {
         }
     }
 
-    /// Waits until all tasks are done and the state is gone; later ones are not done.
+    /// Waits until all tasks are done and the state is dropped; later tasks are ignored.
     pub(crate) fn finish(&mut self) {
         self.tasks = None;
-        // Panics of tasks have been reported.
+        // Tasks' panics were already reported.
         let _ = self.thread.take().map(JoinHandle::join);
     }
 }

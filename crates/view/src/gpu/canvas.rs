@@ -1,24 +1,25 @@
-//! The texture that shows a result.
+//! The texture that displays a result.
 
 use wgdenoise::{FinishedTile, Image};
 
 use crate::gpu::host::Gpu;
 use crate::gpu::texture::Texture;
 
-/// A texture on the window's device that is being filled with a result.
+/// A texture on the window's device, being filled with a result.
 pub(crate) enum Canvas<'a> {
-    /// Tile by tile, without leaving the GPU.
+    /// Filled tile by tile, without leaving the GPU.
     Tiles(&'a Gpu, Texture),
-    /// At once, when the frame is whole.
+    /// Filled at once when the frame is complete.
     Whole(&'a Gpu),
 }
 
 impl<'a> Canvas<'a> {
-    /// A canvas for the tiles of `denoiser`. Tiles of another device cannot be read, and those of a
-    /// frame that `is_settled_later` are not its final color.
+    /// Creates a canvas for the tiles of `denoiser`. It waits for the whole frame if `denoiser`
+    /// uses another device, whose tiles the window cannot read, or if the frame `is_settled_later`,
+    /// because its tiles do not hold the final color.
     ///
     /// # Errors
-    /// Those of [`Texture::new`].
+    /// Same as [`Texture::new`].
     pub(crate) fn new(
         window: &'a Gpu,
         denoiser: &Gpu,
@@ -37,10 +38,10 @@ impl<'a> Canvas<'a> {
         }
     }
 
-    /// The texture of the whole result.
+    /// Returns the texture of the whole result.
     ///
     /// # Errors
-    /// Those of [`Texture::upload`].
+    /// Same as [`Texture::upload`].
     pub(crate) fn finish(self, result: &Image) -> Result<Texture, String> {
         match self {
             Self::Tiles(gpu, texture) => {
@@ -58,7 +59,7 @@ mod tests {
 
     use super::*;
 
-    /// The texture of a result, by tiles or at once.
+    /// The texels of a result, filled by tiles or at once.
     fn shown(gpu: &Gpu, image: &Image, at_once: bool) -> Vec<[f32; 4]> {
         let weights = Weights::builtin(Quality::Fast).unwrap();
         let options = Options::default().tile(288);

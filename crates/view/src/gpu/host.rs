@@ -1,4 +1,4 @@
-//! How the window asks for its device, so that the denoiser is fast on it.
+//! Requests the window's device so that the denoiser runs fast on it.
 
 use std::sync::{Arc, OnceLock};
 
@@ -9,22 +9,22 @@ use wgdenoise::wgpu::{self, CurrentSurfaceTexture, DeviceType};
 
 use crate::gpu::levels::Levels;
 
-/// What is needed to compute on the window's device.
+/// Everything needed to compute on the window's device.
 #[derive(Clone, Debug)]
 pub(crate) struct Gpu {
     pub(crate) adapter: wgpu::Adapter,
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
-    /// Compiled by the first thread that needs them, so that the window need not wait.
+    /// Compiled by the first thread that needs them, so the window does not wait.
     levels: Arc<OnceLock<Levels>>,
 }
 
 impl Gpu {
     pub(crate) fn of(state: &RenderState) -> Self {
         let RenderState { adapter, device, queue, .. } = state.clone();
-        // wgpu panics by default. Resizing the window waits for the device, but not for long: while
-        // a slow one denoises, that fails, and the next frame tries again. The denoiser catches its
-        // own errors.
+        // By default, wgpu panics. Resizing the window waits for the device, but with a timeout:
+        // while a slow device denoises, the resize fails, and the next frame tries again. The
+        // denoiser catches its own errors.
         device.on_uncaptured_error(Arc::new(|error| eprintln!("wgdenoise-view: {error}")));
         Self { adapter, device, queue, levels: Arc::default() }
     }
@@ -34,9 +34,9 @@ impl Gpu {
         self.levels.get_or_init(|| Levels::new(&self.device, &self.queue))
     }
 
-    /// The device to denoise on. That is the window's, so results stay on the GPU, unless it is a
-    /// CPU driver: that one runs the commands of a device one after the other, and the window would
-    /// wait for every layer of the network. Two devices share the cores.
+    /// The device to denoise on: the window's, so that results stay on the GPU, unless it is a CPU
+    /// driver. A CPU driver runs a device's commands one after the other, so the window would wait
+    /// for every layer of the network; with two devices, they share the cores.
     pub(crate) fn for_denoiser(&self) -> Self {
         if self.adapter.get_info().device_type != DeviceType::Cpu {
             return self.clone();
@@ -46,7 +46,7 @@ impl Gpu {
             Ok((device, queue)) => {
                 Self { device, queue, adapter: self.adapter.clone(), levels: Arc::default() }
             }
-            // Slower to look at, but right.
+            // Sluggish to watch, but correct.
             Err(_) => self.clone(),
         }
     }
@@ -59,7 +59,7 @@ impl Gpu {
     }
 }
 
-/// A window on the fastest adapter, with the features and limits that the denoiser uses.
+/// Configures a window on the fastest adapter, with the features and limits that the denoiser uses.
 pub(crate) fn configuration() -> WgpuConfiguration {
     let setup = WgpuSetupCreateNew {
         power_preference: wgpu::PowerPreference::HighPerformance,
@@ -70,10 +70,10 @@ pub(crate) fn configuration() -> WgpuConfiguration {
     WgpuConfiguration { wgpu_setup, on_surface_status: Arc::new(action), ..Default::default() }
 }
 
-/// What to do about a frame that has no texture.
+/// Decides what to do about a frame without a texture.
 fn action(status: &CurrentSurfaceTexture) -> SurfaceErrorAction {
     match status {
-        // After a failure to resize, the surface has no size until it is configured again.
+        // After a failed resize, the surface has no size until it is reconfigured.
         CurrentSurfaceTexture::Outdated | CurrentSurfaceTexture::Validation => {
             SurfaceErrorAction::Reconfigure
         }

@@ -1,4 +1,4 @@
-//! The kernels that fill a texture.
+//! The kernels that fill a texture's mip levels.
 
 use wgdenoise::{FinishedTile, Rect, wgpu};
 use wgpu::util::DeviceExt as _;
@@ -7,11 +7,11 @@ use wgpu::util::DeviceExt as _;
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Pixels<'a> {
     pub(crate) buffer: &'a wgpu::Buffer,
-    /// The index of the first pixel in the buffer.
+    /// Index of the first pixel in the buffer.
     pub(crate) first: u32,
-    /// Pixels from one row of the buffer to the next.
+    /// Row stride of the buffer, in pixels.
     pub(crate) stride: u32,
-    /// Where they belong in the image.
+    /// Where the pixels go in the image.
     pub(crate) rect: Rect,
 }
 
@@ -22,7 +22,7 @@ impl<'a> From<FinishedTile<'a>> for Pixels<'a> {
     }
 }
 
-/// The shader's uniforms; see there.
+/// The uniforms of `levels.wgsl`, documented there.
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Place {
@@ -32,7 +32,7 @@ struct Place {
     size: [u32; 2],
 }
 
-/// Compiled kernels, with the device they run on.
+/// The compiled kernels, with their device.
 #[derive(Debug)]
 pub(crate) struct Levels {
     device: wgpu::Device,
@@ -79,7 +79,7 @@ impl Levels {
         self.submit(&self.place, &resources, rect.size());
     }
 
-    /// Submits the mean of a level to the next one, which has this size.
+    /// Submits the downsampling of a level to the next one, which has this size.
     pub(crate) fn halve(&self, [from, to]: [&wgpu::TextureView; 2], size: [u32; 2]) {
         let resources = [from, to].map(wgpu::BindingResource::TextureView);
         self.submit(&self.halve, &resources, size);

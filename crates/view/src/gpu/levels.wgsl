@@ -1,21 +1,21 @@
-// Fills a texture with an image, and its smaller levels with means.
+// Fills a texture with an image, and its smaller mip levels with means.
 
 struct Place {
-    // The first pixel in the buffer.
+    // Index of the first pixel in the buffer.
     first: u32,
-    // Pixels from one row of the buffer to the next.
+    // Row stride of the buffer, in pixels.
     stride: u32,
-    // Where the pixels belong in the image, and how many there are.
+    // Where the pixels go in the image, and how many there are.
     origin: vec2u,
     size: vec2u,
 }
 
 @group(0) @binding(0) var<uniform> place: Place;
-// Three 32-bit floats per pixel. As integers, so that no compiler may take NaN for impossible.
+// Three 32-bit floats per pixel, read as integers, so that no compiler can assume NaN away.
 @group(0) @binding(1) var<storage, read> pixels: array<u32>;
 @group(0) @binding(2) var image: texture_storage_2d<rgba32float, write>;
 
-// Stores light, and 1 in the last channel of a pixel with a value that is no finite number.
+// Stores light; the last channel is 1 for a pixel with a non-finite value, otherwise 0.
 @compute @workgroup_size(8, 8)
 fn place_pixels(@builtin(global_invocation_id) at: vec3u) {
     if any(at.xy >= place.size) {
@@ -32,7 +32,7 @@ fn place_pixels(@builtin(global_invocation_id) at: vec3u) {
 @group(0) @binding(0) var larger: texture_2d<f32>;
 @group(0) @binding(1) var smaller: texture_storage_2d<rgba32float, write>;
 
-// The mean of two by two pixels, or of as many as there are.
+// Averages two by two pixels; a single row or column counts twice.
 @compute @workgroup_size(8, 8)
 fn halve(@builtin(global_invocation_id) at: vec3u) {
     if any(at.xy >= textureDimensions(smaller)) {

@@ -1,4 +1,4 @@
-//! The window's device: images on it, and how they are drawn.
+//! The window's device: images on it, and drawing them.
 
 pub(crate) mod canvas;
 pub(crate) mod host;

@@ -1,5 +1,5 @@
-//! Draws images into the window: exposure, tone curve, zoom, split and difference are uniforms of one
-//! small shader, so changing them costs a frame and no more.
+//! Draws images into the window. Exposure, tone curve, zoom, split and difference are uniforms of
+//! one small shader, so changing them costs only a frame.
 
 use std::num::NonZeroU64;
 
@@ -10,7 +10,7 @@ use wgdenoise::wgpu;
 use crate::gpu::texture::Texture;
 use crate::state::looking::Shown;
 
-/// How the values of an image are to be read; the numbers are the shader's.
+/// How to interpret an image's values; the numbers match the shader.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     Light = 0,
@@ -20,7 +20,7 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// That of an image; a difference may be a map of errors in colors.
+    /// The kind of an image. With `has_map`, a difference is a color map of errors.
     pub(crate) fn of(shown: Shown, has_map: bool) -> Self {
         match shown {
             Shown::Noisy | Shown::Denoised | Shown::Reference => Self::Light,
@@ -32,7 +32,7 @@ impl Kind {
     }
 }
 
-/// The shader's uniforms; see there.
+/// The uniforms of `screen.wgsl`, documented there.
 #[derive(Clone, Copy, Debug, Default, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub(crate) struct View {
@@ -50,10 +50,10 @@ pub(crate) struct View {
     pub(crate) padding: u32,
 }
 
-/// What is drawn in one frame.
+/// What one frame draws.
 pub(crate) struct Draw {
     pub(crate) view: View,
-    /// Left, right, and what a difference is taken from.
+    /// The left image, the right image, and the one that a difference subtracts.
     pub(crate) images: [Texture; 3],
 }
 
@@ -64,7 +64,7 @@ struct Screen {
     encodes: bool,
 }
 
-/// What [`CallbackTrait::paint`] binds.
+/// The bind group for [`CallbackTrait::paint`].
 struct Bound(wgpu::BindGroup);
 
 /// Compiles the shader. Call it once, before anything is drawn.

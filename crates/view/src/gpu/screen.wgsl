@@ -1,25 +1,25 @@
-// Draws one or two images into the area of the window that shows them.
+// Draws one or two images into the image area of the window.
 
 struct View {
-    // Pixels of the area.
+    // Size of the area, in pixels.
     area: vec2f,
-    // The place of the image in the middle of the area, or of each half.
+    // Image position at the center of the area, or of each half.
     center: vec2f,
-    // Pixels of the image.
+    // Size of the image, in pixels.
     size: vec2f,
-    // What the left and the right image are.
+    // Kinds of the left and the right image.
     kinds: vec2u,
-    // Pixels of the screen per pixel of the image.
+    // Screen pixels per image pixel.
     zoom: f32,
-    // What light is multiplied by.
+    // Factor on light.
     gain: f32,
-    // What a difference is multiplied by.
+    // Factor on a difference.
     amplification: f32,
-    // The column of the line between two images.
+    // Column of the line between two images.
     split: f32,
-    // 0 is sRGB, 1 is filmic.
+    // Tone curve: 0 is sRGB, 1 is filmic.
     curve: u32,
-    // Whether each half shows the whole view, and not its own part of it.
+    // Whether each half shows the whole view rather than its own part of it.
     halves: u32,
     // Whether the target encodes linear values itself.
     encodes: u32,
@@ -32,13 +32,13 @@ const DIRECTION = 2u;
 const DIFFERENCE = 3u;
 
 const BACKGROUND = vec3f(0.011);
-// No renderer makes this color, so broken pixels are seen at once.
+// No renderer produces this color, so broken pixels stand out.
 const BROKEN = vec3f(1.0, 0.0, 1.0);
 
 @group(0) @binding(0) var<uniform> view: View;
 @group(0) @binding(1) var left: texture_2d<f32>;
 @group(0) @binding(2) var right: texture_2d<f32>;
-// What a difference is taken from.
+// The image that a difference subtracts.
 @group(0) @binding(3) var subtracted: texture_2d<f32>;
 
 struct Corner {
@@ -55,7 +55,7 @@ fn vertex(@builtin(vertex_index) index: u32) -> Corner {
 
 @fragment
 fn fragment(corner: Corner) -> @location(0) vec4f {
-    // The middle of the pixel; interpolation is not that exact, and edges would be ragged.
+    // The pixel's center. Interpolated positions are less exact and would give ragged edges.
     var place = floor(corner.uv * view.area) + 0.5;
     var area = view.area;
     let is_right = place.x >= view.split;
@@ -77,7 +77,7 @@ fn fragment(corner: Corner) -> @location(0) vec4f {
     return vec4f(colored(kind, color, at), 1.0);
 }
 
-// The value of an image: plain pixels where they are large, smooth ones where they are small.
+// Samples an image: nearest when magnified twice or more or at 1:1, otherwise bilinear.
 fn looked_up(image: texture_2d<f32>, at: vec2f) -> vec4f {
     if view.zoom >= 2.0 || view.zoom == 1.0 {
         return textureLoad(image, vec2i(at), 0);
@@ -121,7 +121,7 @@ fn toned(light: vec3f) -> vec3f {
     return shown(x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14));
 }
 
-// Linear light as the target takes it.
+// Converts linear light to what the target expects.
 fn shown(light: vec3f) -> vec3f {
     let v = clamp(light, vec3f(0.0), vec3f(1.0));
     if view.encodes != 0u {
@@ -130,7 +130,7 @@ fn shown(light: vec3f) -> vec3f {
     return select(1.055 * pow(v, vec3f(1.0 / 2.4)) - 0.055, 12.92 * v, v <= vec3f(0.0031308));
 }
 
-// Values of the screen as the target takes them.
+// Converts screen values to what the target expects.
 fn direct(value: vec3f) -> vec3f {
     if view.encodes == 0u {
         return value;

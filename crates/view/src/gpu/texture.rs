@@ -1,4 +1,4 @@
-//! Images as textures: linear light in 32-bit float, with smaller levels for small zooms.
+//! Images as textures: linear light in 32-bit float, with mip levels for small zooms.
 
 use wgdenoise::{Image, Rect, wgpu};
 use wgpu::util::DeviceExt as _;
@@ -6,7 +6,7 @@ use wgpu::util::DeviceExt as _;
 use crate::gpu::host::Gpu;
 use crate::gpu::levels::Pixels;
 
-/// Most bytes that one buffer carries to the GPU.
+/// Maximum bytes per upload buffer.
 const BAND_BYTES: usize = 32 << 20;
 
 /// An image on the GPU.
@@ -20,10 +20,10 @@ impl Texture {
         &self.view
     }
 
-    /// A black image of this width and height. May be called from any thread.
+    /// Creates a black image of this width and height. May be called from any thread.
     ///
     /// # Errors
-    /// If the device allows no image so large, or its memory is full.
+    /// If the device does not allow an image this large, or is out of memory.
     pub(crate) fn new(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Self, String> {
         let most = gpu.device.limits().max_texture_dimension_2d;
         if width.max(height) > most {
@@ -41,7 +41,7 @@ impl Texture {
     /// Uploads an image.
     ///
     /// # Errors
-    /// Those of [`new`](Self::new).
+    /// Same as [`new`](Self::new).
     pub(crate) fn upload(gpu: &Gpu, image: &Image) -> Result<Self, String> {
         let (width, height) = image.size();
         let texture = Self::new(gpu, [width, height])?;
@@ -68,7 +68,7 @@ impl Texture {
         gpu.levels().place(pixels, &self.level(0));
     }
 
-    /// Fills the smaller levels.
+    /// Fills the mip levels.
     pub(crate) fn finish(&self, gpu: &Gpu) {
         let texture = self.view.texture();
         for level in 1..texture.mip_level_count() {
@@ -113,7 +113,8 @@ impl Texture {
     }
 }
 
-/// Does something that takes memory of the GPU for an image of this size.
+/// Runs `act`, which allocates GPU memory for an image of this size; an out-of-memory error becomes
+/// a sentence.
 fn guarded<T>(gpu: &Gpu, [width, height]: [u32; 2], act: impl FnOnce() -> T) -> Result<T, String> {
     let memory = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
     let done = act();

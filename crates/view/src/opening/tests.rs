@@ -8,14 +8,14 @@ use super::*;
 use crate::commands::{act, catch_up};
 use crate::state::keys::Action;
 
-/// A session without a window, with pictures in a folder.
+/// A session without a window, and a folder of pictures.
 struct Room {
     folder: tempfile::TempDir,
     session: Session,
 }
 
 impl Room {
-    /// Has `a.png` open and knows `b.png`, `f.1.png` and `f.2.png`.
+    /// Opens `a.png` and creates `b.png`, `f.1.png` and `f.2.png`.
     fn new() -> Self {
         let folder = tempfile::tempdir().unwrap();
         let session = Session::new(Gpu::for_tests(), || {});
@@ -44,7 +44,7 @@ impl Room {
         act(&mut self.session, Action::Cancel);
     }
 
-    /// The name and the width of what is open.
+    /// Name and width of the open file.
     fn shown(&self) -> (String, u32) {
         let opened = self.session.opened().unwrap();
         (opened.name(), opened.size()[0])
@@ -59,7 +59,7 @@ impl Room {
         }
     }
 
-    /// Waits until all files are read, and leaves the reports of that unread.
+    /// Waits until all files are read, but leaves the reports unprocessed.
     fn read_all(&self) {
         self.hold().send(()).unwrap();
         let (sender, end) = channel();
@@ -70,7 +70,7 @@ impl Room {
         end.recv().unwrap();
     }
 
-    /// Keeps the files' thread from reading until the sender sends or is gone.
+    /// Blocks the file thread until the sender sends or is dropped.
     fn hold(&self) -> Sender<()> {
         let (sender, go) = channel::<()>();
         self.session.in_background(move || {
@@ -80,7 +80,7 @@ impl Room {
         sender
     }
 
-    /// Watches `a.png`, which the renderer then writes anew, and waits until that is noticed.
+    /// Watches `a.png`, has it rewritten, and waits until the change is noticed.
     fn rewrite_watched(&mut self, write: impl Fn(&Self)) {
         act(&mut self.session, Action::Watch);
         write(self);

@@ -1,8 +1,8 @@
-//! A file among those that were opened last.
+//! An entry in the list of recent files.
 
 use std::path::PathBuf;
 
-/// Its path, and whether it was there when the list was made.
+/// A path, and whether the file existed when the list was made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Entry {
     pub(crate) path: PathBuf,

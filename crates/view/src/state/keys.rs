@@ -1,10 +1,10 @@
-//! What the keys do. The help in the window lists this table.
+//! The key bindings. The help in the window lists this table.
 
 use eframe::egui::{Key, Modifiers};
 
 use crate::state::looking::{Layout, Shown};
 
-/// Something the user asks for by a key or a button.
+/// An action that the user requests by a key or a button.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Action {
     Show(Shown),
@@ -34,14 +34,14 @@ pub(crate) enum Action {
     Help,
 }
 
-/// A key with what it does.
+/// A key and its action.
 pub(crate) struct Binding {
     pub(crate) key: Key,
-    /// With Ctrl, or Command on a Mac.
+    /// Whether it needs Ctrl, or Command on a Mac.
     pub(crate) command: bool,
     pub(crate) shift: bool,
     pub(crate) action: Action,
-    /// For the help; a second key for the same action has none.
+    /// The help text; empty for a second key of the same action.
     pub(crate) help: &'static str,
 }
 
@@ -53,7 +53,7 @@ const fn with_command(key: Key, action: Action, help: &'static str) -> Binding {
     Binding { command: true, ..plain(key, action, help) }
 }
 
-/// All keys, grouped as the help shows them.
+/// All bindings, grouped as the help shows them.
 pub(crate) const BINDINGS: &[Binding] = &[
     plain(Key::Num1, Action::Show(Shown::Noisy), "noisy image"),
     plain(Key::Num2, Action::Show(Shown::Denoised), "denoised image"),
@@ -100,7 +100,7 @@ impl Binding {
         let command = if self.command { "Ctrl " } else { "" };
         let shift = if self.shift { "Shift " } else { "" };
         let name = match self.key {
-            // Fonts lack the symbols of the other keys.
+            // The fonts lack symbols for the other keys.
             Key::Plus | Key::Minus | Key::Questionmark => self.key.symbol_or_name(),
             key => key.name(),
         };
@@ -108,9 +108,9 @@ impl Binding {
     }
 }
 
-/// What a key does with these modifiers.
+/// The action of a key with these modifiers.
 pub(crate) fn action(key: Key, held: Modifiers) -> Option<Action> {
-    // Many keyboards have these only with Shift.
+    // On many keyboards, these need Shift.
     let shift = held.shift && !matches!(key, Key::Questionmark | Key::Plus | Key::Equals);
     let fits = |binding: &&Binding| {
         (binding.key, binding.command, binding.shift) == (key, held.command, shift)

@@ -1,14 +1,14 @@
-//! Which of several wishes is the latest.
+//! The latest of several requests.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// The ticket of the latest wish. Threads compare it with theirs, so that older work is skipped.
+/// The latest request's ticket. Threads compare it with theirs to skip older work.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct Latest(Arc<AtomicU64>);
 
 impl Latest {
-    /// A ticket for a new wish.
+    /// Issues a ticket for a new request.
     pub(crate) fn next(&self) -> u64 {
         self.0.fetch_add(1, Ordering::Relaxed) + 1
     }

@@ -1,4 +1,4 @@
-//! Which images are looked at, and how they are arranged.
+//! The images being looked at, and their layout.
 
 /// An image that can be looked at.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -8,12 +8,12 @@ pub(crate) enum Shown {
     Reference,
     Albedo,
     Normal,
-    /// The distance of the denoised image from the noisy one or from the reference.
+    /// The difference between the denoised image and the noisy one or the reference.
     Difference,
 }
 
 impl Shown {
-    /// In the order of their keys, 1 to 6.
+    /// All images, in the order of their keys, 1 to 6.
     pub(crate) const ALL: [Self; 6] = [
         Self::Noisy,
         Self::Denoised,
@@ -35,7 +35,7 @@ impl Shown {
     }
 }
 
-/// The images that there are next to the noisy one.
+/// The images available besides the noisy one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[allow(clippy::struct_excessive_bools, reason = "each is an image")]
 pub(crate) struct Available {
@@ -62,9 +62,9 @@ impl Available {
 pub(crate) enum Layout {
     /// One image.
     Single,
-    /// Two images in one place, with a line between them that can be dragged.
+    /// Two images in one place, divided by a line that can be dragged.
     Split,
-    /// Two images next to each other, at the same place and zoom.
+    /// Two images next to each other, at the same position and zoom.
     SideBySide,
 }
 
@@ -73,12 +73,12 @@ impl Layout {
         [(Self::Single, "Single"), (Self::Split, "Split"), (Self::SideBySide, "Side by side")];
 }
 
-/// What a difference shows.
+/// What a difference measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Measure {
-    /// The difference of linear light.
+    /// The difference in linear light.
     Light,
-    /// The error that can be seen, by FLIP. It needs a reference.
+    /// The visible error, by FLIP. Needs a reference.
     Perceived,
 }
 
@@ -90,9 +90,9 @@ pub(crate) struct Looking {
     /// The left one of two.
     pub(crate) left: Shown,
     pub(crate) layout: Layout,
-    /// Where the line of a split is, from 0 at the left edge of the window to 1.
+    /// Position of the split line, from 0 at the window's left edge to 1.
     pub(crate) split: f32,
-    /// What a difference is multiplied by.
+    /// Factor on a difference.
     pub(crate) amplification: f32,
     pub(crate) measure: Measure,
 }
@@ -111,10 +111,11 @@ impl Default for Looking {
 }
 
 impl Looking {
-    /// The range that a difference can be amplified by.
+    /// Range of the amplification.
     pub(crate) const AMPLIFICATION: [f32; 2] = [1.0, 64.0];
 
-    /// Shows the noisy image in place of the denoised one, or the denoised one in place of any other.
+    /// Shows the noisy image in place of the denoised one, or the denoised one in place of any
+    /// other.
     pub(crate) fn toggle(&mut self) {
         self.shown = match self.shown {
             Shown::Denoised => Shown::Noisy,
@@ -122,7 +123,7 @@ impl Looking {
         };
     }
 
-    /// Shows a difference by the other measure.
+    /// Switches a difference to the other measure.
     pub(crate) fn next_measure(&mut self) {
         self.shown = Shown::Difference;
         self.measure = match self.measure {
@@ -131,17 +132,17 @@ impl Looking {
         };
     }
 
-    /// Takes this layout, or goes back to a single image if it is there already.
+    /// Switches to this layout, or from it back to a single image.
     pub(crate) fn toggle_layout(&mut self, layout: Layout) {
         self.layout = if self.layout == layout { Layout::Single } else { layout };
     }
 
-    /// Moves the line of a split, which always leaves a hold on either side.
+    /// Moves the split line, keeping it within reach at both edges.
     pub(crate) fn move_split(&mut self, to: f32) {
         self.split = to.clamp(0.02, 0.98);
     }
 
-    /// The images that are really shown, left and right. A missing one is replaced by the noisy one.
+    /// The images actually shown, left and right. The noisy image replaces a missing one.
     pub(crate) fn visible(&self, available: Available) -> [Shown; 2] {
         let there = |shown| if available.has(shown) { shown } else { Shown::Noisy };
         let right = there(self.shown);

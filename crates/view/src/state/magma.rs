@@ -1,16 +1,16 @@
-//! The color map of errors: from black through red to pale yellow, equally spaced for the eye.
+//! The color map for errors: perceptually uniform, from black through red to pale yellow.
 
 /// Coefficients of `1, t, t², …` for red, green and blue.
 ///
-/// A fit of ours by least squares to the 256 colors of magma, which Stéfan van der Walt and Nathaniel
-/// Smith put into the public domain (CC0) with matplotlib; at most 6/255 away from them.
+/// Our least-squares fit to the 256 colors of magma, which Stéfan van der Walt and Nathaniel Smith
+/// put into the public domain (CC0) with matplotlib. The maximum deviation is 6/255.
 const COEFFICIENTS: [[f32; 7]; 3] = [
     [-0.0021, 0.2505, 8.3459, -27.667, 52.1707, -50.7586, 18.6643],
     [-0.0007, 0.6945, -3.596, 14.2539, -27.9446, 29.0539, -11.49],
     [-0.0095, 2.4953, 0.3291, -13.6466, 12.8811, 4.2699, -5.5708],
 ];
 
-/// The values of the screen, from 0 to 1, for an error from 0 to 1.
+/// Maps an error in [0, 1] to screen values in [0, 1].
 pub(crate) fn magma(error: f32) -> [f32; 3] {
     let t = error.clamp(0.0, 1.0);
     COEFFICIENTS.map(|terms| terms.iter().rev().fold(0.0, |sum, c| sum * t + c).clamp(0.0, 1.0))

@@ -1,4 +1,4 @@
-//! What the window shows and does, as plain values that are tested without a window.
+//! The window's state and behavior, as plain values that are tested without a window.
 
 pub(crate) mod entry;
 pub(crate) mod keys;

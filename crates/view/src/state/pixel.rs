@@ -1,14 +1,14 @@
-//! The values of one pixel, in words.
+//! A pixel's values as text.
 
 use wgdenoise::Image;
 
-/// The value of an image at a pixel; `None` outside it.
+/// The value of a pixel; `None` outside the image.
 pub(crate) fn value(image: &Image, [x, y]: [u32; 2]) -> Option<[f32; 3]> {
     (x < image.width() && y < image.height()).then(|| image.row(y)[x as usize])
 }
 
-/// The pixel's place, its perceived error if that is shown, and its value in each image that there is.
-/// Lines break between images only, and numbers keep their place while the cursor moves.
+/// A pixel's position, its visible error if shown, and its value in each available image. Lines
+/// break only between images, and numbers keep their place while the cursor moves.
 pub(crate) fn reading(
     at: [u32; 2],
     perceived: Option<f32>,
@@ -26,10 +26,10 @@ pub(crate) fn reading(
     groups.map(|group| group.replace(' ', NO_BREAK)).collect::<Vec<_>>().join("   ")
 }
 
-/// A space that lines do not break at.
+/// A non-breaking space.
 const NO_BREAK: &str = "\u{a0}";
 
-/// Four digits, in seven places.
+/// Formats four digits, in seven characters.
 fn number(v: f32) -> String {
     let digits = match v.abs() {
         _ if !v.is_finite() => v.to_string(),

@@ -1,11 +1,11 @@
-//! The files that the arrow keys lead through: frames of an animation, or files opened together.
+//! The files that the arrow keys step through: frames of an animation, or files opened together.
 
 use std::path::{Path, PathBuf};
 
 use wgdenoise_files::FileError;
 use wgdenoise_files::inputs::Source;
 
-/// Files in order, and the one that is open.
+/// Ordered files, and the open one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) struct Sequence {
     files: Vec<PathBuf>,
@@ -13,12 +13,12 @@ pub(crate) struct Sequence {
 }
 
 impl Sequence {
-    /// Several files as they were given, or one with the other frames of its animation; `None`
-    /// without a file. Patterns such as `beauty.####.exr` and `*.exr` stand for the files that the
-    /// command line finds by them.
+    /// Builds a sequence from several files as given, or from one with the other frames of its
+    /// animation; `None` without a file. Patterns such as `beauty.####.exr` and `*.exr` expand as
+    /// on the command line.
     ///
     /// # Errors
-    /// If a pattern is not valid, or no file has such a name.
+    /// If a pattern is invalid or matches no file.
     pub(crate) fn of(paths: &[PathBuf]) -> Result<Option<Self>, FileError> {
         let found = paths.iter().map(|path| expanded(path)).collect::<Result<Vec<_>, _>>()?;
         Ok(match found.concat().as_slice() {
@@ -28,7 +28,7 @@ impl Sequence {
         })
     }
 
-    /// A file with those of its folder that differ only in the frame number.
+    /// A file with those in its folder that differ only in the frame number.
     fn around(path: &Path) -> Self {
         let folder = path.parent().filter(|parent| *parent != Path::new(""));
         let entries = std::fs::read_dir(folder.unwrap_or(Path::new(".")));
@@ -50,7 +50,7 @@ impl Sequence {
         &self.files[self.at]
     }
 
-    /// The position of the open file, from 0.
+    /// Index of the open file.
     pub(crate) fn at(&self) -> usize {
         self.at
     }
@@ -59,20 +59,19 @@ impl Sequence {
         self.files.len()
     }
 
-    /// Goes to a file by its position; the ends are the first and the last one. Returns whether it is
-    /// another one.
+    /// Goes to a file by index, clamped to the ends. Returns whether it is another one.
     pub(crate) fn go(&mut self, to: usize) -> bool {
         let before = std::mem::replace(&mut self.at, to.min(self.files.len() - 1));
         before != self.at
     }
 
-    /// Goes on by so many files, or back.
+    /// Steps forward or back by this many files.
     pub(crate) fn step(&mut self, by: isize) -> bool {
         self.go(self.at.saturating_add_signed(by))
     }
 }
 
-/// The files that a path stands for.
+/// Expands a path or pattern to files.
 fn expanded(path: &Path) -> Result<Vec<PathBuf>, FileError> {
     match Source::of(path)? {
         Source::File(path) => Ok(vec![path]),
@@ -80,13 +79,13 @@ fn expanded(path: &Path) -> Result<Vec<PathBuf>, FileError> {
     }
 }
 
-/// The names that differ from `own` only in the last number, in the order of that number.
+/// The names that differ from `own` only in the last number, ordered by that number.
 fn frames(own: &str, names: &[String]) -> Vec<String> {
     let Some((prefix, digits, suffix)) = split(own) else { return vec![own.into()] };
     let number = |name: &str| {
         let found = name.strip_prefix(prefix)?.strip_suffix(suffix)?;
         let is_number = !found.is_empty() && found.bytes().all(|b| b.is_ascii_digit());
-        // Padded numbers have the same length; without padding, they grow.
+        // Padded numbers have the same length; unpadded ones grow.
         let fits = found.len() == digits.len()
             || !(found.starts_with('0') || digits.starts_with('0')) && found.len() <= MOST_DIGITS;
         (is_number && fits).then(|| found.parse::<u128>().ok()).flatten()
@@ -97,10 +96,10 @@ fn frames(own: &str, names: &[String]) -> Vec<String> {
     found.into_iter().map(|(_, name)| name).collect()
 }
 
-/// No renderer counts further; more digits are a date or a hash.
+/// No frame number is longer; more digits are a date or a hash.
 const MOST_DIGITS: usize = 10;
 
-/// A name without its extension around its last number: before it, the digits, and after it.
+/// Splits a name without its extension around its last number: prefix, digits, suffix.
 fn split(name: &str) -> Option<(&str, &str, &str)> {
     let stem = name.rfind('.').filter(|&dot| dot > 0).unwrap_or(name.len());
     let end = name[..stem].rfind(|c: char| c.is_ascii_digit())? + 1;

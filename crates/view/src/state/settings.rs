@@ -1,4 +1,4 @@
-//! How an image is denoised, and the command line that does the same.
+//! The denoising settings, and the command line that matches them.
 
 use std::path::{Path, PathBuf};
 
@@ -6,22 +6,22 @@ use wgdenoise::{Precision, Quality};
 use wgdenoise_files::fit::Alpha;
 use wgdenoise_files::{LayersWish, escaped};
 
-/// The names of what can happen to the alpha.
+/// The display names of the alpha modes.
 pub(crate) const ALPHAS: [(Alpha, &str); 3] =
     [(Alpha::Auto, "Auto"), (Alpha::Keep, "Keep"), (Alpha::Denoise, "Denoise")];
 
-/// Where the weights come from.
+/// The source of the weights.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Source {
-    /// The program itself; the quality chooses.
+    /// Weights in the program; the quality selects them.
     BuiltIn,
     File(PathBuf),
-    /// Open Image Denoise's weights, of which the image and the quality choose.
+    /// A folder of Open Image Denoise's weights; the image and the quality select from it.
     Folder(PathBuf),
 }
 
 impl Source {
-    /// A file, or all the files of a folder.
+    /// The source at a path: a file, or a folder with all its files.
     pub(crate) fn of(path: &Path) -> Self {
         if path.is_dir() { Self::Folder(path.into()) } else { Self::File(path.into()) }
     }
@@ -33,14 +33,14 @@ impl Source {
         }
     }
 
-    /// Whether a path that is opened or dropped holds weights rather than an image.
+    /// Whether an opened or dropped path holds weights rather than an image.
     pub(crate) fn is_weights(path: &Path) -> bool {
         let extension = path.extension().unwrap_or_default().to_ascii_lowercase();
         extension == "safetensors" || extension == "tza" || path.is_dir()
     }
 }
 
-/// What can be chosen while looking at the result.
+/// The settings that can be changed while looking at the result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a box to tick")]
 pub(crate) struct Settings {
@@ -49,7 +49,7 @@ pub(crate) struct Settings {
     pub(crate) precision: Precision,
     pub(crate) albedo: bool,
     pub(crate) normal: bool,
-    /// Whether albedo and normal are denoised first, by weights of the folder.
+    /// Whether to prefilter albedo and normal with the folder's weights.
     pub(crate) prefilter: bool,
     pub(crate) alpha: Alpha,
     /// Whether constant areas skip the network.
@@ -71,7 +71,7 @@ impl Default for Settings {
     }
 }
 
-/// The layers of a file that were chosen.
+/// The chosen layers of a file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Layers<'a> {
     pub(crate) color: Option<&'a str>,
@@ -79,7 +79,7 @@ pub(crate) struct Layers<'a> {
 }
 
 impl Settings {
-    /// Whether albedo and normal are denoised first: only a folder has weights for that.
+    /// Whether albedo and normal are prefiltered; only a folder has weights for that.
     pub(crate) fn prefilters(&self) -> bool {
         self.prefilter && matches!(self.weights, Source::Folder(_))
     }
@@ -87,7 +87,7 @@ impl Settings {
     /// The command line that denoises a file with these settings and layers.
     ///
     /// # Errors
-    /// If it has no flag for one of them.
+    /// If one of them has no flag.
     pub(crate) fn command(
         &self,
         input: &Path,
@@ -136,7 +136,7 @@ impl Layers<'_> {
     }
 }
 
-/// The value of `--layers`, which separates names by commas and trims them.
+/// The value of `--layers`, which takes names separated by commas and trims them.
 fn further(wish: &LayersWish) -> Result<String, String> {
     let LayersWish::Matching(names) = wish else { return Ok("auto".into()) };
     let is_lost = |name: &&String| name.contains(',') || name.trim() != *name;
@@ -144,24 +144,24 @@ fn further(wish: &LayersWish) -> Result<String, String> {
         (_, Some(name)) => {
             Err(format!("the command line cannot name the layer `{}`", escaped(name)))
         }
-        // Given twice, it is a name.
+        // Given twice, `auto` is a layer's name.
         ([only], None) if only == "auto" => Ok("auto,auto".into()),
         (names, None) => Ok(names.join(",")),
     }
 }
 
-/// The layers of a wish as a text to edit; empty if it cannot name them.
+/// A wish's layers as editable text; empty if it cannot name them.
 pub(crate) fn listed(wish: &LayersWish) -> String {
     further(wish).unwrap_or_default()
 }
 
-/// A path that is taken for no flag.
+/// A path written so that it cannot be mistaken for a flag.
 fn path_word(path: &Path) -> String {
     let text = path.to_string_lossy();
     if text.starts_with('-') { quoted(&format!("./{text}")) } else { quoted(&text) }
 }
 
-/// A text as a shell takes it for one word.
+/// Quotes text as one word for a shell.
 fn quoted(text: &str) -> String {
     let is_plain = |c: char| c.is_ascii_alphanumeric() || "/._-+:@%=,".contains(c);
     if !text.is_empty() && text.chars().all(is_plain) {

@@ -1,11 +1,11 @@
-//! When a file that a renderer rewrites is whole enough to be read.
+//! Decides when a file that a renderer rewrites is complete.
 
 use std::time::{Duration, Instant, SystemTime};
 
-/// A file that keeps its length and time for so long counts as written.
+/// A file whose length and time stay the same for this long counts as written.
 const QUIET: Duration = Duration::from_millis(400);
 
-/// The signs by which a changed file is recognized.
+/// What identifies a version of a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) struct Stamp {
     pub(crate) length: u64,
@@ -13,35 +13,35 @@ pub(crate) struct Stamp {
 }
 
 impl Stamp {
-    /// That of a file; `None` if it is not there.
+    /// The stamp of a file; `None` if there is no file.
     pub(crate) fn of(path: &std::path::Path) -> Option<Self> {
         let metadata = path.metadata().ok()?;
         Some(Self { length: metadata.len(), modified: metadata.modified().ok() })
     }
 }
 
-/// Watches the stamps of one file.
+/// Tracks the stamps of one file.
 #[derive(Clone, Debug)]
 pub(crate) struct Settling {
-    /// That of the version that has been read.
+    /// The stamp of the version that was read.
     read: Option<Stamp>,
-    /// The last one seen, and when it was seen first.
+    /// The latest stamp, and when it first appeared.
     seen: Option<(Stamp, Instant)>,
 }
 
 impl Settling {
-    /// Starts with the version that has been read.
+    /// Starts from the version that was read.
     pub(crate) fn new(read: Option<Stamp>) -> Self {
         Self { read, seen: None }
     }
 
-    /// Whether a new version has been seen that may still grow.
+    /// Whether a new version exists that may still be growing.
     pub(crate) fn is_waiting(&self) -> bool {
         self.seen.is_some()
     }
 
-    /// Takes note of the file as it is now. Returns a new version that should be read: one that has
-    /// not changed for a while and is not empty. Each version is returned once.
+    /// Updates the file's current stamp. Returns a new version to read once it is not empty and has
+    /// not changed for [`QUIET`]. Each version is returned once.
     pub(crate) fn look(&mut self, now: Instant, stamp: Option<Stamp>) -> Option<Stamp> {
         let Some(stamp) = stamp.filter(|stamp| stamp.length > 0 && self.read != Some(*stamp))
         else {

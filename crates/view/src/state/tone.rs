@@ -1,6 +1,6 @@
-//! How light becomes a color of the screen. For looking only: nothing here changes a result.
+//! Maps light to screen colors. For display only: nothing here changes a result.
 
-/// The curve from exposed light to the values of the screen.
+/// The tone curve from exposed light to screen values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Curve {
     /// Clipped to [0, 1] and encoded as sRGB, as the command line writes PNG.
@@ -18,7 +18,7 @@ impl Curve {
 /// Exposure and curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Tone {
-    /// In stops.
+    /// Exposure in stops.
     pub(crate) exposure: f32,
     pub(crate) curve: Curve,
 }
@@ -30,15 +30,15 @@ impl Default for Tone {
 }
 
 impl Tone {
-    /// The most stops that light is made brighter or darker by.
+    /// Maximum exposure change in either direction, in stops.
     pub(crate) const STOPS: f32 = 16.0;
 
-    /// What light is multiplied by.
+    /// The factor on light.
     pub(crate) fn gain(self) -> f32 {
         self.exposure.exp2()
     }
 
-    /// Makes the image brighter.
+    /// Raises the exposure.
     pub(crate) fn brighten(&mut self, stops: f32) {
         self.exposure = (self.exposure + stops).clamp(-Self::STOPS, Self::STOPS);
     }
@@ -50,7 +50,7 @@ impl Tone {
         };
     }
 
-    /// The values of the screen, from 0 to 1; the shader computes the same.
+    /// Screen values in [0, 1]; the shader computes the same.
     pub(crate) fn screen(self, light: [f32; 3]) -> [f32; 3] {
         light.map(|v| {
             let exposed = v.max(0.0) * self.gain();
@@ -63,7 +63,7 @@ impl Tone {
 }
 
 fn filmic(x: f32) -> f32 {
-    // Larger values would overflow, and the curve is flat long before.
+    // Larger values would overflow, and the curve is flat well before.
     let x = x.min(1e4);
     x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
 }
@@ -74,7 +74,7 @@ pub(crate) fn srgb(light: f32) -> f32 {
     if v <= 0.003_130_8 { 12.92 * v } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// The light of values of the screen.
+/// The linear light of a screen value: the inverse of [`srgb`].
 pub(crate) fn light_of(screen: f32) -> f32 {
     let v = screen.clamp(0.0, 1.0);
     if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }

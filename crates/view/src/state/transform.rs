@@ -1,21 +1,21 @@
-//! Where an image is in the window: zoom and center.
+//! The image's placement in the window: zoom and center.
 //!
-//! Positions in the window count physical pixels from the corner of the area that shows the image.
+//! Window positions are in physical pixels from the corner of the image area.
 
-/// The least and the most pixels of the screen per pixel of the image.
+/// Minimum and maximum zoom, in screen pixels per image pixel.
 const ZOOMS: [f32; 2] = [1.0 / 64.0, 64.0];
 
 /// A position or a size.
 pub(crate) type Vec2 = [f32; 2];
 
-/// How an image lies in the window.
+/// The placement of an image in the window.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Transform {
-    /// Pixels of the screen per pixel of the image.
+    /// Screen pixels per image pixel.
     zoom: f32,
-    /// The place of the image that is in the middle of the area.
+    /// Image position at the center of the area.
     center: Vec2,
-    /// Whether the whole image stays in sight when the window changes its size.
+    /// Whether the whole image stays visible when the window is resized.
     fits: bool,
 }
 
@@ -30,17 +30,17 @@ impl Transform {
         self.zoom
     }
 
-    /// From now on the whole image is in sight.
+    /// Fits the whole image into the area, and keeps it fitted.
     pub(crate) fn fit(&mut self) {
         self.fits = true;
     }
 
-    /// One pixel of the screen per pixel of the image, around the same center.
+    /// Sets one screen pixel per image pixel, around the same center.
     pub(crate) fn one_to_one(&mut self) {
         *self = Self { zoom: 1.0, fits: false, ..*self };
     }
 
-    /// Follows the area's size. Call it before each use.
+    /// Adapts to the area's size. Call it before each use.
     pub(crate) fn lay_out(&mut self, image: [u32; 2], area: Vec2) {
         let size = image.map(|side| side.max(1) as f32);
         if self.fits {
@@ -50,7 +50,7 @@ impl Transform {
         self.center = [0, 1].map(|axis| self.center[axis].clamp(0.0, size[axis]));
     }
 
-    /// Enlarges the image; what is under the cursor stays there.
+    /// Zooms around the cursor.
     pub(crate) fn zoom_at(&mut self, cursor: Vec2, factor: f32, area: Vec2) {
         if !factor.is_finite() || factor <= 0.0 {
             return;
@@ -62,18 +62,18 @@ impl Transform {
         self.center = [0, 1].map(|axis| held[axis] - offset(axis));
     }
 
-    /// Moves the image by so many pixels of the screen.
+    /// Moves the image by this many screen pixels.
     pub(crate) fn pan(&mut self, by: Vec2) {
         self.center = [0, 1].map(|axis| self.center[axis] - by[axis] / self.zoom);
         self.fits = false;
     }
 
-    /// The place of the image at a place of the area.
+    /// The image position at a position of the area.
     pub(crate) fn image_at(&self, place: Vec2, area: Vec2) -> Vec2 {
         [0, 1].map(|axis| self.center[axis] + (place[axis] - area[axis] / 2.0) / self.zoom)
     }
 
-    /// The pixel of the image at a place of the area, if there is one.
+    /// The image pixel at a position of the area, if any.
     pub(crate) fn pixel_at(&self, place: Vec2, area: Vec2, image: [u32; 2]) -> Option<[u32; 2]> {
         let at = self.image_at(place, area).map(f32::floor);
         let inside = |axis: usize| at[axis] >= 0.0 && at[axis] < image[axis] as f32;

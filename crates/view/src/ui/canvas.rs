@@ -1,4 +1,4 @@
-//! The area that shows the image: zoom, pan, and the line between two images.
+//! The image area: zoom, pan, and the line between two images.
 
 use eframe::egui::{
     Align2, Color32, CursorIcon, FontId, Painter, Pos2, Rect, Response, Sense, Ui, pos2, vec2,
@@ -11,13 +11,13 @@ use crate::session::Session;
 use crate::state::looking::{Layout, Shown};
 use crate::state::tone::Curve;
 
-/// How near to the line the cursor takes hold of it, in points.
+/// How close the cursor must be to grab the line, in points.
 const GRIP: f32 = 7.0;
 
-/// How far the text of a label is from an edge, in points.
+/// Distance of a label's text from the edge, in points.
 const LABEL: f32 = 16.0;
 
-/// How many points of the wheel make an image larger by the factor e.
+/// Wheel travel, in points, that zooms by a factor of e.
 const WHEEL: f32 = 220.0;
 
 /// Shows the images and lets the user move them.
@@ -32,7 +32,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     zoom(ui, &response, session, &place);
     session.transform.lay_out(size, session.area);
     if session.transform.zoom() != before {
-        // The toolbar has shown the one before.
+        // The toolbar has already drawn the old value.
         ui.ctx().request_repaint();
     }
     let pointed = response.hover_pos().map(|at| place.within(at));
@@ -44,7 +44,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     labels(&painter, session, &place);
 }
 
-/// The area in the window.
+/// The image area's placement in the window.
 struct Place {
     rect: Rect,
     /// Pixels per point.
@@ -53,14 +53,14 @@ struct Place {
 }
 
 impl Place {
-    /// The pixels that show one view of the image.
+    /// Size of one view of the image, in pixels.
     fn area(&self) -> [f32; 2] {
         let size = self.rect.size() * self.scale;
         let columns = if self.layout == Layout::SideBySide { size.x / 2.0 } else { size.x };
         [columns.max(1.0), size.y.max(1.0)]
     }
 
-    /// A position of the window in pixels of the view under it.
+    /// Converts a window position to pixels of the view under it.
     fn within(&self, at: Pos2) -> [f32; 2] {
         let offset = (at - self.rect.min) * self.scale;
         let [columns, _] = self.area();
@@ -68,14 +68,14 @@ impl Place {
         [if is_right { offset.x - columns } else { offset.x }, offset.y]
     }
 
-    /// The column of the line, in points of the window.
+    /// The column of the line, in window points.
     fn line(&self, split: f32) -> f32 {
         let part = if self.layout == Layout::SideBySide { 0.5 } else { split };
         self.rect.left() + part * self.rect.width()
     }
 }
 
-/// Moves the line if that was taken hold of, or else the image.
+/// Drags the line if it was grabbed, otherwise the image.
 fn drag(ui: &Ui, response: &Response, session: &mut Session, place: &Place) {
     let line = place.line(session.looking.split);
     let holds = |at: Option<Pos2>| {
@@ -112,7 +112,7 @@ fn zoom(ui: &Ui, response: &Response, session: &mut Session, place: &Place) {
     }
 }
 
-/// What the shader needs; `None` while an image is missing.
+/// Collects what the shader needs; `None` while an image is missing.
 fn draw(session: &Session, place: &Place) -> Option<Draw> {
     let visible = session.looking.visible(session.available());
     let texture = |shown| session.texture(shown).cloned();
@@ -137,7 +137,7 @@ fn draw(session: &Session, place: &Place) -> Option<Draw> {
     Some(Draw { view, images })
 }
 
-/// The line between two images, and their names.
+/// Draws the line between two images, and their names.
 fn labels(painter: &Painter, session: &Session, place: &Place) {
     let available = session.available();
     let [left, right] = session.looking.visible(available);
@@ -173,7 +173,7 @@ fn name(session: &Session, shown: Shown) -> String {
     }
 }
 
-/// Text that can be read on any image.
+/// Draws text that is legible on any image.
 fn label(painter: &Painter, at: Pos2, anchor: Align2, text: &str) {
     let font = FontId::proportional(13.0);
     let text = painter.layout_no_wrap(text.into(), font, Color32::from_gray(235));

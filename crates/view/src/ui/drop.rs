@@ -1,10 +1,10 @@
-//! What happens to a file that is dragged over the window.
+//! Feedback while a file is dragged over the window.
 
 use eframe::egui::{Align2, Color32, Context, FontId, Id, LayerId, Order, Stroke, StrokeKind};
 
 use crate::ui::theme::ACCENT;
 
-/// Tells it while a file is over the window.
+/// Shows the drop hint while a file hovers.
 pub(crate) fn show(context: &Context) {
     if context.input(|input| input.raw.hovered_files.is_empty()) {
         return;

@@ -9,13 +9,13 @@ use crate::state::keys::Action;
 use crate::ui::recent;
 use crate::ui::theme::QUIET;
 
-/// What the user chose to begin with.
+/// How the user chose to begin.
 pub(crate) enum Beginning {
     Do(Action),
     Open(PathBuf),
 }
 
-/// Draws the window without an image: how to open one, and a button for the sample if it is found.
+/// Draws the empty window: how to open an image, and a button for the sample if it is found.
 pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
     let mut chosen = None;
     ui.vertical_centered(|ui| {
@@ -54,7 +54,7 @@ pub(crate) fn show(ui: &mut Ui, session: &Session) -> Option<Beginning> {
     chosen
 }
 
-/// The sample that comes with the repository, below the current folder or above the program.
+/// Finds the repository's sample, below the current folder or above the program.
 pub(crate) fn sample() -> Option<PathBuf> {
     let program = std::env::current_exe().unwrap_or_default();
     let above = program.ancestors().skip(1).map(PathBuf::from);

@@ -1,4 +1,4 @@
-//! The keys, over the window.
+//! The table of keys, over the window.
 
 use eframe::egui::{Align2, Context, Grid, RichText, ScrollArea, Ui, Window};
 

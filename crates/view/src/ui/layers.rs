@@ -1,4 +1,4 @@
-//! The further layers of light: which to denoise along, and which to show.
+//! The further layers of light: which to denoise, and which to show.
 
 use eframe::egui::{CollapsingHeader, Key, TextEdit, Ui};
 use wgdenoise_files::{LayersWish, escaped};
@@ -7,7 +7,7 @@ use crate::open::Wish;
 use crate::session::Session;
 use crate::ui::theme::choice;
 
-/// Shows the list, if the file has such layers. Ticking one reads the file anew.
+/// Shows the list, if the file has such layers. Ticking one reads the file again.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let selection = session.opened().and_then(|opened| opened.view().selection());
     let possible = selection.map(|selection| selection.possible_layers.clone()).unwrap_or_default();
@@ -42,7 +42,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     shown(ui, session);
 }
 
-/// A line for names and patterns; returns whether Enter was pressed.
+/// A text field for names and patterns; returns whether Enter was pressed.
 fn patterns(ui: &mut Ui, text: &mut String) -> bool {
     let line = TextEdit::singleline(text).desired_width(190.0).hint_text("light_*, key_?");
     let hint = "names or patterns, separated by commas, as for --layers; press Enter";
@@ -50,7 +50,7 @@ fn patterns(ui: &mut Ui, text: &mut String) -> bool {
     line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
-/// The choice of the layer that is shown as the noisy and the denoised image.
+/// Chooses the layer shown as the noisy and the denoised image.
 fn shown(ui: &mut Ui, session: &mut Session) {
     let Some(opened) = session.opened().filter(|opened| !opened.view().layers().is_empty()) else {
         return;
@@ -68,10 +68,10 @@ fn shown(ui: &mut Ui, session: &mut Session) {
     });
 }
 
-/// Longer lists are shown when the user opens them.
+/// Longer lists start collapsed.
 const MOST_OPEN: usize = 8;
 
-/// The wish for the layers with a tick.
+/// The wish for the ticked layers.
 fn named(ticks: &[(String, bool)]) -> Option<LayersWish> {
     let names: Vec<_> = ticks.iter().filter(|tick| tick.1).map(|tick| tick.0.clone()).collect();
     (!names.is_empty()).then_some(LayersWish::Matching(names))

@@ -1,4 +1,4 @@
-//! How the images are looked at: exposure, tone curve, what is compared. None of it changes a result.
+//! Display settings: exposure, tone curve, comparison. None of them changes a result.
 
 use eframe::egui::{ComboBox, Grid, Slider, Ui};
 
@@ -7,7 +7,7 @@ use crate::state::looking::{Layout, Looking, Measure, Shown};
 use crate::state::tone::{Curve, Tone};
 use crate::ui::theme::NAMES;
 
-/// Shows the choices that matter for what is shown.
+/// Shows the settings that apply to the shown images.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
     let visible = session.looking.visible(session.available());
     let has_reference = session.subtracted() == Shown::Reference;
@@ -41,7 +41,7 @@ fn exposure(ui: &mut Ui, tone: &mut Tone) {
     ui.end_row();
 }
 
-/// What a difference shows, and how strongly.
+/// What a difference shows, and its amplification.
 fn difference(ui: &mut Ui, looking: &mut Looking, has_reference: bool) {
     ui.label("Difference").on_hover_text("P");
     ui.horizontal(|ui| {

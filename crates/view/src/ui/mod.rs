@@ -1,4 +1,4 @@
-//! The parts of the window. Each draws itself from the session and returns what the user asks for.
+//! The parts of the window. Each draws itself from the session and returns the user's actions.
 
 pub(crate) mod canvas;
 pub(crate) mod drop;

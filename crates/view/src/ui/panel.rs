@@ -1,4 +1,4 @@
-//! The column at the right: the file, how it is denoised, and what came out.
+//! The right-hand panel: the file, the denoising settings, and the result.
 
 use eframe::egui::{Button, Grid, RichText, ScrollArea, Slider, Ui};
 use wgdenoise_files::escaped;
@@ -11,7 +11,7 @@ use crate::state::keys::Action;
 use crate::ui::theme::{QUIET, choice};
 use crate::ui::{layers, look, settings};
 
-/// Shows the column; returns what the user asks for.
+/// Shows the panel; returns the user's action.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let mut asked = None;
     ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
@@ -50,7 +50,7 @@ fn explanation(ui: &mut Ui, session: &Session) {
     }
 }
 
-/// The layer to denoise, if there are several.
+/// The layer to denoise, if there is a choice.
 fn color(ui: &mut Ui, session: &mut Session) {
     let Some(selection) = session.opened().and_then(|opened| opened.view().selection()) else {
         return;
@@ -69,7 +69,7 @@ fn color(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// The view to show, if there are several.
+/// The view to show, if there is a choice.
 fn view(ui: &mut Ui, session: &mut Session) {
     let Some(opened) = session.opened().filter(|opened| opened.picture.views().len() > 1) else {
         return;
@@ -86,7 +86,7 @@ fn view(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// The place in the sequence, and watching.
+/// The position in the sequence, and the watch toggle.
 fn sequence(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let mut watches = session.watch.is_some();
     if let Some((at, count)) = session.sequence.as_ref().map(|s| (s.at(), s.len()))

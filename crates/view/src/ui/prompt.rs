@@ -1,4 +1,4 @@
-//! A line for a path, where the system has no dialog for files.
+//! A text field for a path, where the system has no file dialog.
 
 use std::path::PathBuf;
 
@@ -7,7 +7,7 @@ use eframe::egui::{Align2, Context, Key, TextEdit, Window};
 use crate::session::Session;
 use crate::work::{Prompt, Purpose};
 
-/// Shows the line while a path is wanted; returns the path that was typed, and what for.
+/// Shows the field while a path is wanted; returns the typed path and its purpose.
 pub(crate) fn show(context: &Context, session: &mut Session) -> Option<(Purpose, PathBuf)> {
     let Prompt { purpose, path } = session.prompt.as_mut()?;
     let (mut is_open, mut is_done) = (true, false);

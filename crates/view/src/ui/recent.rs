@@ -1,4 +1,4 @@
-//! The files that were opened last, as buttons.
+//! The recent files, as buttons.
 
 use std::path::PathBuf;
 
@@ -8,7 +8,7 @@ use wgdenoise_files::escaped;
 use crate::session::Session;
 use crate::state::entry::Entry;
 
-/// A button for each file; those that are missing are faint. Returns the one to open.
+/// A button for each file, faint if it is missing. Returns the one to open.
 pub(crate) fn list(ui: &mut Ui, entries: &[Entry]) -> Option<PathBuf> {
     let mut chosen = None;
     for Entry { path, exists } in entries {

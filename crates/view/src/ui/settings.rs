@@ -1,4 +1,4 @@
-//! How the image is denoised: weights, precision, and what else the network gets.
+//! The denoising settings: weights, precision, and further inputs.
 
 use eframe::egui::{Grid, RichText, Ui};
 use wgdenoise::{Precision, Quality};
@@ -9,7 +9,7 @@ use crate::state::keys::Action;
 use crate::state::settings::{ALPHAS, Settings, Source};
 use crate::ui::theme::{NAMES, QUIET};
 
-/// Shows the choices; returns what the user asks for. A change denoises anew.
+/// Shows the settings; returns the user's action. A change denoises again.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let before = session.settings.clone();
     let mut asked = None;
@@ -29,7 +29,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     asked
 }
 
-/// Where the weights come from.
+/// The source of the weights.
 fn weights(ui: &mut Ui, settings: &Settings) -> Option<Action> {
     let mut asked = None;
     ui.label("Weights").on_hover_text("or drop a weights file, or a folder of weights");
@@ -56,7 +56,7 @@ fn weights(ui: &mut Ui, settings: &Settings) -> Option<Action> {
     asked
 }
 
-/// The tier, or the size of the network in a folder. A file has only one.
+/// The tier, or the network size for a folder. A weights file offers no choice.
 fn quality(ui: &mut Ui, chosen: &mut Settings) {
     ui.label("Quality");
     let has_tiers = !matches!(chosen.weights, Source::File(_));

@@ -1,5 +1,5 @@
-//! The lines at the bottom: what runs, what there is to tell, and the pixel under the cursor. They keep
-//! their height, so that the image stays where it is.
+//! The status lines: running work, messages, and the pixel under the cursor. Their height is fixed,
+//! so that the image does not move.
 
 use eframe::egui::{FontId, ProgressBar, RichText, Sense, TextStyle, Ui, UiBuilder};
 
@@ -9,7 +9,7 @@ use crate::state::looking::Shown;
 use crate::state::pixel;
 use crate::ui::theme::{ACCENT, ALARM, QUIET};
 
-/// Shows the lines; returns what the user asks for.
+/// Shows the lines; returns the user's action.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {
@@ -29,7 +29,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     asked
 }
 
-/// What runs. What Escape cancels first comes first.
+/// Running work, in the order in which Escape cancels it.
 fn work(ui: &mut Ui, session: &Session) -> Option<Action> {
     if let Some(name) = session.opening.name() {
         ui.spinner();
@@ -44,7 +44,7 @@ fn work(ui: &mut Ui, session: &Session) -> Option<Action> {
     button.clicked().then_some(Action::Cancel)
 }
 
-/// A message, or a word on the keys.
+/// A message, or a hint on the keys.
 fn message(ui: &mut Ui, session: &mut Session) {
     if let Some(message) = session.message.clone() {
         let text = RichText::new(&message.text);
@@ -61,7 +61,7 @@ fn message(ui: &mut Ui, session: &mut Session) {
     }
 }
 
-/// The height that a reading takes in this width.
+/// The height of a reading at this width.
 fn height_of(ui: &Ui, text: String) -> f32 {
     let font: FontId = TextStyle::Monospace.resolve(ui.style());
     ui.painter().layout(text, font, QUIET, ui.available_width()).size().y

@@ -1,21 +1,21 @@
-//! Colors and sizes of the window.
+//! The window's colors and sizes.
 
 use eframe::egui::style::ScrollStyle;
 use eframe::egui::{
     Color32, ComboBox, Context, CornerRadius, FontId, Margin, Stroke, TextStyle, Theme, Ui, Visuals,
 };
 
-/// What is chosen or running.
+/// Marks what is selected or running.
 pub(crate) const ACCENT: Color32 = Color32::from_rgb(255, 176, 84);
 /// Errors.
 pub(crate) const ALARM: Color32 = Color32::from_rgb(255, 118, 104);
 /// Explanations.
 pub(crate) const QUIET: Color32 = Color32::from_rgb(150, 152, 158);
 
-/// The width of the first column in the panel, so that its tables stand below each other.
+/// Width of the panel's name column, so that its tables line up.
 pub(crate) const NAMES: f32 = 66.0;
 
-/// A list to choose from, with its name before it.
+/// A drop-down list with its name before it.
 pub(crate) fn choice<R>(ui: &mut Ui, name: &str, chosen: String, list: impl FnOnce(&mut Ui) -> R) {
     ui.horizontal(|ui| {
         let label = ui.label(name);
@@ -25,7 +25,7 @@ pub(crate) fn choice<R>(ui: &mut Ui, name: &str, chosen: String, list: impl FnOn
     });
 }
 
-/// Dark and neutral, so that the window does not tint what is looked at.
+/// Applies a dark, neutral theme that does not tint the images.
 pub(crate) fn apply(context: &Context) {
     context.set_theme(Theme::Dark);
     let mut visuals = Visuals::dark();
@@ -49,7 +49,7 @@ pub(crate) fn apply(context: &Context) {
         style.spacing.item_spacing = [8.0, 6.0].into();
         style.spacing.button_padding = [8.0, 4.0].into();
         style.spacing.window_margin = Margin::same(12);
-        // Without a bar, nobody knows that the column goes on.
+        // Without a bar, nothing shows that the panel scrolls.
         style.spacing.scroll = ScrollStyle::thin();
         let sizes = [
             (TextStyle::Small, 11.5),

@@ -1,4 +1,4 @@
-//! The row at the top: files, images, layout, zoom.
+//! The toolbar: files, images, layout, zoom.
 
 use eframe::egui::{Button, Ui};
 
@@ -7,7 +7,7 @@ use crate::state::keys::Action;
 use crate::state::looking::{Layout, Looking, Shown};
 use crate::ui::recent;
 
-/// Shows the row; returns what the user asks for.
+/// Shows the toolbar; returns the user's action.
 pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     let mut asked = None;
     ui.horizontal_wrapped(|ui| {
@@ -37,7 +37,7 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) -> Option<Action> {
     asked
 }
 
-/// A button for each image; those that are missing are faint.
+/// A button for each image, faint if it is missing.
 fn images(ui: &mut Ui, session: &Session, button: &mut impl FnMut(&mut Ui, &str, &str, Action)) {
     let available = session.available();
     let visible = session.looking.visible(available)[1];

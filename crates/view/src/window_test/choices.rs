@@ -1,4 +1,4 @@
-//! Layers, weights and measures are chosen, and the result follows.
+//! Choosing layers, weights and measures updates the result.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ fn fixture(name: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/oidn").join(name)
 }
 
-/// A small file with albedo, normals and two light groups.
+/// Writes a small file with albedo, normals and two light groups.
 fn small(folder: &Path) -> PathBuf {
     let path = folder.join("small.exr");
     let names = ["Combined", "Combined_key", "Combined_fill", "Denoising Albedo"];

@@ -1,4 +1,4 @@
-//! Drops, pinches, typed paths, and the list of the last files.
+//! Drops, pinches, typed paths, and the list of recent files.
 
 use std::fs;
 use std::path::PathBuf;
@@ -192,7 +192,7 @@ fn a_pattern_opens_its_frames_and_a_wrong_one_is_one_sentence() {
 fn at_one_to_one_each_pixel_of_the_screen_is_one_of_the_image() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.png");
-    // One of the two has its middle between pixels of the screen.
+    // For one of the two sizes, the center lies between screen pixels.
     for side in [340, 341] {
         let stripes = image::RgbImage::from_fn(side, side, |x, y| {
             image::Rgb([if (x + y) % 2 == 0 { 255 } else { 60 }; 3])

@@ -1,4 +1,4 @@
-//! A screen without a monitor, with somebody's hands at its keyboard and mouse.
+//! A screen without a monitor, with simulated keyboard and mouse.
 
 use std::io::{BufRead as _, BufReader};
 use std::process::{Child, Command, Stdio};
@@ -18,13 +18,13 @@ use x11rb::wrapper::ConnectionExt as _;
 
 pub(crate) const SIZE: [u16; 2] = [1400, 900];
 
-/// How long a machine without a GPU may take for anything.
+/// How long anything may take without a GPU.
 const PATIENCE: Duration = Duration::from_mins(2);
 
-/// Xvfb and a connection to it. The server ends with this.
+/// Xvfb and a connection to it. Dropping it stops the server.
 pub(crate) struct Display {
     server: Child,
-    /// Such as `:1`.
+    /// The display's name, such as `:1`.
     pub(crate) name: String,
     pub(crate) connection: RustConnection,
     root: Window,
@@ -38,7 +38,7 @@ impl Drop for Display {
 }
 
 impl Display {
-    /// Starts Xvfb on a display that is free.
+    /// Starts Xvfb on a free display.
     pub(crate) fn start() -> Self {
         let [width, height] = SIZE;
         let screen = format!("{width}x{height}x24");
@@ -58,7 +58,7 @@ impl Display {
         Self { server, name, connection, root }
     }
 
-    /// Waits until something is there.
+    /// Waits until `find` returns something.
     pub(crate) fn wait_for<T>(what: &str, mut find: impl FnMut() -> Option<T>) -> T {
         let start = Instant::now();
         loop {
@@ -70,7 +70,7 @@ impl Display {
         }
     }
 
-    /// The window whose title has this word. It gets the keyboard.
+    /// Finds the window whose title contains this word and gives it the keyboard focus.
     pub(crate) fn window(&self, word: &str) -> Window {
         Self::wait_for("the window", || {
             let tree = self.connection.query_tree(self.root).unwrap().reply().unwrap();
@@ -87,7 +87,7 @@ impl Display {
         title.reply().map_or_else(|_| String::new(), |t| String::from_utf8_lossy(&t.value).into())
     }
 
-    /// What is on the screen.
+    /// A picture of the screen.
     pub(crate) fn picture(&self) -> RgbImage {
         let [width, height] = SIZE;
         let format = ImageFormat::Z_PIXMAP;
@@ -101,13 +101,13 @@ impl Display {
         self.fake(MOTION, 0, [x, y]);
     }
 
-    /// Turns the wheel away from the user by so many notches.
+    /// Turns the wheel away from the user by this many notches.
     pub(crate) fn wheel(&self, notches: usize) {
         const AWAY: u8 = 4;
         (0..notches).for_each(|_| self.stroke(BUTTON, &[AWAY]));
     }
 
-    /// Presses a key with others held, such as `Ctrl+s`. Names are those of [`keysym`].
+    /// Presses a key with modifiers, such as `Ctrl+s`. Names are those of [`keysym`].
     pub(crate) fn press(&self, keys: &str) {
         let codes: Vec<_> = keys.split('+').map(|key| self.code(keysym(key)).0).collect();
         self.stroke(KEY, &codes);
@@ -124,7 +124,7 @@ impl Display {
         }
     }
 
-    /// Does something with a key held.
+    /// Runs `act` with a key held.
     pub(crate) fn holding(&self, key: &str, act: impl FnOnce()) {
         let code = self.code(keysym(key)).0;
         self.fake(KEY, code, [0; 2]);
@@ -132,7 +132,7 @@ impl Display {
         self.fake(KEY + 1, code, [0; 2]);
     }
 
-    /// Presses in this order, and releases in the reverse one.
+    /// Presses in this order and releases in reverse.
     fn stroke(&self, pressed: u8, details: &[u8]) {
         for detail in details {
             self.fake(pressed, *detail, [0; 2]);
@@ -142,7 +142,7 @@ impl Display {
         }
     }
 
-    /// The key for a symbol, and whether it needs Shift.
+    /// The key code for a symbol, and whether it needs Shift.
     fn code(&self, symbol: u32) -> (u8, bool) {
         let setup = self.connection.setup();
         let (first, count) = (setup.min_keycode, setup.max_keycode - setup.min_keycode + 1);
@@ -166,19 +166,19 @@ impl Display {
         self.connection.intern_atom(false, name.as_bytes()).unwrap().reply().unwrap().atom
     }
 
-    /// Sends a window a message of this kind.
+    /// Sends a window a client message of this kind.
     pub(crate) fn send(&self, window: Window, kind: &str, data: [u32; 5]) {
         let message = ClientMessageEvent::new(32, window, self.atom(kind), data);
         let sent = self.connection.send_event(false, window, EventMask::NO_EVENT, message);
         sent.unwrap().check().unwrap();
     }
 
-    /// Asks a window to close, as its button in the corner does.
+    /// Asks a window to close, as its close button does.
     pub(crate) fn close(&self, window: Window) {
         self.send(window, "WM_PROTOCOLS", [self.atom("WM_DELETE_WINDOW"), 0, 0, 0, 0]);
     }
 
-    /// A window that cannot be seen, to talk to others.
+    /// An invisible window for talking to others.
     pub(crate) fn hidden_window(&self) -> Window {
         let window = self.connection.generate_id().unwrap();
         let (class, aux) = (WindowClass::INPUT_ONLY, CreateWindowAux::new());
@@ -188,7 +188,7 @@ impl Display {
         window
     }
 
-    /// What the clipboard holds of this type.
+    /// The clipboard's contents in this format.
     pub(crate) fn clipboard(&self, kind: &str) -> Vec<u8> {
         let connection = &self.connection;
         let window = self.hidden_window();
@@ -206,12 +206,12 @@ impl Display {
     }
 }
 
-/// The numbers of events in XTEST: pressed, and one more for released.
+/// XTEST event number for a key press; a release is one more.
 const KEY: u8 = 2;
 const BUTTON: u8 = 4;
 const MOTION: u8 = 6;
 
-/// The symbol of a key that is no character, or of one that is.
+/// The keysym of a named key or a character.
 fn keysym(name: &str) -> u32 {
     match name {
         "Space" => 0x20,

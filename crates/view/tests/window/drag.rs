@@ -1,5 +1,5 @@
-//! Drags a file onto a window and drops it there, as a file manager does: version 5 of the protocol XDND
-//! (<https://freedesktop.org/wiki/Specifications/XDND>).
+//! Drags a file onto a window and drops it there, as a file manager does, by version 5 of the XDND
+//! protocol (<https://freedesktop.org/wiki/Specifications/XDND>).
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -14,7 +14,7 @@ use x11rb::wrapper::ConnectionExt as _;
 
 use crate::display::Display;
 
-/// What files are offered as.
+/// The format in which files are offered.
 const KIND: &str = "text/uri-list";
 
 /// The window that files are dragged from.
@@ -24,7 +24,7 @@ struct Source<'a> {
     list: String,
 }
 
-/// Drops a file on a window; returns whether the window took it.
+/// Drops a file on a window; returns whether the window accepted it.
 pub(crate) fn drop_file(display: &Display, onto: Window, file: &Path) -> bool {
     let source = Source { display, window: display.hidden_window(), list: uri(file) + "\r\n" };
     let (own, selection) = (source.window, display.atom("XdndSelection"));
@@ -34,12 +34,12 @@ pub(crate) fn drop_file(display: &Display, onto: Window, file: &Path) -> bool {
 }
 
 impl Source<'_> {
-    /// Moves over the window. That asks for the list and answers whether it would take it.
+    /// Moves over the window, which requests the list and answers whether it would accept it.
     fn is_wanted(&self, onto: Window) -> bool {
         const VERSION: u32 = 5 << 24;
         let (own, atom) = (self.window, |name| self.display.atom(name));
         self.display.send(onto, "XdndEnter", [own, VERSION, atom(KIND), 0, 0]);
-        // x and y, in 16 bits each.
+        // x and y, 16 bits each.
         let (at, copy) = (0x0190_0190, atom("XdndActionCopy"));
         self.display.send(onto, "XdndPosition", [own, 0, at, x11rb::CURRENT_TIME, copy]);
         let [mut is_asked, mut is_wanted] = [false; 2];
@@ -73,7 +73,7 @@ impl Source<'_> {
         Display::wait_for("an answer", || self.display.connection.poll_for_event().unwrap())
     }
 
-    /// Hands over the list of files.
+    /// Sends the list of files.
     fn give(&self, request: &SelectionRequestEvent) {
         let connection = &self.display.connection;
         let &SelectionRequestEvent { requestor, selection, target, property, time, .. } = request;
@@ -93,7 +93,7 @@ impl Source<'_> {
     }
 }
 
-/// Whether the window accepts.
+/// Whether the window accepts the drop.
 fn is_yes(answer: &ClientMessageEvent) -> bool {
     answer.data.as_data32()[1] & 1 == 1
 }

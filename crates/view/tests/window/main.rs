@@ -1,5 +1,5 @@
-//! The program as a user has it: its own window, drawn by the machine's adapter, under Xvfb. With
-//! `WGDENOISE_SCREENSHOTS` set to a folder, pictures of the screen are kept there.
+//! The program as users have it: in its own window, drawn by the machine's adapter, under Xvfb.
+//! With `WGDENOISE_SCREENSHOTS` set to a folder, saves pictures of the screen there.
 #![cfg(target_os = "linux")]
 
 mod display;
@@ -16,7 +16,7 @@ use image::RgbImage;
 use tempfile::TempDir;
 use wgdenoise_files::Picture;
 
-/// The program in its window, on a display of its own. It ends with this.
+/// The program's window on its own display. Dropping it ends both.
 struct Desktop {
     display: Display,
     program: Child,
@@ -33,7 +33,7 @@ impl Drop for Desktop {
 }
 
 impl Desktop {
-    /// Starts the program without any dialog for files: no session bus, and no other programs.
+    /// Starts the program without any file dialog: no session bus, and no other programs.
     fn open(files: &[&str]) -> Self {
         let (display, home) = (Display::start(), tempfile::tempdir().unwrap());
         let program = Command::new(env!("CARGO_BIN_EXE_wgdenoise-view"))
@@ -51,7 +51,7 @@ impl Desktop {
         Self { display, program, window, home }
     }
 
-    /// The part of the screen that shows the image, which is also kept under this name.
+    /// The image area of the screen, also saved under this name.
     fn image(&self, name: &str) -> RgbImage {
         let screen = self.display.picture();
         if let Some(folder) = std::env::var_os("WGDENOISE_SCREENSHOTS") {
@@ -61,7 +61,8 @@ impl Desktop {
         part(&screen)
     }
 
-    /// Waits until the screen is as wanted and the image has stayed so for a moment. Returns the image.
+    /// Waits until the screen meets the condition and the image has been still for a moment.
+    /// Returns the image.
     fn wait_for_image(&self, name: &str, is_so: impl Fn(&RgbImage) -> bool) -> RgbImage {
         let mut before = None;
         Display::wait_for(name, || {
@@ -80,12 +81,12 @@ fn samples() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../samples")
 }
 
-/// The middle of the image area, away from labels, dialogs' edges and the column at the right.
+/// The middle of the image area, away from labels, dialog edges and the panel.
 fn part(screen: &RgbImage) -> RgbImage {
     image::imageops::crop_imm(screen, 20, 100, 1040, 700).to_image()
 }
 
-/// How long the first button is that stands out in the row at the top: that of the image shown.
+/// Length of the first highlighted toolbar button: that of the shown image.
 fn chosen(screen: &RgbImage) -> usize {
     const ROW_ABOVE_TEXT: u32 = 6;
     let stands_out = |x: &u32| screen.get_pixel(*x, ROW_ABOVE_TEXT).0 == [112, 74, 28];
@@ -96,7 +97,7 @@ fn chosen(screen: &RgbImage) -> usize {
 /// `Denoised` is a longer word than `Noisy`.
 const LONGER_THAN_NOISY: usize = 62;
 
-/// The mean difference of pixels that are this many rows apart, in 8-bit values: noise makes it large.
+/// Mean difference of pixels a few rows apart, in 8-bit values; noise raises it.
 fn roughness(image: &RgbImage) -> f64 {
     let below = |y: u32| (y + 4).min(image.height() - 1);
     let apart = |x: u32, y: u32| distance(image, image, [x, y], [x, below(y)]);
@@ -132,7 +133,7 @@ fn a_render_is_opened_denoised_looked_at_saved_and_copied() {
     assert!(recent.trim().ends_with("samples/still_life_8spp.exr"), "{recent}");
 }
 
-/// The window learns of Shift while it has the keyboard.
+/// The window has the keyboard focus, so it learns of Shift.
 #[test]
 fn dropped_files_are_opened_and_with_shift_they_are_references() {
     let desktop = Desktop::open(&[]);
@@ -146,7 +147,7 @@ fn dropped_files_are_opened_and_with_shift_they_are_references() {
         assert!(drag::drop_file(&desktop.display, desktop.window, &reference));
     });
     desktop.display.press("3");
-    // Another image without noise, once what a drop does is no longer written over it.
+    // Another image without noise, once the drop hint no longer covers it.
     desktop.wait_for_image("dropped_reference", |screen| {
         let shown = part(screen);
         difference(&shown, &denoised) > 1.0 && roughness(&shown) < 1.3 * roughness(&denoised)
@@ -154,7 +155,7 @@ fn dropped_files_are_opened_and_with_shift_they_are_references() {
     assert!(desktop.display.title(desktop.window).starts_with("ein"), "the image stays open");
 }
 
-/// The space bar and the wheel show another picture, and each way leads back.
+/// The space bar and the wheel show another picture, and both can be undone.
 fn look(desktop: &Desktop, denoised: &RgbImage) {
     assert!(roughness(denoised) > 1.0, "it is not blank");
     desktop.display.press("Space");
@@ -172,7 +173,7 @@ fn look(desktop: &Desktop, denoised: &RgbImage) {
     desktop.wait_for_image("fit", |screen| part(screen) == *denoised);
 }
 
-/// Without a dialog for files, the window takes the path; Escape leaves that.
+/// Without a file dialog, the window asks for a path; Escape cancels.
 fn save(desktop: &Desktop) {
     let before = desktop.image("before_saving");
     let asks = |screen: &RgbImage| difference(&part(screen), &before) > 0.5;
