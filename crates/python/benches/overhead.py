@@ -1,10 +1,10 @@
-"""Measures what Python adds to a frame: `wgdenoise bench` and a `Denoiser` take turns.
+"""Measures Python's overhead per frame: `wgdenoise bench` and a `Denoiser` take turns.
 
     python crates/python/benches/overhead.py --rounds 10
 
-Both run the same code on the test card of `wgdenoise bench`, in processes of their own, and pay for
-the first frame before they measure. Where other work disturbs the machine, the second figure tells
-more: the time to read three arrays, which a call takes that then fails, and to copy the result out.
+Both run the same code on the test card of `wgdenoise bench`, in separate processes, after a warm-up
+frame. On a busy machine the second figure is more telling: the time to read three arrays, measured
+with a call that then fails, plus the time to copy the result out.
 """
 
 import argparse
@@ -52,7 +52,7 @@ def python(side: int, runs: int, quality: str) -> list[float]:
 
 
 def copies(side: int) -> float:
-    """Seconds to read three arrays and to copy one, median of 20."""
+    """Return the seconds to read three arrays and to copy one, median of 20."""
     color, albedo, normal = np.random.default_rng(1).random((3, side, side, 3), np.float32)
     denoiser = wgdenoise.Denoiser("fast")
 
@@ -77,7 +77,7 @@ def main() -> None:
     arguments = (args.side, args.runs, args.quality)
     ratios = []
     for _ in range(args.rounds):
-        # The best of the runs is the one that other work on the machine disturbed least.
+        # The fastest run is the one least disturbed by other work on the machine.
         theirs, ours = min(rust(*arguments)), min(python(*arguments))
         ratios.append(ours / theirs)
         print(f"Rust {theirs * 1e3:.1f} ms, Python {ours * 1e3:.1f} ms: {ours / theirs - 1:+.1%}")

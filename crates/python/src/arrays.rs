@@ -1,7 +1,7 @@
-//! Arrays to the engine's images and back.
+//! Converts arrays to the engine's images and back.
 //!
-//! An image is an array of height, width and channels. The engine owns its pixels, so an array in
-//! C order is copied once, and any other twice.
+//! An image is an array of height × width × channels. The engine owns its pixels, so an array in C
+//! order is copied once, and any other twice.
 
 use std::cell::Cell;
 
@@ -14,13 +14,13 @@ use wgdenoise::Image;
 
 use crate::errors;
 
-/// Color with its alpha, if it has four channels.
+/// Color, with alpha if it has four channels.
 pub(crate) struct Picture {
     pub(crate) image: Image,
     pub(crate) alpha: Option<Vec<f32>>,
 }
 
-/// Whether arrays of `uint8` are decoded as sRGB, and whether there was one.
+/// Whether to decode `uint8` arrays as sRGB, and whether there was one.
 pub(crate) struct Srgb {
     is_allowed: bool,
     is_used: Cell<bool>,
@@ -31,13 +31,13 @@ impl Srgb {
         Self { is_allowed, is_used: Cell::new(false) }
     }
 
-    /// Whether it was asked for in vain.
+    /// Whether sRGB decoding was requested but no array needed it.
     pub(crate) fn is_idle(&self) -> bool {
         self.is_allowed && !self.is_used.get()
     }
 }
 
-/// An array of three or four channels, the fourth of which is alpha.
+/// Reads an array of three or four channels; the fourth is alpha.
 pub(crate) fn picture(name: &str, object: &Bound<'_, PyAny>, srgb: &Srgb) -> PyResult<Picture> {
     let array = Named::new(name, object)?;
     match *array.shape() {
@@ -54,7 +54,7 @@ pub(crate) fn picture(name: &str, object: &Bound<'_, PyAny>, srgb: &Srgb) -> PyR
     }
 }
 
-/// An array of three channels.
+/// Reads an array of three channels.
 pub(crate) fn rgb(name: &str, object: &Bound<'_, PyAny>, srgb: &Srgb) -> PyResult<Image> {
     let array = Named::new(name, object)?;
     match *array.shape() {
@@ -63,7 +63,7 @@ pub(crate) fn rgb(name: &str, object: &Bound<'_, PyAny>, srgb: &Srgb) -> PyResul
     }
 }
 
-/// An array of one channel: alpha for a color of this width and height.
+/// Reads an array of one channel: alpha for a color of this width and height.
 pub(crate) fn alpha(object: &Bound<'_, PyAny>, (width, height): (u32, u32)) -> PyResult<Vec<f32>> {
     let array = Named::new("alpha", object)?;
     match *array.shape() {
@@ -75,7 +75,7 @@ pub(crate) fn alpha(object: &Bound<'_, PyAny>, (width, height): (u32, u32)) -> P
     }
 }
 
-/// The result: three channels, or four with alpha.
+/// Returns the result with three channels, or four with alpha.
 pub(crate) fn color<'py>(
     py: Python<'py>,
     image: &Image,
@@ -99,7 +99,7 @@ pub(crate) fn color<'py>(
     array
 }
 
-/// Alpha as an array of height and width.
+/// Returns alpha as an array of height × width.
 pub(crate) fn plane<'py>(
     py: Python<'py>,
     values: &[f32],
@@ -110,17 +110,17 @@ pub(crate) fn plane<'py>(
     array
 }
 
-/// An array and its name in messages.
+/// An array, and its name in messages.
 struct Named<'n, 'py> {
     name: &'n str,
     array: Bound<'py, PyUntypedArray>,
 }
 
 impl<'n, 'py> Named<'n, 'py> {
-    /// Refuses objects that are no arrays, and arrays without a value.
+    /// Rejects objects that are not arrays, and arrays without values.
     fn new(name: &'n str, object: &Bound<'py, PyAny>) -> PyResult<Self> {
         let array = as_array(name, object)?;
-        // Other strides, and the misaligned fields of packed records, are best gathered by NumPy.
+        // NumPy gathers other strides and misaligned fields of packed records.
         let array = if array.is_c_contiguous() && array.is_aligned() {
             array
         } else {
@@ -143,7 +143,7 @@ impl<'n, 'py> Named<'n, 'py> {
             .map_err(|error| errors::of_engine(self.array.py(), &error))
     }
 
-    /// All pixels of `N` channels, row by row, as linear 32-bit floats.
+    /// Returns all pixels of `N` channels, row by row, as linear 32-bit floats.
     fn values<const N: usize>(&self, srgb: &Srgb) -> PyResult<Vec<[f32; N]>> {
         let values = if let Some(array) = self.of_type::<f32>()? {
             collect(&array, |value| value)
@@ -163,7 +163,7 @@ impl<'n, 'py> Named<'n, 'py> {
         Err(self.refused("has no finite value"))
     }
 
-    /// The array, if its elements are of this type.
+    /// Returns the array if its elements are of this type.
     fn of_type<T: Element>(&self) -> PyResult<Option<PyReadonlyArrayDyn<'py, T>>> {
         if !self.array.dtype().is_equiv_to(&dtype::<T>(self.array.py())) {
             return Ok(None);
@@ -188,7 +188,7 @@ impl<'n, 'py> Named<'n, 'py> {
         self.refused(&format!("has the shape {}, expected {expected}", self.shown_shape()))
     }
 
-    /// As Python writes it.
+    /// Formats the shape as Python does.
     fn shown_shape(&self) -> String {
         let sides: Vec<_> = self.shape().iter().map(ToString::to_string).collect();
         let comma = if sides.len() == 1 { "," } else { "" };
@@ -200,7 +200,7 @@ impl<'n, 'py> Named<'n, 'py> {
     }
 }
 
-/// The pixels of an array without gaps.
+/// Copies the pixels of a contiguous array.
 fn collect<T: Element + Copy, const N: usize>(
     array: &PyReadonlyArrayDyn<'_, T>,
     convert: impl Fn(T) -> f32,
@@ -209,15 +209,15 @@ fn collect<T: Element + Copy, const N: usize>(
     values.as_chunks().0.iter().map(|pixel| pixel.map(&convert)).collect()
 }
 
-/// A linear value from its sRGB code (IEC 61966-2-1).
+/// Decodes an sRGB value to linear (IEC 61966-2-1).
 fn decoded(code: u8) -> f32 {
     let value = f64::from(code) / 255.0;
     let linear = if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) };
     linear as f32
 }
 
-/// A NumPy array, or what an object hands out as one: `__array__`, NumPy's array interface, or
-/// DLPack in main memory.
+/// Returns a NumPy array, or converts an object by `__array__`, NumPy's array interface, or DLPack
+/// in main memory.
 fn as_array<'py>(name: &str, object: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyUntypedArray>> {
     if let Ok(array) = object.cast::<PyUntypedArray>() {
         return Ok(array.clone());

@@ -1,12 +1,12 @@
-//! Errors of the engine and of the command line as Python exceptions with the same sentences. The
-//! classes are in `python/wgdenoise/_errors.py`, as only Python code can give them two bases.
+//! Turns errors of the engine and the command line into Python exceptions with the same sentences.
+//! The classes are in `python/wgdenoise/_errors.py`, as only Python code can give them two bases.
 
 use pyo3::prelude::*;
 use pyo3::types::PyType;
 use wgdenoise::Error;
 use wgdenoise_cli::Failure;
 
-/// An error of the engine.
+/// An engine error.
 pub(crate) fn of_engine(py: Python<'_>, error: &Error) -> PyErr {
     let class = match error {
         Error::Image(_) => "ImageError",
@@ -18,7 +18,7 @@ pub(crate) fn of_engine(py: Python<'_>, error: &Error) -> PyErr {
     exception(py, class, &error.to_string())
 }
 
-/// An error of the command line.
+/// A command-line error.
 pub(crate) fn of_program(py: Python<'_>, failure: &Failure) -> PyErr {
     let class = match failure {
         Failure::Work(_) => "FileError",
@@ -34,7 +34,7 @@ pub(crate) fn of_image(py: Python<'_>, sentence: String) -> PyErr {
     of_engine(py, &Error::Image(sentence))
 }
 
-/// An argument that is none of the values it may have.
+/// An argument with a value that is not allowed.
 pub(crate) fn of_usage(py: Python<'_>, sentence: &str) -> PyErr {
     exception(py, "UsageError", sentence)
 }

@@ -1,4 +1,4 @@
-//! Files: the command line, hosted by Python.
+//! Runs the command line from Python, to denoise files.
 
 use std::ffi::OsString;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use wgdenoise_cli::host::{self, Host, Level};
 use crate::errors;
 use crate::watch::Watch;
 
-/// Tells Python what the command line would print.
+/// Forwards the command line's output to Python.
 struct Listener {
     watch: Arc<Watch>,
     /// A `logging.Logger`.
@@ -30,7 +30,7 @@ impl Host for Listener {
     }
 }
 
-/// Denoises files as the command line does with these words, the program's name first.
+/// Denoises files as the command line does for these arguments, starting with the program's name.
 #[pyfunction]
 pub(crate) fn denoise_files(
     py: Python<'_>,

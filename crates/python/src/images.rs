@@ -1,4 +1,4 @@
-//! The images of a view, as Python gives them and as the engine takes them.
+//! The images of a view: from Python, and for the engine.
 
 use pyo3::prelude::*;
 use wgdenoise::Image;
@@ -6,28 +6,28 @@ use wgdenoise::Image;
 use crate::arrays::{self, Srgb};
 use crate::errors;
 
-/// What Python gives.
+/// The images as Python passes them.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Given<'py> {
     color: Bound<'py, PyAny>,
     albedo: Option<Bound<'py, PyAny>>,
     normal: Option<Bound<'py, PyAny>>,
-    /// With their names in messages.
+    /// Each with its name in messages.
     layers: Vec<(String, Bound<'py, PyAny>)>,
     alpha: Option<Bound<'py, PyAny>>,
-    /// Whether arrays of `uint8` are decoded as sRGB.
+    /// Whether to decode `uint8` arrays as sRGB.
     srgb: bool,
 }
 
-/// What the engine takes.
+/// The images as the engine takes them.
 pub(crate) struct Images {
     pub(crate) color: Image,
     pub(crate) albedo: Option<Image>,
     pub(crate) normal: Option<Image>,
     pub(crate) layers: Vec<Image>,
     pub(crate) alpha: Option<Vec<f32>>,
-    /// Whether the alpha is the fourth channel of the color.
+    /// Whether alpha is the color's fourth channel.
     pub(crate) has_fourth_channel: bool,
 }
 
@@ -35,7 +35,8 @@ impl Images {
     /// Reads the arrays.
     ///
     /// # Errors
-    /// If an array cannot be used, there are two alphas, or nothing is sRGB although it may be.
+    /// If an array cannot be used, alpha is passed twice, or `srgb` is set but no array needs
+    /// decoding.
     pub(crate) fn read(py: Python<'_>, given: &Given<'_>) -> PyResult<Self> {
         let srgb = Srgb::new(given.srgb);
         let picture = arrays::picture("color", &given.color, &srgb)?;
@@ -63,7 +64,7 @@ impl Images {
         Ok(images)
     }
 
-    /// The alpha to denoise. As on the command line, alpha of only 0 and 1 has no noise.
+    /// The alpha to denoise, if any. As on the command line, alpha of only 0 and 1 has no noise.
     pub(crate) fn noisy_alpha(&self) -> Option<&[f32]> {
         let is_fractional = |alpha: &&[f32]| alpha.iter().any(|&a| a > 0.0 && a < 1.0);
         self.alpha.as_deref().filter(is_fractional)

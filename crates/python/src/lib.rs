@@ -1,5 +1,5 @@
-//! The compiled half of the Python package `wgdenoise`. The other half, `python/wgdenoise`, is what
-//! users see: names, types, documentation.
+//! The compiled half of the Python package `wgdenoise`. The other half, `python/wgdenoise`, is the
+//! user-facing API: names, types, documentation.
 
 #![allow(clippy::needless_pass_by_value, reason = "PyO3 passes arguments by value")]
 
@@ -58,7 +58,8 @@ fn compare(
     Ok((found.l1, found.psnr, found.ssim, found.relmse, found.smape, found.bad))
 }
 
-/// Runs the command line on these words, the program's name first, and returns its exit code.
+/// Runs the command line with these arguments, starting with the program's name; returns its exit
+/// code.
 #[pyfunction]
 fn run_command(py: Python<'_>, words: Vec<OsString>) -> u8 {
     py.detach(|| wgdenoise_cli::run_words(&words))

@@ -1,4 +1,4 @@
-//! A denoiser on a device, for arrays.
+//! A denoiser of arrays on a device.
 
 use std::path::PathBuf;
 use std::time::Duration;
@@ -15,14 +15,14 @@ use crate::errors;
 use crate::images::{Given, Images};
 use crate::watch::Watch;
 
-/// Compiled kernels and weights on a device. Threads may share it.
+/// Compiled kernels and weights on a device. Can be shared by threads.
 #[pyclass(frozen)]
 pub(crate) struct Network {
     denoiser: Denoiser,
     device: String,
 }
 
-/// How the network runs, as Python names it.
+/// The network's settings, under their Python names.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Settings {
@@ -36,7 +36,7 @@ pub(crate) struct Settings {
     skip_clean: bool,
 }
 
-/// Color, layers, and alpha unless it is in the color.
+/// The denoised color, layers, and alpha unless it is part of the color.
 type Arrays<'py> =
     (Bound<'py, PyArray3<f32>>, Vec<Bound<'py, PyArray3<f32>>>, Option<Bound<'py, PyArray2<f32>>>);
 
@@ -56,13 +56,13 @@ impl Network {
         &self.device
     }
 
-    /// The kernels that run.
+    /// The running kernel variant.
     #[getter]
     fn kernels(&self) -> String {
         self.denoiser.kernels().to_string()
     }
 
-    /// What the user should know, each sentence once.
+    /// Returns the notices for the user, each once.
     fn take_notices(&self) -> Vec<String> {
         self.denoiser.take_notices()
     }
@@ -81,7 +81,7 @@ impl Network {
         let run = py.detach(|| self.run(&images, input_scale, panorama, &watch));
         let run = run.map_err(|error| errors::of_engine(py, &error));
         let Denoised { color, layers, alpha, .. } = watch.outcome(run)?;
-        // Alpha without noise has not been denoised.
+        // Noise-free alpha was not denoised.
         let alpha = alpha.as_deref().or(images.alpha.as_deref());
         let fourth = alpha.filter(|_| images.has_fourth_channel);
         let own = alpha.filter(|_| !images.has_fourth_channel);
@@ -161,7 +161,7 @@ impl Settings {
     }
 }
 
-/// The index of a name among those that are known.
+/// Finds a name in a list of known ones.
 fn chosen(py: Python<'_>, argument: &str, name: &str, names: &[&str]) -> PyResult<usize> {
     names.iter().position(|known| *known == name).ok_or_else(|| {
         let (last, others) = names.split_last().expect("there are names");

@@ -1,4 +1,4 @@
-//! Python's part in a run that has released the interpreter: its signals and its callback.
+//! Handles Python's signals and progress callback during a run that has released the interpreter.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Mutex, PoisonError};
@@ -23,7 +23,7 @@ impl Watch {
         &self.stop
     }
 
-    /// Lets Python handle its signals, then tells the callback.
+    /// Lets Python handle its signals, then calls the callback.
     pub(crate) fn step(&self, done: u64, total: u64) {
         self.guard(|py| {
             py.check_signals()?;
@@ -34,7 +34,7 @@ impl Watch {
         });
     }
 
-    /// Runs Python code unless some has raised before, and keeps what it raises.
+    /// Runs Python code and keeps the exception that it raises; does nothing after an earlier one.
     pub(crate) fn guard(&self, code: impl FnOnce(Python<'_>) -> PyResult<()>) {
         if self.stop.load(Ordering::Relaxed) {
             return;
@@ -45,7 +45,7 @@ impl Watch {
         }
     }
 
-    /// What was raised, or else the outcome of the run.
+    /// Returns the kept exception, or else the outcome of the run.
     pub(crate) fn outcome<T>(&self, run: PyResult<T>) -> PyResult<T> {
         match self.raised.lock().unwrap_or_else(PoisonError::into_inner).take() {
             Some(error) => Err(error),

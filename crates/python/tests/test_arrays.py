@@ -1,4 +1,4 @@
-"""Which arrays are taken, and what is said of the others."""
+"""Which arrays are accepted, and the error messages for the others."""
 
 import numpy as np
 import pytest
@@ -8,7 +8,7 @@ import wgdenoise
 
 
 class Exporter:
-    """An object with one of the ways to hand out an array, and nothing else."""
+    """An object that exports an array in exactly one way."""
 
     def __init__(self, array, way):
         setattr(type(self), way, lambda _, *args, **kwargs: getattr(array, way)(*args, **kwargs))
@@ -21,7 +21,7 @@ def exporter(array, way):
 
 
 def packed(array):
-    """The array as a field of packed records, at odd addresses."""
+    """Return the array as a field of packed records, at odd addresses."""
     records = np.zeros(array.shape[:2], np.dtype([("flag", "u1"), ("color", "f4", 3)]))
     records["color"] = array
     assert not records["color"].flags.aligned

@@ -1,4 +1,4 @@
-"""What a denoiser does beyond one image: layers, alpha, interruption, threads, memory."""
+"""Beyond single images: layers, alpha, interruption, threads, memory."""
 
 import os
 import signal
@@ -146,7 +146,7 @@ def test_ctrl_c_is_a_keyboard_interrupt_before_the_end(tiled):
 
     thread = threading.Thread(target=interrupt)
     thread.start()
-    # The callback is compiled code, in which Python does not look for signals.
+    # The callback is compiled code, where Python does not check for signals.
     with pytest.raises(KeyboardInterrupt):
         tiled.denoise(image(400, 300), progress=steps.__setitem__)
     thread.join()
@@ -163,7 +163,7 @@ def test_other_threads_run_meanwhile(tiled):
 
     thread = threading.Thread(target=watch)
     thread.start()
-    # The callback is compiled code, in which Python does not switch threads.
+    # The callback is compiled code, where Python does not switch threads.
     tiled.denoise(image(400, 300), progress=steps.__setitem__)
     thread.join()
     assert seen[0] < max(steps)
@@ -185,7 +185,7 @@ def test_memory_does_not_grow_over_200_calls():
     before = resident_bytes()
     for _ in range(200):
         denoiser.denoise(noisy, noisy, noisy)
-    # A leak of one image per call would be 200 of them.
+    # Leaking one image per call would add up to 200.
     assert resident_bytes() - before < 20 * noisy.nbytes
 
 
@@ -199,7 +199,7 @@ def test_devices_and_metrics_have_names(noisy):
     assert device.number == 0 and wgdenoise.Denoiser("fast", device=device.name).device == device.name
     same = wgdenoise.compare(noisy, noisy)
     assert (same.l1, same.psnr, same.ssim, same.bad) == (0, 120, 1, 0)
-    # 4 against 2: 0.36 and 0.18 after exposure.
+    # The values 4 and 2 become 0.36 and 0.18 after exposure.
     other = wgdenoise.compare(np.full((2, 3, 3), 4.0), np.full((2, 3, 3), 2.0))
     assert other.smape == pytest.approx(0.18 / 0.55)
     with pytest.raises(wgdenoise.ImageError, match="cannot be compared"):

@@ -1,4 +1,4 @@
-"""The examples of docs/python.md do what they show. Blender's needs Blender and is not run here."""
+"""Runs the examples of docs/python.md, except Blender's, which needs Blender."""
 
 import os
 import re
@@ -38,7 +38,7 @@ def test_the_first_example_prints_what_the_page_shows(folder, capsys):
     printed = capsys.readouterr().out.split()
     shown = re.search(r"prints `(.*?)`", PAGE).group(1).split()
     assert printed[:-1] == shown[:-1]
-    # Each of about twenty layers rounds to 16 bits, by at most 2⁻¹¹, and devices sum in their order.
+    # About twenty layers each round to 16 bits, by at most 2⁻¹¹, and devices sum in different orders.
     assert float(printed[-1]) == pytest.approx(float(shown[-1]), rel=20 * 2**-11)
 
 
@@ -62,5 +62,5 @@ def test_openexr_and_the_files_of_the_command_line_agree(folder):
     os.remove("clean.exr")
     exec(example("logging").replace('quality="fast", alpha="keep"', ""), {})
     expected = OpenEXR.File("clean.exr").parts[0].channels["ViewLayer.Combined"].pixels
-    # The file keeps its 16 bits.
+    # The file stores 16 bits.
     np.testing.assert_array_equal(found.astype(np.float16), expected)

@@ -1,4 +1,4 @@
-"""Files: the same bits as the command line, its errors, and the command in the wheel."""
+"""Files: bit-identical to the command line, with its errors, and the command in the wheel."""
 
 import logging
 import os
@@ -23,7 +23,7 @@ def command(*words):
 
 
 def channels(path):
-    """The arrays of an EXR file, by part and channel."""
+    """Return the arrays of an EXR file by part and channel."""
     with OpenEXR.File(str(path)) as file:
         return [
             {name: channel.pixels.copy() for name, channel in part.channels.items()}
@@ -140,7 +140,7 @@ def test_ctrl_c_ends_a_command_that_leaves_signals_alone(tmp_path):
     pipe = tmp_path / "noisy.exr"
     os.mkfifo(pipe)
     process = subprocess.Popen([sys.executable, "-m", "wgdenoise", "info", str(pipe)])
-    # Opens once the command reads.
+    # Blocks until the command reads.
     with pipe.open("wb"):
         process.send_signal(signal.SIGINT)
         assert process.wait(timeout=60) == -signal.SIGINT

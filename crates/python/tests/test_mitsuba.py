@@ -1,4 +1,4 @@
-"""A render of Mitsuba 3, denoised in its process."""
+"""A Mitsuba 3 render, denoised in the same process."""
 
 import mitsuba as mi
 import numpy as np
@@ -6,13 +6,13 @@ import pytest
 
 import wgdenoise
 
-# Neither LLVM nor CUDA.
+# This variant needs neither LLVM nor CUDA.
 mi.set_variant("scalar_rgb")
 
 
 @pytest.fixture(scope="module")
 def render():
-    """Renders the Cornell box with albedo and normals, 64 × 64 pixels, at so many samples."""
+    """Render the Cornell box with albedo and normals, 64 × 64 pixels, at this sample count."""
     scene = mi.cornell_box()
     scene["integrator"] = {
         "type": "aov",
@@ -20,7 +20,7 @@ def render():
         "image": {"type": "path"},
     }
     scene["sensor"]["film"]["width"] = scene["sensor"]["film"]["height"] = 64
-    # Each pixel has its own samples, so the noise of neighbors is independent.
+    # A box filter gives each pixel its own samples, so that neighbors' noise is independent.
     scene["sensor"]["film"]["rfilter"] = {"type": "box"}
     scene = mi.load_dict(scene)
     return lambda samples: mi.render(scene, spp=samples)

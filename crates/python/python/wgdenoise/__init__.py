@@ -2,8 +2,8 @@
 
     clean = wgdenoise.denoise(color, albedo, normal)
 
-takes and returns arrays of height × width × 3. `Denoiser` keeps the device and its kernels for more
-images, `denoise_exr` denoises files as the command `wgdenoise` does.
+takes and returns arrays of height × width × 3. `Denoiser` keeps the device and its kernels for further
+images; `denoise_exr` denoises files like the command `wgdenoise`.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ from ._files import denoise_exr
 from ._tools import Device, Metrics, compare, devices
 from ._wgdenoise import __version__
 
-# As the command line does: Mesa's device-select layer reorders adapters for desktops, and complains
-# on stderr where no desktop session runs.
+# As on the command line: Mesa's device-select layer reorders adapters for desktops, and complains on stderr outside a
+# desktop session.
 os.environ.setdefault("NODEVICE_SELECT", "1")
 
 __all__ = [

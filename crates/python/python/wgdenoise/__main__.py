@@ -7,8 +7,8 @@ from . import _wgdenoise
 
 
 def main() -> None:
-    """Run the command line and end with its exit code."""
-    # Ctrl-C ends the program as it ends every other; Python would wait for the command to return.
+    """Run the command line and exit with its code."""
+    # Let Ctrl-C end the program at once; Python's handler would wait for the command to return.
     signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(_wgdenoise.run_command(["wgdenoise", *sys.argv[1:]]))
 

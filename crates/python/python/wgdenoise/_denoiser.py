@@ -1,4 +1,4 @@
-"""Arrays: the class `Denoiser` and the function `denoise`."""
+"""Denoises arrays: the class `Denoiser` and the function `denoise`."""
 
 from __future__ import annotations
 
@@ -24,37 +24,37 @@ class Denoised(NamedTuple):
     """The result of a call with layers or alpha."""
 
     color: Array
-    """Like the color that was given: height × width × 3 or 4."""
+    """Like the input color: height × width × 3 or 4."""
     layers: Union[dict[str, Array], list[Array]]
-    """Height × width × 3 each, under the names or in the order in which they were given."""
+    """Height × width × 3 each, under the names or in the order of the input layers."""
     alpha: Optional[Array]
-    """Height × width, or `None` if no alpha was given by itself."""
+    """Height × width, or `None` unless alpha was passed separately."""
 
 
 class Denoiser:
     """A device with compiled kernels and weights, ready for images of any size.
 
-    Several threads may share one.
+    Threads may share it.
 
     Args:
         quality: the built-in weights: "fast", "balanced" or "high". Each takes two to three times as
             long as the one before.
-        precision: how intermediate values are stored: "f16" or "f32".
-        device: a number of `devices()` or part of a name; by default the fastest kind.
-        weights: a weights file in place of the built-in ones, safetensors or TZA.
-        memory_bytes: most GPU memory for tensors and images; 2 GiB by default. Large images are cut
-            into tiles, which does not change the result.
+        precision: storage format of intermediate values: "f16" or "f32".
+        device: an adapter's number in `devices()` or part of its name; by default the fastest kind.
+        weights: a weights file to use instead of the built-in ones, safetensors or TZA.
+        memory_bytes: maximum GPU memory for tensors and images; 2 GiB by default. Large images are
+            cut into tiles, which does not change the result.
         tile: longest side of a tile in pixels; by default as memory and short dispatches allow.
-        timeout: seconds until a device that does not answer counts as hung; by default 60, and 600
-            on CPU drivers.
+        timeout: seconds after which an unresponsive device counts as hung; by default 60, and 600 on
+            CPU drivers.
         skip_clean: whether constant areas keep their pixels and skip the network.
 
     Notices, such as a feature that the device lacks, go to the logger `wgdenoise` as warnings.
 
     Raises:
-        UsageError: an argument is none of the values it may have.
+        UsageError: an argument has a value that is not allowed.
         FileError: the weights file cannot be read.
-        AdapterError: there is no adapter, none of that name, or it failed to open.
+        AdapterError: no adapter was found, none matches the name, or it failed to open.
         DeviceError: the device failed.
     """
 
@@ -93,7 +93,7 @@ class Denoiser:
 
     @property
     def kernels(self) -> str:
-        """The variant of the kernels that run: "Simd", "Matrix", "Tiled" or "Plain"."""
+        """The running kernel variant: "Simd", "Matrix", "Tiled" or "Plain"."""
         return self._network.kernels
 
     def __repr__(self) -> str:
@@ -154,18 +154,18 @@ class Denoiser:
             albedo: height × width × 3, linear, in [0, 1].
             normal: height × width × 3, components in [-1, 1], in camera or world space.
             layers: further images of height × width × 3 that depend on the samples linearly, such as
-                light groups, in a list or by name. They are denoised by the color's weights, so
-                layers that add up to the noisy color add up to the denoised one.
-            alpha: height × width, in [0, 1]; the color is premultiplied by it. Like a fourth channel
-                it is denoised if it is fractional anywhere.
-            input_scale: the factor that brings color to a middle gray of 0.18; measured by default.
-            panorama: whether the left and the right edge touch, as in a latlong image.
-            srgb: whether color, albedo and layers of uint8 and three channels are decoded as sRGB.
-            progress: called with `(done, total)` in this thread. What it raises ends the run and is
-                raised here.
+                light groups, in a list or by name. They are denoised with the color's kernel weights,
+                so layers that add up to the noisy color add up to the denoised one.
+            alpha: height × width, in [0, 1]; color is premultiplied by it. Like a fourth channel, it
+                is denoised if it is fractional anywhere.
+            input_scale: the factor that exposes color to a middle gray of 0.18; measured by default.
+            panorama: whether the left and right edges join, as in a latlong image.
+            srgb: whether to decode three-channel uint8 color, albedo and layers as sRGB.
+            progress: called with `(done, total)` in this thread. An exception that it raises stops the
+                run and propagates.
 
         Returns:
-            A new array of float32, linear, finite and with the channels of `color`. With `layers` or
+            A new float32 array, linear, finite and with the channels of `color`. With `layers` or
             `alpha`, a `Denoised`.
 
         Raises:
@@ -251,11 +251,11 @@ def denoise(
     device: Union[str, int, None] = None,
     **options: Any,
 ) -> Union[Array, Denoised]:
-    """Denoise one view with a `Denoiser` of its own.
+    """Denoise one view with a new `Denoiser`.
 
-    Opens the device and compiles the kernels, which a `Denoiser` does once for any number of images.
-    `quality`, `precision`, `device` and further options are those of `Denoiser`; everything else is
-    as in `Denoiser.denoise`.
+    Each call opens the device and compiles the kernels; a `Denoiser` does so once for any number of
+    images. `quality`, `precision`, `device` and further options are those of `Denoiser`; everything
+    else is as in `Denoiser.denoise`.
     """
     return Denoiser(quality, precision, device, **options).denoise(
         color,
@@ -271,7 +271,7 @@ def denoise(
 
 
 def _named(layers: Optional[Layers]) -> list[tuple[str, Any]]:
-    """Layers with their names in messages."""
+    """Layers with the names that error messages use."""
     if layers is None:
         return []
     if isinstance(layers, Mapping):

@@ -2,19 +2,19 @@
 
 
 class Error(Exception):
-    """Everything that wgdenoise raises, except for wrong argument types, which are `TypeError`."""
+    """Base of all exceptions that wgdenoise raises, except for wrong argument types, which are `TypeError`."""
 
 
 class ImageError(Error, ValueError):
-    """An array has the wrong shape or dtype, is empty, holds no number, or does not match another."""
+    """An array has the wrong shape or dtype, is empty, has no finite value, or does not match another."""
 
 
 class WeightsError(Error, ValueError):
-    """The weights were made for something else."""
+    """The weights do not suit the task."""
 
 
 class UsageError(Error, ValueError):
-    """An argument is none of the values it may have, or contradicts another."""
+    """An argument has a value that is not allowed, or contradicts another."""
 
 
 class FileError(Error, OSError):
@@ -30,4 +30,4 @@ class OutOfMemoryError(Error, MemoryError):
 
 
 class DeviceError(Error, RuntimeError):
-    """The device was lost, hangs or computes wrong results. Make a new `Denoiser`."""
+    """The device was lost, hung or computed wrong results. Create a new `Denoiser`."""

@@ -1,4 +1,4 @@
-"""Files, by the command line's own code."""
+"""Denoises files with the command line's own code."""
 
 from __future__ import annotations
 
@@ -29,16 +29,16 @@ def denoise_exr(
 
     Args:
         src: an image, a sequence such as `beauty.####.exr`, or several of them.
-        dst: the result, or a folder or a pattern for several.
-        progress: called with `(done, total)` in this thread, where each image counts 1000. What it
-            raises ends the run and is raised here.
-        **options: the flags of the command line with underscores for dashes: `quality="high"`,
-            `force=True`, `layers="auto"`, `frames="1-48"`. `True` gives a flag without a value;
-            `False` and `None` leave it out.
+        dst: the output file, or a folder or pattern for several.
+        progress: called with `(done, total)` in this thread, where each image counts 1000. An
+            exception that it raises stops the run and propagates.
+        **options: the command line's flags with underscores for dashes: `quality="high"`,
+            `force=True`, `layers="auto"`, `frames="1-48"`. `True` passes a flag without a value;
+            `False` and `None` omit it.
 
-    What the program would print goes to the logger `wgdenoise`: messages at the level `INFO`, and
-    the failures of single images of a batch at `ERROR`. Ctrl-C raises `KeyboardInterrupt`. Outputs
-    are whole or not there.
+    The program's output goes to the logger `wgdenoise`: messages at the level `INFO`, failures of
+    single images in a batch at `ERROR`. Ctrl-C raises `KeyboardInterrupt`. No partial outputs are
+    left behind.
 
     Raises:
         FileError: an input could not be read, or an output could not be written.

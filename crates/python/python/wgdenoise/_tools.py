@@ -1,4 +1,4 @@
-"""What is not denoising: the machine's adapters, and the error of an image."""
+"""Lists the machine's adapters and measures the error of images."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ class Device(NamedTuple):
     """An adapter of this machine: a GPU, or a driver that computes on the CPU."""
 
     number: int
-    """What `device=` takes, as it does a part of the name."""
+    """The number for `device=`, which also takes part of a name."""
     name: str
     type: str
     """`DiscreteGpu`, `IntegratedGpu`, `VirtualGpu`, `Cpu` or `Other`."""
@@ -40,7 +40,7 @@ class Metrics(NamedTuple):
     smape: float
     """Symmetric mean absolute percentage error, 0 to 1."""
     bad: int
-    """Pixels that are NaN or infinite; they count as 0."""
+    """Number of pixels that are NaN or infinite; they count as 0."""
 
 
 def devices() -> list[Device]:
@@ -51,7 +51,7 @@ def devices() -> list[Device]:
 def compare(image: object, reference: object) -> Metrics:
     """Measure the error of an image against its reference.
 
-    Both are arrays of height × width × 3 of linear, scene-referred color, as `denoise` takes them.
+    Both are height × width × 3 arrays of linear, scene-referred color, as `denoise` takes them.
 
     Raises:
         ImageError: an array cannot be used, or the two differ in size.
