@@ -5,11 +5,11 @@ from torch.nn import functional as F
 
 from transfer import DARKEST, KEY, autoexposure, luminance, network_input, transfer
 
-FEATURES = (("all", 0.60), ("albedo", 0.75), ("color", 1.0))  # inputs that a crop keeps, cumulative odds
+FEATURES = (("all", 0.60), ("albedo", 0.75), ("color", 1.0))  # inputs that a crop keeps, cumulative probability
 
 
 def splat(image, sigma):
-    """[C,H,W] filtered with a Gaussian of `sigma` pixels, cut off at 2 pixels; edges repeat."""
+    """[C,H,W] filtered with a Gaussian of `sigma` pixels, truncated at 2 pixels; edges repeat."""
     k = torch.exp(-(torch.arange(-2.0, 3.0) ** 2) / (2 * sigma**2))
     k = (k / k.sum()).view(1, 1, 5)
     along_x = F.conv1d(F.pad(image, (2, 2), mode="replicate").flatten(0, 1)[:, None], k).view_as(image)
@@ -18,8 +18,8 @@ def splat(image, sigma):
 
 
 def texture(size, cell, kind, low, start=(0, 0)):
-    """[1,S,S] with mean 1: checks (kind 0), columns (1), rows (2) or dots (3) of `cell` pixels, in two tones of ratio
-    `low`, beginning `start` pixels into the pattern."""
+    """[1,S,S] with mean 1: checks (kind 0), columns (1), rows (2) or dots (3) of `cell` pixels, in two tones with ratio
+    `low`, starting `start` pixels into the pattern."""
     x = ((torch.arange(size) + start[0]) // cell % 2).expand(size, size)
     y = ((torch.arange(size) + start[1]) // cell % 2)[:, None].expand(size, size)
     dark = (x ^ y, x, y, x | y)[kind]
@@ -28,8 +28,8 @@ def texture(size, cell, kind, low, start=(0, 0)):
 
 
 def noisier(view):
-    """The view's renders with at most about a quarter of its reference's samples, or its noisiest one: a network cannot
-    learn from a denoised reference what to do with a render that is nearly as good, and would only copy its blur."""
+    """The view's renders with at most about a quarter of its reference's samples, or else its noisiest one. A denoised
+    reference cannot teach a network to denoise renders nearly as good as itself, only to copy its blur."""
     target = view["target"].float()
     scale = autoexposure(target)
 
@@ -41,7 +41,7 @@ def noisier(view):
 
 
 class Random:
-    """Draws of everything random in a crop, from one generator."""
+    """Draws all random values of a crop from one generator."""
 
     def __init__(self, seed):
         self.generator = torch.Generator().manual_seed(seed)
@@ -50,7 +50,7 @@ class Random:
         return low + (high - low) * float(torch.rand((), generator=self.generator))
 
     def power(self, low, high):
-        """A number between `low` and `high` whose logarithm is uniform."""
+        """A log-uniform number between `low` and `high`."""
         return low * (high / low) ** self.uniform()
 
     def index(self, n):
@@ -71,14 +71,14 @@ class Random:
 
 class Crops:
     """Endless random batches: network input [B,9,S,S], exposed light to gather [B,4,S,S], and target [B,3,S,S] in the
-    network domain. `effects` scales the odds of everything that makes a crop unlike a plain render: at 1, one crop in
-    seven is plain, at 0.4 every second one."""
+    network domain. `effects` scales the odds of all effects that make a crop unlike a plain render: at 1, one crop in
+    seven is plain; at 0.4, every second one."""
 
     def __init__(self, views, size, seed, effects=1.0):
         self.views, self.size, self.random, self.effects = views, size, Random(seed), effects
         self.renders = [noisier(v) for v in views]
         self.scales = [[autoexposure(image[:3].float()) for _, image in renders] for renders in self.renders]
-        # References of dark and indoor scenes are often noisy themselves; draw them less often.
+        # Draw views with noisy references less often; dark and indoor scenes have many.
         self.odds = torch.tensor([1 / (1 + (v["relerr"] / 0.3) ** 2) for v in views])
 
     def batch(self, count):
@@ -90,7 +90,7 @@ class Crops:
         return x * kept, light, transfer(target * scale)
 
     def _crop(self, view, renders, scales):
-        """Noisy [9,S,S], target [3,S,S], which inputs are kept [9,1,1], and the exposure."""
+        """Noisy [9,S,S], target [3,S,S], mask of kept inputs [9,1,1], and the exposure."""
         r = self.random
         window = self._window(view["ref"])
         noisy, scale = self._noisy(renders, scales, window)
@@ -115,11 +115,11 @@ class Crops:
         return torch.cat([color, features[:3], self._frame(features[3:])]), target, self._kept(), scale
 
     def _happens(self, odds):
-        """Whether an effect changes this crop."""
+        """Whether to apply an effect to this crop."""
         return self.random.flip(self.effects * odds)
 
     def _noisy(self, renders, scales, window):
-        """One render, or sometimes the mean of all, which simulates other sample counts."""
+        """One render, or sometimes the mean of all, to simulate other sample counts."""
         if len(renders) > 1 and self.random.flip(0.25):
             total = sum(spp for spp, _ in renders)
             return sum(window(image) * (spp / total) for spp, image in renders), sum(scales) / len(scales)
@@ -127,13 +127,13 @@ class Crops:
         return window(renders[i][1]), scales[i]
 
     def _converged(self, noisy, target):
-        """The render with at least half of its color noise removed, as from four times the samples or more. Few have
-        that many, and a network that never sees nearly clean images blurs them."""
+        """The render with at least half of its color noise removed, as with four times the samples or more. Few renders
+        have that many, and a network that never sees nearly clean images blurs them."""
         share = self.random.uniform(0.5, 1)
         return torch.cat([noisy[:3].lerp(target, share), noisy[3:]])
 
     def _smooth(self, features, target):
-        """A ramp between two colors with little noise, as in a sky; its features are constant or those of the crop."""
+        """A ramp between two colors with little noise, like a sky; its features are constant or those of the crop."""
         r, mean = self.random, target.mean((1, 2), keepdim=True)
         along = torch.linspace(0, 1, self.size).expand(1, self.size, self.size)
         along = (along + r.uniform(-1, 1) * along.transpose(1, 2)) ** (1 + r.index(2))
@@ -143,8 +143,9 @@ class Crops:
         return ramp * (1 + noise).clamp(min=0), flat if r.flip(0.8) else features, ramp
 
     def _textured(self, color, features, target):
-        """The target, its mean color or the noisy color, times a regular texture of one or a few pixels. Renders have
-        no such textures, and a network that never sees any takes them for noise. Half are in the albedo too."""
+        """The target, its mean color or the noisy color, times a regular texture of one or a few pixels. Renders
+        have no such textures, and a network that never sees them takes them for noise. Half of them are in the
+        albedo too."""
         r = self.random
         low = 0.0 if r.flip(0.3) else r.power(2**-8, 1)
         cell = 1 + r.index(2) * r.index(4)  # mostly single pixels
@@ -157,8 +158,8 @@ class Crops:
         return source * pattern, features, target * pattern
 
     def _sparse(self, color, target):
-        """Light that few of the samples find, in the whole crop or in a part: a caustic, or a small lamp that is only
-        hit by chance. Or samples of one wavelength each. The mean is kept."""
+        """Light that few samples hit, in the whole crop or in part of it, like a caustic or a small lamp without direct
+        sampling; or samples of one wavelength each. Keeps the mean."""
         r, count = self.random, 2 ** self.random.index(4)
         clean = target if r.flip(0.3) else color
         if r.flip(0.2):
@@ -169,13 +170,13 @@ class Crops:
         return clean * hits if r.flip() else torch.where(self._area() < 1, clean * hits, color)
 
     def _splat(self, *images):
-        """The images blurred by one random Gaussian, which correlates noise like a splatting pixel filter."""
+        """The images blurred with one random Gaussian, which correlates noise like a splatting pixel filter."""
         sigma = self.random.uniform(0.3, 0.8)
         return [splat(image, sigma) for image in images]
 
     def _hue(self, color, features, target, scale):
-        """Other colors of light and surfaces: channels in another order, a tint, and sometimes light of hardly more
-        than one hue, or of the same hue everywhere. The exposure follows the luminance."""
+        """New colors of light and surfaces: permuted channels, a tint, and sometimes light of nearly one hue, or of the
+        same hue everywhere. The exposure follows the luminance."""
         r, order = self.random, self.random.order()
         mix, tint = torch.eye(3)[order], 2 ** (0.2 * r.gauss(3, 1, 1))
         if r.flip(0.2):
@@ -190,7 +191,7 @@ class Crops:
         return color, torch.cat([features[:3][order], features[3:]]), target, scale / max(float(dimmed), 1e-2)
 
     def _lit(self, color, features, target, scale):
-        """Lamps, fireflies and dark surroundings, each in a few of the crops."""
+        """Lamps, fireflies and dark surroundings, each in a few crops."""
         r = self.random
         if self._happens(0.10):
             for _ in range(1 + r.index(3)):
@@ -212,7 +213,7 @@ class Crops:
         return level * KEY / scale * 2 ** (self.random.gauss(3, 1, 1) * (0.5 if self.random.flip() else 0))
 
     def _fireflies(self, color, scale):
-        """A few pixels that are 16 to 1e6 times brighter."""
+        """Makes a few pixels 16 to 1e6 times brighter."""
         r, color = self.random, color.clone()
         for _ in range(1 + r.index(8)):
             y, x = r.index(self.size), r.index(self.size)
@@ -220,7 +221,7 @@ class Crops:
         return color
 
     def _area(self, largest=1.0):
-        """[1,S,S], below 1 within a random disc or rectangle of at most `largest` times the crop's size."""
+        """[1,S,S], below 1 inside a random disc or rectangle of at most `largest` times the crop's size."""
         r = self.random
         axis, (x, y) = torch.arange(self.size) / self.size, (r.uniform(), r.uniform())
         across = ((axis - x) / (largest * r.uniform(0.02, 1) / 2)).abs()
@@ -243,14 +244,15 @@ class Crops:
         return cut
 
     def _frame(self, normal):
-        """Normals, for half of the crops in another frame: renderers differ in camera or world space, y or z up."""
+        """Normals, for half of the crops in another frame, because renderers use camera or world space, with y or z
+        up."""
         if self.random.flip():
             return normal
         signs = torch.randint(0, 2, (3, 1, 1), generator=self.random.generator) * 2 - 1
         return normal[self.random.order()] * signs
 
     def _kept(self):
-        """[9,1,1]: 0 for the channels of features that this crop goes without."""
+        """[9,1,1]: 0 for the channels of features that this crop lacks."""
         draw = self.random.uniform()
         keep = next(name for name, end in FEATURES if draw < end)
         return torch.tensor([1.0] * 3 + [float(keep != "color")] * 3 + [float(keep == "all")] * 3).view(9, 1, 1)

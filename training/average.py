@@ -1,9 +1,9 @@
-"""Average networks that one run and its continuations left: unseen scenes come out better than from the last of them.
+"""Average the networks of one run and its continuations, which denoises unseen scenes better than the last one alone.
 
     python average.py mine.safetensors first.safetensors=0.35 RUN/last.pt=0.65
 
-Works only where one was trained from the other, or both from the same weights (Izmailov et al., "Averaging Weights Leads
-to Wider Optima and Better Generalization", 2018). The shares are scaled to sum to 1.
+Works only if one was trained from the other, or all from the same weights (Izmailov et al., "Averaging Weights Leads to
+Wider Optima and Better Generalization", 2018). The shares are normalized to sum to 1.
 """
 
 import argparse
@@ -15,7 +15,7 @@ from run import load_checkpoint
 
 
 def share(text):
-    """The file and its share from `FILE=SHARE`."""
+    """Parses `FILE=SHARE` to the file and its share."""
     path, _, number = text.rpartition("=")
     try:
         value = float(number)
@@ -31,7 +31,7 @@ def _form(checkpoint):
 
 
 def _history(histories, shares):
-    """The steps that all networks share, and then how each was trained further."""
+    """The steps that all networks share, then each network's further training."""
     shared = commonprefix(histories)
     further = ["; then ".join(history[len(shared):]) for history in histories]
     parts = [f"{s:.0%} after ({steps})" if steps else f"{s:.0%} of these" for s, steps in zip(shares, further)]
@@ -39,7 +39,7 @@ def _history(histories, shares):
 
 
 def average(checkpoints, shares):
-    """The checkpoint whose weights and statistics are the weighted means of the others'."""
+    """A checkpoint with the weighted means of the others' weights and statistics."""
     first = checkpoints[0]
     for other in checkpoints[1:]:
         if _form(other) != _form(first):

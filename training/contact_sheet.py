@@ -1,4 +1,4 @@
-"""Makes a contact sheet: for each view its reference, noisiest render, and the reference's albedo and normal.
+"""Makes a contact sheet: each view's reference and noisiest render, and the reference's albedo and normal.
 
     pip install pillow
     python contact_sheet.py views sheet.png

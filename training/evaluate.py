@@ -3,8 +3,8 @@
     python evaluate.py RUN/best.pt --data VIEWS [VIEWS ...] --csv errors.csv --images pictures
 
 Denoises every render of every test view with color alone, with albedo, and with albedo and normal. The table gives
-means over renders by sample count, noisy -> denoised; `ratio` is the group's denoised L1 over its noisy L1. An image of
-each render shows it noisy, denoised, denoised by Open Image Denoise, and as the reference, with all inputs.
+means over renders by sample count, noisy -> denoised; `ratio` is the group's denoised L1 over its noisy L1. An image
+per render shows, with all inputs, the noisy render, our result, Open Image Denoise's, and the reference.
 """
 
 import argparse
@@ -32,7 +32,7 @@ def load_model(path):
 
 
 def measure(model, views):
-    """One row per render and set of inputs: view, kind, spp, inputs, then each figure as noisy_* and denoised_*."""
+    """One row per render and set of inputs: view, kind, spp, inputs, then each metric as noisy_* and denoised_*."""
     rows = []
     for v in views:
         ref = v["ref"][:3].float()

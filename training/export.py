@@ -2,7 +2,7 @@
 
     python export.py RUN/best.pt mine.safetensors
 
-Convolution weights are stored as F16, biases and batch norm as F32. The norm is stored as is; the program folds it.
+Convolution weights are stored as F16, biases and batch norm as F32. The norm is not folded; the program does that.
 """
 
 import argparse
@@ -20,7 +20,7 @@ FORMAT = dict(format="wgdenoise", format_version="1", inputs="color,albedo,norma
 
 
 def tensors_of(state):
-    """The file's tensors from a state dict: same names, half-precision convolutions, no batch counters."""
+    """The file's tensors from a state dict: same names, convolutions in half precision, no batch counters."""
     kept = {k: v for k, v in state.items() if not k.endswith("num_batches_tracked")}
     return {k: v.to(torch.float16 if v.ndim == 4 else torch.float32).contiguous() for k, v in kept.items()}
 
@@ -36,7 +36,7 @@ def save_weights(path, state, topology, widths, name, provenance):
 
 
 def _sorted_header(data):
-    """The file with sorted metadata: the library orders it at random, and equal weights should give equal files."""
+    """The file with sorted metadata. The library orders it randomly, but equal weights should give equal files."""
     end = 8 + int.from_bytes(data[:8], "little")
     header = json.loads(data[8:end])
     header["__metadata__"] = dict(sorted(header["__metadata__"].items()))
@@ -45,7 +45,7 @@ def _sorted_header(data):
 
 
 def provenance(checkpoint, options):
-    """The text of the metadata entry."""
+    """The text of the provenance entry in the metadata."""
     training = "; then ".join(checkpoint["history"])
     return f"data: {options.data}; training: {training}; license: {options.license}"
 

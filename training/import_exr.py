@@ -1,11 +1,11 @@
-"""Makes a training view of EXR files: a reference and noisy renders of the same picture, by any renderer.
+"""Makes a training view from EXR files: a reference and noisy renders of the same picture, by any renderer.
 
     python import_exr.py mine/kitchen_v0.npz --reference kitchen_4096.exr 4=kitchen_4.exr 16=kitchen_16.exr
 
-The view is named SCENE_vNUMBER.npz; views of one scene, by the part before `_v`, stay together when views are split into
-training, validation and test. Render without denoising, clamping or fixed seeds: the noise of all files must be
-independent. The files need color, and albedo and normals as features; the program finds their layers, as `wgdenoise info`
-shows, unless `--color`, `--albedo` and `--normal` name them. Needs the program and the package OpenEXR.
+The view is named SCENE_vNUMBER.npz. Views with the same SCENE stay together when they are split into training,
+validation and test. Render without denoising, clamping or fixed seeds: the noise of all files must be independent. The
+files need color, albedo and normals; the program finds their layers, as `wgdenoise info` shows, unless `--color`,
+`--albedo` and `--normal` name them. Needs the program and the package OpenEXR.
 """
 
 import argparse
@@ -22,11 +22,11 @@ from write_view import write_view
 
 FEATURES = "color", "albedo", "normal"
 LETTERS = ("r", "g", "b"), ("x", "y", "z"), ("red", "green", "blue")
-LEAST = 128  # pixels of a side; a training crop is as large
+LEAST = 128  # minimum side in pixels, that of a training crop
 
 
 def render(text):
-    """The samples per pixel and the file of `4=kitchen_4.exr`."""
+    """Parses `4=kitchen_4.exr` to the samples per pixel and the file."""
     count, _, path = text.partition("=")
     if not path or not re.fullmatch(r"[1-9]\d*", count):
         raise argparse.ArgumentTypeError(f"{text}: expected SAMPLES=FILE, such as 4=kitchen_4.exr")
@@ -63,7 +63,7 @@ def read(path, o):
 
 
 def _layer(file, about, name, path):
-    """[3,H,W] of a layer, whose channels have its name before theirs unless a part has it."""
+    """[3,H,W] of a layer. Its channels are prefixed with its name, unless they have a part of their own."""
     layer = next(entry for entry in about["layers"] if entry["name"] == name)
     own, channels = {c["name"].lower(): c["name"] for c in layer["channels"]}, file.parts[layer["part"]].channels
     letters = next((group for group in LETTERS if all(letter in own for letter in group)), None)

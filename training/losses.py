@@ -1,6 +1,6 @@
 """Training losses on [B,3,H,W] images in the network domain, by name in `LOSSES` for `train.py --loss`.
 
-The network domain is the transfer function of exposed color, in which equal differences are about equally visible.
+The network domain is exposed color after the transfer function, where equal differences are about equally visible.
 """
 
 from torch.nn import functional as F
@@ -46,15 +46,15 @@ def _mean_light(output, target):
 
 
 def l1_light(output, target):
-    """The thesis's loss plus the means, in which bright pixels count as much as they shine. Sparse light is still noise
-    in the small squares; lamps keep their light in the large ones even if they bleed."""
+    """The thesis's loss plus L1 of mean light, where pixels count in proportion to their light. In 8x8 means, sparse
+    light is still noise; in 32x32 means, lamps keep their light even if they bleed."""
     lights = [inverse(image) for image in (output, target)]
     return l1_ssim(output, target) + 0.4 * _mean_light(*lights)
 
 
 def display_light(output, target):
-    """L1 and SSIM of what a display shows, where errors in light brighter than its white do not count, plus a share of
-    the light of 8x8 and of 32x32 pixels, where they do."""
+    """L1 and SSIM of displayed images, which ignore errors above the display's white, plus a share of the light of 8x8
+    and of 32x32 pixels, which counts them."""
     lights = [inverse(image) for image in (output, target)]
     shown = [display(image) for image in lights]
     return l1(*shown) + 0.05 * (1 - ssim(*shown, 1.0, STEP)) + 0.2 * _mean_light(*lights)

@@ -1,9 +1,9 @@
-"""Small, reproducible inputs and PyTorch results for the tests of the operators and the whole network.
+"""Make small, reproducible inputs and PyTorch results for the tests of the operators and the whole network.
 
     python make_fixtures.py ../tests/fixtures ../weights/*.safetensors
 
-Without weights files, leaves out shipped.safetensors, which depends on them. Results are computed from the stored
-inputs in float64 and rounded to float32. Images are [C,H,W]. Tensors by file:
+Without weights files, omits shipped.safetensors, which depends on them. Results are computed from the stored inputs in
+float64 and rounded to float32. Images are [C,H,W]. Tensors by file:
 
 * conv3x3.safetensors: input, weight, bias, norm.weight, norm.bias, norm.running_mean, norm.running_var (eps 1e-5);
   expected (convolution and bias), expected_relu (then ReLU), expected_norm_relu (no bias, batch norm, ReLU)
@@ -46,12 +46,12 @@ TINY_DEMODULATING = (4, 6, 8, 10)
 
 
 def random(generator, *shape, scale=1.0):
-    """Normally distributed values that float32 holds exactly, as float64."""
+    """Normally distributed float64 values that are exact in float32."""
     return (torch.randn(shape, generator=generator) * scale).double()
 
 
 def operators(g):
-    """The tensors of every operator's file, by file name."""
+    """The tensors of every operator file, by file name."""
     files = dict(conv3x3=conv3x3(g))
     x, w, b = random(g, 6, 5, 7), random(g, 3, 6, 1, 1, scale=0.5), random(g, 3)
     files["conv1x1"] = dict(input=x, weight=w, bias=b, expected=F.conv2d(x, w, b))
@@ -111,7 +111,7 @@ def bad_pixels(g):
 
 
 def kernel_operators(g):
-    """The tensors of the files of the two operators that gather light."""
+    """The tensors of the files for the two operators that gather light."""
     light = torch.cat([random(g, 3, 6, 10).exp().float().double(), torch.ones(1, 6, 10)])
     light[:, 2, 3:5] = 0  # missing
     k0, k1 = random(g, 11, 6, 10, scale=3), random(g, 11, 3, 5, scale=3)
@@ -142,7 +142,7 @@ def tiny_net(model, g):
 
 
 def shipped(g, paths):
-    """A noisy image and the results of the exported networks, which the program must reproduce."""
+    """A noisy image and the exported networks' results, which the program must reproduce."""
     color, albedo, normal = random(g, 3, 40, 56, scale=1.5).exp(), random(g, 3, 40, 56).sigmoid(), random(g, 3, 40, 56).tanh()
     image = torch.cat([color, albedo, normal]).float()
     results = {f"expected.{n.name}": n(image, "color,albedo,normal") for n in load_all(paths)}
@@ -150,7 +150,7 @@ def shipped(g, paths):
 
 
 def kernel_files(folder, g):
-    """The tensors of the files of the kernel-predicting network, which is saved too; from a generator of their own."""
+    """Saves the kernel-predicting network and returns the tensors of its files, from a generator of their own."""
     model = tiny_net(KernelPyramid(TINY_KERNEL), g)
     save_tiny(folder / "kernel_tiny.safetensors", model)
     x = torch.rand((1, 9, 20, 28), generator=g).double()
@@ -161,7 +161,7 @@ def kernel_files(folder, g):
 
 
 def demodulation_files(folder, g):
-    """The tensors of the files of the demodulating network, which is saved too; from a generator of their own."""
+    """Saves the demodulating network and returns the tensors of its files, from a generator of their own."""
     model = tiny_net(KernelPyramid(TINY_DEMODULATING, demodulates=True), g)
     save_tiny(folder / "demodulating_tiny.safetensors", model)
     x = torch.rand((1, 9, 21, 30), generator=g).double()

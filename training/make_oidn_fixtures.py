@@ -1,4 +1,4 @@
-"""Test networks shaped like Open Image Denoise's but small, with random weights, in its file format (TZA).
+"""Make small test networks with Open Image Denoise's layers and random weights, in its file format (TZA).
 
     python make_oidn_fixtures.py ../tests/fixtures/oidn
 
@@ -21,14 +21,14 @@ LARGE = ("enc_conv1a enc_conv1b", "enc_conv2a enc_conv2b", "enc_conv3a enc_conv3
          "enc_conv5a enc_conv5b", "dec_conv4a dec_conv4b", "dec_conv3a dec_conv3b", "dec_conv2a dec_conv2b",
          "dec_conv1a dec_conv1b dec_conv1c")
 LEVELS = 4
-# Input channels, blocks, and output channels of each convolution; uneven, so that no two counts can be confused.
+# Input channels, blocks, and output channels of each convolution; uneven, so that no two counts are confused.
 WIDTHS = {"rt_hdr_alb_nrm": (9, BASE, (5, 4, 6, 7, 8, 9, 10, 11, 12, 9, 8, 7, 6, 5, 8, 3)),
           "rt_hdr_alb_nrm_large": (9, LARGE, (6, 5, 7, 6, 8, 7, 9, 8, 10, 9, 11, 10, 9, 8, 7, 6, 20, 18, 3)),
           "rt_alb": (3, BASE, (4, 5, 6, 6, 7, 8, 9, 9, 8, 7, 8, 6, 7, 5, 6, 3))}
 
 
 def random_weights(blocks, widths, inputs, generator):
-    """Weights by name: values that 16-bit floats hold, as float64."""
+    """Weights by name, as float64 values that are exact in 16-bit floats."""
     weights, widths = {}, iter(widths)
     skips, channels = [], inputs
     for i, block in enumerate(blocks):

@@ -1,4 +1,4 @@
-"""Error figures of a denoised image against its reference; SSIM is differentiable.
+"""Error metrics of a denoised image against its reference; SSIM is differentiable.
 
 All figures take linear color [3,H,W]. Display images are exposed so that the reference's log-average luminance is
 0.18, clipped to 0..1 and sRGB encoded.
@@ -37,8 +37,8 @@ def figures(image, ref):
 
 
 def ssim(a, b, peak, step=1):
-    """Mean SSIM of [B,C,H,W] images with an 11x11 Gaussian window (sigma 1.5), only windows within the image, of which
-    every `step`th row and column counts."""
+    """Mean SSIM of [B,C,H,W] images with an 11x11 Gaussian window (sigma 1.5). Counts only windows inside the image, in
+    every `step`th row and column."""
     moments = torch.cat([a, b, a * a, b * b, a * b], 1)
     ma, mb, aa, bb, ab = _blur(moments, step).chunk(5, 1)
     c1, c2 = (0.01 * peak) ** 2, (0.03 * peak) ** 2
@@ -50,7 +50,7 @@ def _blur(x, step):
     k = torch.exp(-(torch.arange(-5.0, 6.0) ** 2) / (2 * 1.5**2))
     k = (k / k.sum()).to(x.device)
     h, w = x.shape[2:]
-    # Banded matrices: depthwise convolutions are slow on a CPU.
+    # Uses banded matrices, because depthwise convolutions are slow on a CPU.
     rows = torch.stack([F.pad(k, (i, h - 11 - i)) for i in range(0, h - 10, step)])
     cols = torch.stack([F.pad(k, (i, w - 11 - i)) for i in range(0, w - 10, step)])
     return ((x @ cols.T).transpose(2, 3) @ rows.T).transpose(2, 3)

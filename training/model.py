@@ -1,6 +1,6 @@
 """The networks. Their module names are the tensor names of the weights file.
 
-`state_dict()` maps one to one onto the safetensors file: `enc_conv0a.weight`, `enc_conv0a.norm.running_mean`,
+`state_dict()` maps one-to-one to the safetensors file: `enc_conv0a.weight`, `enc_conv0a.norm.running_mean`,
 `kernel_conv3.bias`, ...; only `num_batches_tracked` is not exported.
 """
 
@@ -18,14 +18,14 @@ TIERS = {
 }
 TAPS = 9  # of a 3x3 kernel
 LIMIT = 8.0  # of log confidence and log share
-FLOOR = 0.05  # added to the albedo, so that noise in black is no texture
-GAIN = 8.0  # of the demodulation's logit, which learns faster for it
-UNDECIDED = -1 / GAIN  # its bias before training: a power of 0.27
+FLOOR = 0.05  # added to the albedo, so that noise in black does not count as texture
+GAIN = 8.0  # of the demodulation logit, so that it learns faster
+UNDECIDED = -1 / GAIN  # initial bias of the demodulation logit: a power of 0.27
 TINY = torch.finfo(torch.float32).tiny
 
 
 def widths_of(text):
-    """The widths of the levels from `16,32,64,128,256`."""
+    """Parses `16,32,64,128,256` to the widths of the levels."""
     return tuple(map(int, text.split(",")))
 
 
@@ -42,7 +42,7 @@ class ConvBlock(nn.Conv2d):
 
 
 class Trunk(nn.Module):
-    """Encoder, bottom and decoder. Sides of the input are multiples of 2^levels."""
+    """Encoder, bottom and decoder. The input's sides must be multiples of 2^levels."""
 
     def __init__(self, widths, inputs=INPUT_CHANNELS):
         super().__init__()
@@ -85,7 +85,7 @@ class UNet(Trunk):
     """Predicts color: [B,3,H,W] in the network domain from the input [B,inputs,H,W]."""
 
     topology = "unet"
-    outlier = 16  # it would spread brighter ones
+    outlier = 16  # brighter outliers would bleed into neighbors
 
     def __init__(self, widths, inputs=INPUT_CHANNELS):
         super().__init__(widths, inputs)
@@ -93,22 +93,22 @@ class UNet(Trunk):
 
     def forward(self, x):
         f = self.features(x)[0]
-        # The last layer and the sigmoid run in f32: bf16 would quantize the result to 8 bits.
+        # The last layer and the sigmoid run in f32, as bf16 would quantize the result to 8 bits.
         with torch.autocast(x.device.type, enabled=False):
             return torch.sigmoid(self.out_conv(f.to(self.out_conv.weight.dtype)))
 
     def denoise(self, x, light):
-        """Exposed linear color [B,3,H,W]; `light` is what other networks gather."""
+        """Exposed linear color [B,3,H,W]. Ignores `light`, which other networks gather."""
         return inverse(self(x))
 
 
 class KernelPyramid(Trunk):
-    """Predicts weights: exposed linear color [B,3,H,W] as a weighted mean of `light` [B,4,H,W], the color times its
-    validity and the validity; the weights come from the input [B,inputs,H,W].
+    """Predicts kernels from the input [B,inputs,H,W]: exposed linear color [B,3,H,W] is a weighted mean of `light`
+    [B,4,H,W], which holds color times validity, and validity.
 
     Each level has 3x3 kernels, a log confidence that a pixel is worth gathering, and a log share of the coarser level.
-    With `demodulates`, the same weights gather the albedo too, and light is multiplied by how much brighter the pixel's
-    own albedo is, to a power that the last logit of full resolution gives.
+    With `demodulates`, the same weights also gather the albedo; light is multiplied by the ratio of the pixel's own
+    albedo to the gathered one, raised to a power given by the last logit at full resolution.
     """
 
     topology = "kernel-pyramid"
@@ -133,7 +133,7 @@ class KernelPyramid(Trunk):
 
     def forward(self, x, light):
         features = self.features(x)
-        # Sums of light need f32; so do logits, which bf16 would round to a percent of a weight.
+        # Sums of light need f32; so do logits: bf16 would round weights by up to a percent.
         with torch.autocast(x.device.type, enabled=False):
             logits = [self._logits(l, f) for l, f in enumerate(features)]
             if not self.demodulates:
@@ -147,7 +147,8 @@ class KernelPyramid(Trunk):
         return self(x, light)
 
     def _logits(self, l, features):
-        """The level's conv1x1 in float32, as one matrix product with planar results, whatever the features' layout."""
+        """The level's conv1x1 in float32, as one matrix product with planar results in any memory layout of the
+        features."""
         conv = getattr(self, f"kernel_conv{l}")
         pixels = features.to(conv.weight.dtype).flatten(2)
         planes = torch.matmul(conv.weight.flatten(1), pixels) + conv.bias[:, None]
@@ -158,13 +159,13 @@ TOPOLOGIES = {network.topology: network for network in (UNet, KernelPyramid)}
 
 
 def network_for(topology, widths, state):
-    """A network that the state dict fits."""
+    """A network that fits the state dict."""
     options = dict(demodulates=True) if len(state.get("kernel_conv0.bias", ())) > TAPS + 2 else {}
     return TOPOLOGIES[topology](widths, **options)
 
 
 def with_demodulation(state):
-    """The state dict of a kernel pyramid, with the logit for demodulation added, untrained, if it has none."""
+    """The state dict of a kernel pyramid, with an untrained demodulation logit added if it has none."""
     weight, bias = state["kernel_conv0.weight"], state["kernel_conv0.bias"]
     if len(bias) > TAPS + 2:
         return state
@@ -173,8 +174,8 @@ def with_demodulation(state):
 
 
 def mean_light(light, logits):
-    """The weighted means of `light` [B,C,H,W], without its fourth channel, the validity, by the logits of all levels; 0
-    where nothing has any weight."""
+    """The weighted means of `light` [B,C,H,W] without its fourth channel, the validity, by the logits of all levels; 0
+    where all weights are 0."""
     total = None
     for p, k in zip(reversed(pyramid(light, logits)), reversed(logits)):
         total = gather(p, k, total)
@@ -184,7 +185,7 @@ def mean_light(light, logits):
 
 
 def pyramid(light, logits):
-    """Premultiplied light [B,C,H/2^l,W/2^l] of every level: 2x2 means of the finer level's, times the confidence."""
+    """Premultiplied light [B,C,H/2^l,W/2^l] of every level: 2x2 means of the finer level, times the confidence."""
     levels = [confident(light, logits[0])]
     for k in logits[1:]:
         levels.append(confident(F.avg_pool2d(levels[-1], 2), k))
@@ -197,7 +198,7 @@ def confident(light, logits):
 
 def gather(light, logits, coarser=None):
     """3x3 weighted means of `light` [B,C,H,W] with the softmax of the level's kernel logits, plus the share of the
-    `coarser` sums [B,C,H/2,W/2], if there are any."""
+    `coarser` sums [B,C,H/2,W/2], if given."""
     sums = Gather.apply(light, F.softmax(logits[:, :TAPS], 1))
     if coarser is None:
         return sums
@@ -206,7 +207,7 @@ def gather(light, logits, coarser=None):
 
 
 class Gather(torch.autograd.Function):
-    """Sums over 3x3 taps of `light` [B,C,H,W] with `kernels` [B,9,H,W]; edges repeat. Adds up in place: the automatic
+    """Sums 3x3 taps of `light` [B,C,H,W] with `kernels` [B,9,H,W]; edges repeat. Accumulates in place: the automatic
     derivative of nine slices would write and add nine whole images."""
 
     @staticmethod
@@ -229,7 +230,7 @@ class Gather(torch.autograd.Function):
 
 
 def _taps(padded):
-    """The nine shifted views of an image with a border of one pixel, row by row."""
+    """The nine shifted views of an image with a one-pixel border, row by row."""
     h, w = padded.shape[2] - 2, padded.shape[3] - 2
     for tap in range(TAPS):
         y, x = divmod(tap, 3)
@@ -237,7 +238,7 @@ def _taps(padded):
 
 
 def _unpad(d):
-    """The derivative of repeating the border: it adds up in the pixels that were repeated."""
+    """The derivative of edge repetition: gradients accumulate in the repeated pixels."""
     d[:, :, 1] += d[:, :, 0]
     d[:, :, -2] += d[:, :, -1]
     d[..., 1] += d[..., 0]

@@ -4,7 +4,7 @@ import torch
 
 
 def adamw(model, lr, weight_decay):
-    """AdamW, without decay of biases and norms."""
+    """AdamW without weight decay for biases and norms."""
     matrices = [p for p in model.parameters() if p.ndim > 1]
     vectors = [p for p in model.parameters() if p.ndim == 1]
     groups = [dict(params=matrices, weight_decay=weight_decay), dict(params=vectors, weight_decay=0.0)]
@@ -12,7 +12,7 @@ def adamw(model, lr, weight_decay):
 
 
 def muon(model, lr, weight_decay):
-    """Muon for the convolutions that make features, AdamW for the rest."""
+    """Muon for the convolutions that produce features, AdamW for the rest."""
     parameters = dict(model.named_parameters())
     kernels = [p for name, p in parameters.items() if p.ndim > 1 and not name.startswith(("kernel_conv", "out_conv"))]
     others = [p for p in parameters.values() if not any(p is k for k in kernels)]
@@ -20,7 +20,7 @@ def muon(model, lr, weight_decay):
 
 
 class Muon(torch.optim.Optimizer):
-    """Steps along the orthogonalised momentum (Jordan et al. 2024) of each kernel, flattened to a matrix [first, rest].
+    """Steps along the orthogonalized momentum (Jordan et al. 2024) of each kernel, flattened to a matrix [first, rest].
 
     Steps are scaled to the RMS of AdamW's, so the same learning rate suits both (Liu et al. 2025).
     """
@@ -43,9 +43,9 @@ class Muon(torch.optim.Optimizer):
 def orthogonal(matrix):
     """The nearest matrix with singular values near 1, by five Newton-Schulz steps.
 
-    Each step multiplies from the left by a polynomial of the Gram matrix. Kernels are far wider than high, so the
-    polynomials are multiplied first, and the kernel itself only once. In float32: rounding to bfloat16 would give the
-    Gram matrix of a gradient negative eigenvalues, and the steps would amplify them.
+    Each step left-multiplies by a polynomial of the Gram matrix. Kernels are far wider than high, so the polynomials
+    are multiplied first, and the kernel itself only once. In float32: rounding to bfloat16 would give a gradient's Gram
+    matrix negative eigenvalues, which the steps would amplify.
     """
     if matrix.shape[0] > matrix.shape[1]:
         return orthogonal(matrix.T).T
@@ -61,7 +61,7 @@ def orthogonal(matrix):
 
 
 class Both:
-    """Two optimizers behind the interface of one."""
+    """Wraps two optimizers as one."""
 
     def __init__(self, *parts):
         self.parts = parts

@@ -2,7 +2,7 @@
 
     python prefilter.py --data VIEWS [VIEWS ...]
 
-A reference of a few hundred samples is unbiased, but in hard scenes as noisy as a network's output from a few samples.
+A reference of a few hundred samples is unbiased, but in hard scenes as noisy as a network's output for a few samples.
 Writes `SCENE_vV.target.npy`, float16 [3,H,W] of linear color, next to each `SCENE_vV.npz` for `train.py --targets
 prefiltered`. Skips views that already have one. Needs pyoidn.
 """
@@ -17,7 +17,7 @@ from views import read_view, target_path
 
 
 def prefilter(view):
-    """The reference's denoised color, float16 [3,H,W]."""
+    """The denoised color of the reference, float16 [3,H,W]."""
     color, albedo, normal = (np.ascontiguousarray(p.permute(1, 2, 0)) for p in view["ref"].float().split(3))
     clean = pyoidn.denoise(color, albedo, normal, hdr=True, clean_aux=True)
     return clean.transpose(2, 0, 1).clip(0, 65504).astype(np.float16)

@@ -1,10 +1,10 @@
-"""Make a narrower network from a trained one by leaving out its weakest channels.
+"""Make a narrower network from a trained one by removing its weakest channels.
 
     python prune.py RUN/best.pt 16,32,64,96,160 NARROWER.pt    # then: train.py balanced --widths ... --init NARROWER.pt
 
-A channel counts by the energy that it adds to the layers that read it: its mean square, as its batch norm has it, times
-the squares of their weights (after Li et al., "Pruning Filters for Efficient ConvNets", 2017). The result is not the same
-function; further training makes up for that.
+Channels are ranked by the energy that they add to the layers that read them: the mean square, according to batch norm,
+times the squared weights of the readers (after Li et al., "Pruning Filters for Efficient ConvNets", 2017). The result
+is not the same function; further training makes up for that.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from run import load_checkpoint, save_checkpoint
 
 
 def inputs(levels):
-    """{layer: the layers whose channels it reads, in order}; the first one reads the image."""
+    """{layer: the layers whose channels it reads, in order}; an empty list stands for the image."""
     reads = {"enc_conv0a": [], "mid_conva": [f"enc_conv{levels - 1}b"], "mid_convb": ["mid_conva"],
              f"kernel_conv{levels}": ["mid_convb"]}
     for l in range(levels):
@@ -49,7 +49,7 @@ def prune(state, new):
 
 
 def strongest(state, layer, reads, count):
-    """The `count` channels of a layer that add most to what reads them, in their order."""
+    """The indices of the `count` channels of a layer that contribute most to its readers, in order."""
     weights = 0
     for reader, sources in reads.items():
         if layer in sources:
@@ -60,7 +60,7 @@ def strongest(state, layer, reads, count):
 
 
 def mean_square(state, layer, reads):
-    """Of each channel: that of a rectified normal distribution, or of a sum of independent ones."""
+    """The mean square of each channel: of a rectified normal distribution, or of a sum of independent ones."""
     if layer.startswith("dec_up"):
         squares = by_input(state, layer).square().mean((2, 3))
         return squares.T @ mean_square(state, reads[layer][0], reads) + state[layer + ".bias"].square()

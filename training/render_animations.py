@@ -4,8 +4,8 @@
     python render_animations.py --out animations --scenes 95001:95009
     python render_animations.py --out changes --frames 12 --size 160 --scenes 96022 96010-lens 96011-cut 96014-mirror
 
-Writes OUT/SCENE/n8.####.exr for 8 samples, and so on, and OUT/SCENE/reference.####.exr. Frames that exist are skipped,
-so the same command continues an interrupted run. A frame of 192x192 pixels takes about a minute of one core.
+Writes OUT/SCENE/n8.####.exr for 8 samples, and so on, and OUT/SCENE/reference.####.exr. Skips existing frames, so the
+same command continues an interrupted run. A frame of 192x192 pixels takes about a minute on one core.
 """
 
 import argparse
@@ -18,7 +18,7 @@ from render_dataset import number_range
 
 
 def scenes_of(text):
-    """[(scene, change)] of `3:5`, scenes 3 and 4, or of `3` or `3-cut`, a single one."""
+    """Parses `3:5` to scenes 3 and 4, or `3` or `3-cut` to one scene: [(scene, change)]."""
     if ":" in text:
         return [(scene, None) for scene in number_range(text)]
     scene, _, change = text.partition("-")

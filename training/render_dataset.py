@@ -9,8 +9,8 @@
 
 Each scene renders in its own process, render/job.py. Scenes that are complete in OUT are skipped, so the same command
 continues an interrupted run. A scene that fails leaves its error in OUT/failed and is skipped from then on; delete that
-file to retry. A number gives the same scene in every renderer: use separate ranges of numbers, or training scenes of
-one renderer become test scenes of another.
+file to retry. A number gives the same scene in every renderer: use separate ranges, or one renderer's training scenes
+become another's test scenes.
 """
 
 import argparse
@@ -37,7 +37,7 @@ Scene = namedtuple("Scene", "name arguments")  # name prefix of its views; its a
 
 
 def random_scenes(o):
-    """The requested scenes. A fixed share of them gets Mitsuba's own Gaussian pixel filter."""
+    """The requested scenes. A fixed share of them uses Mitsuba's own Gaussian pixel filter."""
     scenes = []
     for seed in o.scenes:
         gaussian = random.Random(seed).random() < o.filter_share
@@ -58,7 +58,7 @@ def blend_scenes(o):
 
 
 class Run:
-    """The scenes still to do, the running processes and the results so far."""
+    """The scenes left to render, the running processes and the results so far."""
 
     def __init__(self, o, scenes, scratch):
         self.o, self.scratch, self.start = o, Path(scratch), time.monotonic()

@@ -53,7 +53,7 @@ def one_cycle(progress, warmup=0.05, floor=0.002):
 
 
 class Run:
-    """Takes the options of train.py and the training views. `last.pt` resumes the run; `best.pt` holds the averaged
+    """A training run with train.py's options on the training views. `last.pt` resumes it; `best.pt` holds the averaged
     weights that validated best."""
 
     def __init__(self, o, views):
@@ -88,7 +88,7 @@ class Run:
         self.step, self.elapsed, self.best, self.stale = state["progress"]
 
     def history(self):
-        """How the weights were trained, a line for each run."""
+        """The training history of the weights, one line per run."""
         o = self.o
         return [*self.parents, f"{self.step} steps of {o.batch} crops of {o.crop} pixels from {len(self.crops.views)} "
                 f"views, targets {o.targets}, loss {o.loss}, {o.optimizer}, peak rate {o.lr:g}, weight decay "
@@ -113,8 +113,8 @@ class Run:
         return self.step / self.o.steps if self.o.steps else self.elapsed / (60 * self.o.minutes)
 
     def _schedule(self):
-        """Sets the learning rate and, from a given share of the run on, freezes the batch norm statistics. By then
-        their noise dominates the loss, and the shipped network has fixed statistics."""
+        """Sets the learning rate. From a given share of the run on, freezes the batch norm statistics: by then their
+        noise dominates the loss, and the shipped network has fixed statistics."""
         for group in self.optimizer.param_groups:
             group["lr"] = self.o.lr * one_cycle(min(1.0, self.progress()))
         if self.progress() >= self.o.freeze_norm:

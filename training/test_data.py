@@ -1,4 +1,4 @@
-"""Tests of the data: scenes, views, how they are split, and the crops of them. Run `pytest` in this folder."""
+"""Tests of the data: scenes, views, their split, and crops. Run `pytest` in this folder."""
 
 import json
 from types import SimpleNamespace
@@ -37,7 +37,7 @@ def test_a_view_is_read_as_it_was_written(tmp_path, random):
 
 @pytest.fixture
 def renders(tmp_path, random, monkeypatch):
-    """Two files with a color in `C` of one part and features in another, and a program that tells so."""
+    """Two files with color in layer `C` of one part and features in another, and a program that reports them."""
     def layer(part, name, letters):
         return dict(name=name, part=part, channels=[dict(name=letter) for letter in letters])
 

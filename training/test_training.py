@@ -88,7 +88,7 @@ def scene(random, *shape):
 
 
 def network(widths, random, demodulates=False):
-    """A KernelPyramid of random weights, in which kernels differ from pixel to pixel."""
+    """A KernelPyramid with random weights, whose kernels differ from pixel to pixel."""
     torch.manual_seed(int(torch.randint(2**31, (), generator=random)))
     model = KernelPyramid(widths, demodulates=demodulates).eval()
     for name, p in model.named_parameters():
@@ -133,7 +133,7 @@ def plain(model):
 
 
 def at_power(power, model, x, light):
-    """What a demodulating network makes of the light if the power is the same at every pixel."""
+    """The result of a demodulating network with the same power at every pixel."""
     model.kernel_conv0.weight.data[-1], model.kernel_conv0.bias.data[-1] = 0, torch.logit(torch.tensor(power)) / 8
     return model(x, light)
 

@@ -17,7 +17,7 @@ def random():
 
 
 def results(network, random):
-    """What it makes of a random image."""
+    """The network's result for a random image."""
     image = torch.rand(2, 9, 16, 24, generator=random)
     light = torch.cat([image[:, :3], torch.ones(2, 1, 16, 24)], 1)
     return network.eval().denoise(image, light)
@@ -39,7 +39,7 @@ def test_copies_of_a_channel_are_read_with_different_weights(random):
 
 
 def silence(network, random, width):
-    """Leaves each layer only as many channels that are not zero as `width` has for its level."""
+    """Leaves each layer only as many nonzero channels as `width` has for its level."""
     for name, module in network.named_children():
         if name.startswith("kernel_conv"):
             continue

@@ -2,9 +2,9 @@
 
     python train.py balanced --data VIEWS [VIEWS ...] --out RUN --minutes 90
 
-With --minutes the one-cycle learning rate follows elapsed training time, so the run ends annealed whatever the speed or
-load of the machine. With --steps the same command gives the same network on the same machine. Writes to RUN: last.pt
-(for --resume), best.pt (the EMA weights that validated best, for export.py and evaluate.py) and log.csv.
+With --minutes, the one-cycle learning rate follows elapsed training time, so the run ends annealed whatever the
+machine's speed or load. With --steps, the same command gives the same network on the same machine. Writes to RUN:
+last.pt (for --resume), best.pt (the EMA weights that validated best, for export.py and evaluate.py) and log.csv.
 """
 
 import argparse
@@ -23,10 +23,10 @@ from views import load_views, part
 
 
 class Validation:
-    """Denoised over noisy mean display L1, for validation renders of 4 to 32 samples with all inputs.
+    """Mean display L1 of denoised over noisy validation renders of 4 to 32 samples, with all inputs.
 
-    Errors compare with the training targets: the noise of plain references outweighs most networks' errors, and where
-    light is sparse it prefers a network that leaves the light out.
+    Errors are measured against the training targets: the noise of plain references outweighs most networks' errors, and
+    where light is sparse it favors a network that drops the light.
     """
 
     def __init__(self, views):

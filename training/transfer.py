@@ -17,8 +17,8 @@ X0, X1 = 2.23151711e-3, 3.70974749e-1
 
 LUMINANCE = (0.212671, 0.715160, 0.072169)
 BIN, KEY, HELD, BRIGHTEST, DARKEST = 16, 0.18, 16, 1e30, torch.finfo(torch.float32).tiny
-RANGE, FADE = 11, 2  # bins darker by 2^11 than the bright ones do not count; those within 2^9 count fully
-SUN = 4  # infinite pixels among 3x3; fewer are fireflies
+RANGE, FADE = 11, 2  # bins darker than the bright ones by 2^11 do not count; those within 2^9 count fully
+SUN = 4  # minimum infinite pixels among 3x3; fewer are fireflies
 OUTLIER = 256  # maximum brightness of a pixel relative to its brightest neighbor, for networks that gather light
 
 
@@ -45,7 +45,7 @@ def inverse(x):
 
 
 def luminance(color):
-    """[...,H,W] of a color [...,3,H,W]."""
+    """Luminance [...,H,W] of a color [...,3,H,W]."""
     return sum(w * c for w, c in zip(LUMINANCE, color.unbind(-3)))
 
 
@@ -66,9 +66,9 @@ def fill(image):
 
 
 def repair(color, scale, outlier=OUTLIER):
-    """Linear color [...,3,H,W] without what no renderer means, and validity [...,1,H,W]: 0 where nothing is known.
+    """Linear color [...,3,H,W] with broken pixels repaired, and validity [...,1,H,W]: 0 where nothing is known.
 
-    Pixels that are not finite are filled from around, suns of +Inf become very bright, pixels of negative luminance
+    Non-finite pixels are filled from their surroundings, suns of +Inf become very bright, pixels of negative luminance
     lose their negative channels, and outliers are darkened to `outlier` times their brightest neighbor or middle gray.
     `scale` is the exposure: a number, or a tensor that broadcasts to [...,1,H,W].
     """
@@ -83,12 +83,13 @@ def repair(color, scale, outlier=OUTLIER):
 
 
 def _light(color):
-    """The luminance [...,1,H,W] of a color without its negative channels."""
+    """The luminance [...,1,H,W] of a color with negative channels set to 0."""
     return luminance(color.clamp(0, BRIGHTEST)).unsqueeze(-3)
 
 
 def _mend(color):
-    """The color with every pixel filled that can be, its validity, and the largest luminance of the eight neighbors."""
+    """The color with every pixel filled where possible, its validity, and the largest luminance of its eight
+    neighbors."""
     sun = _sun(color)
     totals, counts, around = [0, 0], [0, 0], torch.zeros_like(sun)
     for distance, neighbor in _neighbors(color):
@@ -108,7 +109,7 @@ def _mend(color):
 
 
 def _neighbors(color):
-    """The 24 images of the pixels up to two away, each with its distance; beyond the border they are not finite."""
+    """The 24 shifted images within two pixels, each with its distance; pixels beyond the border are NaN."""
     h, w = color.shape[-2:]
     wide = pad(color, (2, 2, 2, 2), value=torch.nan)
     for y, x in itertools.product(range(-2, 3), repeat=2):
@@ -117,15 +118,15 @@ def _neighbors(color):
 
 
 def _sun(color):
-    """What +Inf stands for at each pixel [...,1,H,W]: where four of 3x3 pixels have it, the largest finite channel in
-    the 5x5 around, at least 65504. Fewer are fireflies, and it stays infinite."""
+    """What +Inf stands for at each pixel [...,1,H,W]: where at least four of the 3x3 pixels have it, the largest finite
+    channel in the 5x5 around, at least 65504. Fewer are fireflies, and it stays infinite."""
     infinite = (color == torch.inf).any(-3, keepdim=True).to(color.dtype)
     brightest = torch.where(torch.isfinite(color), color, MAX_COLOR).amax(-3, keepdim=True).clamp(min=MAX_COLOR)
     return torch.where(_around(infinite, 1) < SUN - 0.5, torch.inf, max_pool2d(brightest, 5, 1, 2))
 
 
 def _brightest_neighbor(light):
-    """The largest of each pixel's eight neighbors in [...,1,H,W]; none is beyond the border."""
+    """The largest value of each pixel's eight neighbors in [...,1,H,W]; those beyond the border count as 0."""
     h, w = light.shape[-2:]
     around = pad(light, (1, 1, 1, 1))
     rows = torch.maximum(around[..., :h, :], around[..., 2:, :])  # the rows above and below
@@ -135,10 +136,11 @@ def _brightest_neighbor(light):
 
 
 def autoexposure(color):
-    """Scale that brings the image [3,H,W] to middle gray: 0.18 / geometric mean of the lit bins' mean luminances.
+    """The scale that exposes the image [3,H,W] to middle gray: 0.18 / geometric mean of the lit bins' mean luminances.
 
-    Bins are at most 16x16 pixels; weights-format.md defines which are lit and what each counts. Bins much darker than
-    the bright ones do not count: a dark surrounding does not brighten the picture. Without a lit bin the scale is 1.
+    Bins are at most 16x16 pixels; weights-format.md defines which are lit and how each is weighted. Bins much darker
+    than the bright ones do not count, so dark surroundings do not brighten the picture. Without a lit bin, the scale is
+    1.
     """
     finite = torch.isfinite(color).all(0)
     light = luminance(torch.where(finite, color, 0).clamp(0, BRIGHTEST))
@@ -154,7 +156,7 @@ def autoexposure(color):
 
 
 def _bin(light, finite):
-    """Mean of a bin's finite pixels, the brightest clamped to 16 times the second; whether only one is lit."""
+    """Mean of a bin's finite pixels, the brightest clamped to 16 times the second; and whether only one is lit."""
     values = light[finite].double().sort(descending=True).values
     lone = len(values) > 1 and bool(values[0] > 0) and bool(values[1] == 0)
     if len(values) > 1 and not lone:
@@ -168,8 +170,8 @@ def _edges(size):
 
 
 def network_input(color, albedo, normal, scale, outlier=OUTLIER):
-    """What a network reads, [...,9,H,W] in the network domain, and the light that it gathers, [...,4,H,W]: exposed
-    linear color and validity, 0 in missing pixels. A missing feature is None and becomes zeros, as in training."""
+    """The network's input [...,9,H,W] in the network domain, and the light that it gathers, [...,4,H,W]: exposed linear
+    color and validity, 0 in missing pixels. A missing feature is None and becomes zeros, as in training."""
     absent = torch.zeros_like(color)
     rgb, valid = repair(color, scale, outlier)
     parts = [transfer(rgb.clamp(min=0) * scale)]

@@ -1,7 +1,7 @@
 """Searches learning rate, weight decay and loss with Optuna (`train.py --tune TRIALS`).
 
-Each trial is a short run of --steps or --minutes; a trial that falls behind the median of the others is stopped. The
-study is kept in RUN/tune.db; running the command again continues it.
+Each trial is a short run of --steps or --minutes and stops if it falls behind the median of the others. RUN/tune.db
+keeps the study; running the command again continues it.
 """
 
 import copy

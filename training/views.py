@@ -70,7 +70,7 @@ def _stack(color, albedo, normal):
 def load_views(folders, cache=None, prefiltered=False):
     """All views in the folders, each with a `target` [3,H,W]: its reference's color, or prefilter.py's version of it.
 
-    Decoding is slow; the folder `cache`, if given, keeps decoded views.
+    Decoding is slow, so the folder `cache`, if given, keeps decoded views.
     """
     paths = sorted(p for f in folders for p in Path(f).glob("*_v*.npz"))
     if not paths:

@@ -24,7 +24,7 @@ class Level:
         self.random = generator
 
     def shares(self, rows):
-        """[rows, new]: positive shares; in each row, those of an old channel's copies sum to 1."""
+        """[rows, new]: positive shares; in each row, the shares of an old channel's copies sum to 1."""
         share = 0.25 + torch.rand(rows, len(self.source), generator=self.random)
         total = torch.zeros(rows, self.old).index_add_(1, self.source, share)
         return share / total[:, self.source]
@@ -43,7 +43,7 @@ def _read(weight, level, dim):
 
 
 def widen(state, old, new, generator):
-    """Converts the state dict of a network from widths `old` to widths `new`, none of which may be smaller."""
+    """Converts a network's state dict from widths `old` to widths `new`, none of which may be smaller."""
     levels = [Level(a, b, generator) for a, b in zip(old, new)]
     wide = {}
     for name, (inputs, output) in _layers(levels).items():
@@ -59,7 +59,7 @@ def widen(state, old, new, generator):
 
 
 def _layers(levels):
-    """By layer name: the levels its input channels come from (none: the image) and the level of its output."""
+    """By layer name: the levels of its input channels (none: the image) and of its output."""
     layers = {"out_conv": (levels[:1], None)}
     layers |= {f"kernel_conv{l}": ([level], None) for l, level in enumerate(levels)}
     for l, level in enumerate(levels[:-1]):

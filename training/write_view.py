@@ -12,7 +12,7 @@ import zipfile
 
 import numpy as np
 
-KEEP_REF, KEEP = 7, 6  # mantissa bits of color to keep: far more than the noise leaves meaningful
+KEEP_REF, KEEP = 7, 6  # mantissa bits of color to keep: far more than are significant given the noise
 
 
 def write_view(path, reference, noisy, kind="", ref_relerr=0.0):

@@ -2,12 +2,12 @@
 
     python -m quality.brisque --views DIR --test NAME=DIR [NAME=DIR ...] --weights ../weights/*.safetensors
 
-DIR holds rendered views (*_v*.npz): those of --views are split by scene, see views.py; those of --test only join the
-test. The pictures of a view are its reference, its noisy renders, and these denoised by each of the weights, all
-displayed at the reference's exposure. What a picture should score is 100 (1 - SSIM) against its reference: 0 for the
-reference, and up to 100. SSIM also drops where the *reference* is noisy, which no picture shows, so only views with
-references of an estimated relative error of at most 0.06 are fitted to. Training pictures fit the regressor, validation
-pictures choose it. --stored FILE keeps the measurements, or takes them from there if it exists.
+DIR holds rendered views (*_v*.npz): those of --views are split by scene, see views.py; those of --test are used for
+testing only. A view's pictures are its reference, its noisy renders, and these denoised with each weights file, all at
+the reference's display exposure. A picture's target score is 100 (1 - SSIM) against its reference: 0 for the reference,
+and up to 100. SSIM also drops if the *reference* is noisy, which the picture does not show, so the fit uses only views
+whose reference has an estimated relative error of at most 0.06. Training pictures fit the regressor, validation
+pictures select it. --stored FILE keeps the measurements, or reads them if it exists.
 """
 
 import argparse
@@ -28,7 +28,7 @@ from quality.scene_statistics import features
 from quality.store import ALL, INPUTS
 from views import SPLIT, part, read_view
 
-CLEAN = 0.06  # largest estimated error of references to fit to
+CLEAN = 0.06  # maximum estimated relative error of references used for the fit
 REFERENCE, NOISY = "reference", "noisy"
 
 
@@ -50,7 +50,7 @@ def part_of(scene):
 
 @torch.no_grad()
 def measure(name, folder, networks):
-    """Rows of all pictures in a folder. `name` is a test set's; None splits the views by scene."""
+    """Rows for all pictures in a folder. `name` is a test set's; None splits the views by scene."""
     for path in paths_of(folder):
         view = read_view(path)
         of_set = name or part_of(view["scene"])
@@ -61,7 +61,7 @@ def measure(name, folder, networks):
 
 
 def _pictures(view, networks):
-    """The figures of a view's pictures. `own` are the features at the picture's own exposure."""
+    """The figures of a view's pictures. `own` holds the features at the picture's own exposure."""
     ref = view["ref"][:3].float()
     scale = exposure_of(ref)
     for method, spp, color in [(REFERENCE, 0, ref), *_renders(view, networks)]:
@@ -77,7 +77,7 @@ def _renders(view, networks):
 
 
 def measured(o):
-    """All rows, from the file if there is one."""
+    """All rows, from the stored file if it exists."""
     if o.stored and o.stored.exists():
         return list(np.load(o.stored, allow_pickle=True))
     networks = load_all(o.weights)
@@ -89,7 +89,7 @@ def measured(o):
 
 
 def columns(rows, of_set):
-    """Features and target scores of a set's pictures."""
+    """Features and target scores of the pictures in a set."""
     rows = [r for r in rows if r["set"] == of_set]
     return np.stack([r["features"] for r in rows]), np.array([r["target"] for r in rows])
 

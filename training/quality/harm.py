@@ -1,4 +1,4 @@
-"""What a no-reference score does not see: scores of references that were harmed without noise."""
+"""The blind spots of a no-reference score: scores of references that were degraded without noise."""
 
 import numpy as np
 import torch
@@ -13,12 +13,12 @@ from views import read_view
 
 
 def blocks(image, size=4):
-    """The mean of each size x size pixels."""
+    """The image with each block of size x size pixels replaced by its mean."""
     return F.interpolate(F.avg_pool2d(image[None], size), size=image.shape[1:])[0]
 
 
 def box(image):
-    """The mean of the 5x5 pixels around each."""
+    """The mean of the 5x5 pixels around each pixel."""
     return F.avg_pool2d(image, 5, 1, 2, count_include_pad=False)
 
 
@@ -40,8 +40,8 @@ HARMS = {
 
 
 def report(folder, views, regressor):
-    """A table of the harms to the references of these views: mean score, mean 100 (1 - SSIM), and how often the
-    harmed picture scores better than the reference."""
+    """A table of each degradation's effect on the references of these views: mean score, mean 100 (1 - SSIM), and how
+    often the degraded picture scores better than the reference."""
     found = {harm: [] for harm in HARMS}
     for path in (p for p in paths_of(folder) if p.stem in views):
         ref = read_view(path)["ref"][:3].float()

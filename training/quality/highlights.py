@@ -2,9 +2,9 @@
 
     python -m quality.highlights WEIGHTS FOLDER [FOLDER ...]
 
-For the renders (*_v*.npz) of the folders, by samples per pixel, prints the share of darkened pixels, and the error and
-highlights of the denoised image with and without the repair. Highlights are the light in the reference's brightest 1 %
-of pixels, as a share of the reference's. Also prints how much of that light the converged references keep.
+For the renders (*_v*.npz) in the folders, by samples per pixel, prints the share of darkened pixels, and the denoised
+image's error and highlights with and without the repair. Highlights are the light in the reference's brightest 1 % of
+pixels, relative to the reference. Also prints how much of that light the converged references keep.
 """
 
 import math

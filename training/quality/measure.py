@@ -28,7 +28,7 @@ def describe(name, folder):
 
 @torch.no_grad()
 def measure(name, folder, denoisers):
-    """Rows of a test set: noisy, then each of the `denoisers`, a dict of the denoiser and its INPUTS, with these."""
+    """Rows of a test set: the noisy renders, then each denoiser of `denoisers`, {denoiser: its INPUTS}."""
     rows, paths = [], paths_of(folder)
     for i, path in enumerate(paths, 1):
         print(f"{name}: view {i} of {len(paths)}", file=sys.stderr, flush=True)
@@ -50,8 +50,8 @@ def _render(image, ref, denoisers):
 
 
 def _errors(image, ref):
-    """The error figures, and the share of the reference's light that the image has: in the channel that is furthest off,
-    among those with a hundredth of the light or more, and in the brightest 1 % of pixels."""
+    """The error metrics, and the image's share of the reference's light: in the channel that is furthest off, among
+    those with at least a hundredth of the light, and in the brightest 1 % of pixels."""
     means, right = image.mean((1, 2)), ref.mean((1, 2))
     shares = (means / right)[right > 0.01 * right.max()]
     bright = highlights.brightest(ref)

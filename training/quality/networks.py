@@ -12,7 +12,8 @@ from model import TOPOLOGIES, network_for, parameter_count
 
 
 class Network:
-    """A weights file. Called with a render [9,H,W] and the inputs to use, returns linear color [3,H,W]."""
+    """A network from a weights file. Call it with a render [9,H,W] and the inputs to use; it returns linear color
+    [3,H,W]."""
 
     def __init__(self, path):
         self.path = Path(path)
@@ -28,7 +29,7 @@ class Network:
         return denoise(self.model, image, inputs)
 
     def checkpoint(self):
-        """The entries of `best.pt`, see run.py. Batch norm keeps the file's statistics."""
+        """A checkpoint with the entries of `best.pt`, see run.py. Batch norm keeps the file's statistics."""
         trained = re.fullmatch("data: .*?; training: (.*); license: .*?", self.provenance)  # as export.py writes it
         return dict(tier=self.name, topology=self.model.topology, widths=self.model.widths,
                     history=[trained[1] if trained else self.provenance], ema=self.model.state_dict())
@@ -45,7 +46,7 @@ def load_all(paths):
 
 
 def _read(path):
-    """Metadata and float32 tensors of a weights file."""
+    """The metadata and float32 tensors of a weights file."""
     try:
         with safe_open(path, "pt") as f:
             metadata, state = f.metadata() or {}, {k: f.get_tensor(k).float() for k in f.keys()}
@@ -71,7 +72,7 @@ def _fill(model, state, path):
 
 
 def macs_per_pixel(model):
-    """Multiply-adds per pixel of the image with all inputs, as `wgdenoise info` and `bench` count them."""
+    """Multiply-adds per image pixel with all inputs, as `wgdenoise info` and `bench` count them."""
     total = 0
     for name, layer in model.named_modules():
         if isinstance(layer, (torch.nn.Conv2d, torch.nn.ConvTranspose2d)):

@@ -10,12 +10,13 @@ QUALITIES = dict(fast=pyoidn.OIDN_QUALITY_FAST, balanced=pyoidn.OIDN_QUALITY_BAL
 HOME = Path(pyoidn.__file__).parent / "oidn"
 
 # Multiply-adds per pixel with color, albedo and normal, counted from the weight shapes in the library. `fast` runs a
-# small U-Net of 320 thousand weights, `balanced` and `high` one of 920 thousand, the largest for noisy features.
+# small U-Net with 320 thousand weights; `balanced` and `high` run one with 920 thousand, the largest for noisy
+# features.
 MACS = dict(fast=62136, balanced=125406, high=125406)
 
 
 class Oidn:
-    """One quality mode, called like a Network. `cleanAux` is off because the features are noisy."""
+    """One quality mode, callable like a Network. `cleanAux` is off because the features are noisy."""
 
     clean = False
 
@@ -35,7 +36,7 @@ class Oidn:
         return self._run(planes, hdr=True, cleanAux=self.clean)
 
     def _run(self, planes, **options):
-        """One filter, which writes the first of the planes [H,W,3] denoised."""
+        """Runs one filter, which denoises the first of the planes [H,W,3]."""
         planes = planes | dict(output=np.zeros_like(next(iter(planes.values()))))
         with pyoidn.Filter(self.device, pyoidn.OIDN_FILTER_TYPE_RT) as f:
             for name, plane in planes.items():
@@ -51,7 +52,7 @@ class Oidn:
 
 
 class PrefilteredOidn(Oidn):
-    """A quality mode with features that filters of their own have denoised before, as Intel advises for final frames."""
+    """A quality mode with prefiltered features, as Intel recommends for final frames."""
 
     clean = True
 

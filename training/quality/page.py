@@ -1,4 +1,4 @@
-"""Fills template.md, which holds all the text of the page, with figures, plots and images."""
+"""Fills template.md, which holds all the page's text, with figures, plots and images."""
 
 import json
 from pathlib import Path
@@ -29,7 +29,7 @@ def write(docs, folders, networks, oidn, command):
 
 
 def speed_of(docs):
-    """The results of quality.speed."""
+    """The results of quality.speed, read from speed.json."""
     path = docs / "quality" / "speed.json"
     if not path.exists():
         raise SystemExit(f"{path}: no times measured yet; run `python -m quality.speed`")
@@ -37,7 +37,7 @@ def speed_of(docs):
 
 
 def extremes(errors, count, worst):
-    """The renders with the largest or smallest ratios of every test set."""
+    """The renders of every test set with the largest or smallest ratios."""
     order = ranked(errors, SHOWN, worst)
     return [p for name in distinct(errors, "set") for p in [p for p in order if p[1]["set"] == name][:count]]
 

@@ -70,7 +70,7 @@ def error_by_cost(errors, speed, precision, count, path):
 
 
 def half_ratio(precision, point):
-    """Error in the point's precision relative to full precision."""
+    """The error at the point's precision, relative to full precision."""
     if not point["precision"]:
         return 1.0
     of = [mean(select(precision, method=point["method"], precision=p), "l1")
@@ -110,7 +110,7 @@ def before_after(rows, inputs, path):
 
 
 def _plain(axis):
-    """Puts ticks of a logarithmic axis at 1, 2, 5, 10, ... as plain numbers."""
+    """Labels a logarithmic axis with plain numbers at 1, 2, 5, 10, ..."""
     axis.set_major_locator(LogLocator(subs=(1, 2, 5)))
     axis.set_major_formatter(lambda value, _: f"{value:g}")
     axis.set_minor_locator(NullLocator())

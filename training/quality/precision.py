@@ -1,4 +1,4 @@
-"""The error of half precision, from runs of the program in both precisions on EXR files of a few test renders."""
+"""The error of half precision, from the program's runs in both precisions on EXR files of a few test renders."""
 
 import subprocess
 import sys
@@ -47,7 +47,7 @@ def run(program, image, weights, precision):
 
 
 def call(command, environment=None):
-    """Standard output of a command; ends the script with its error message if it fails."""
+    """The standard output of a command; if it fails, ends the script with its error message."""
     try:
         done = subprocess.run([str(c) for c in command], capture_output=True, text=True, check=True,
                               env=environment)

@@ -1,4 +1,4 @@
-"""How well a no-reference score ranks pictures that SSIM has ranked: tables of the figures."""
+"""Tables of how well a no-reference score ranks pictures, compared with SSIM."""
 
 import itertools
 from collections import defaultdict
@@ -7,11 +7,11 @@ import numpy as np
 
 from quality.store import markdown
 
-LEAST, PLAIN = 2, 20  # points of 100 by which SSIM tells pictures apart at all, and plainly
+LEAST, PLAIN = 2, 20  # minimum SSIM difference, in points of 100, of pictures that differ at all and plainly
 
 
 def spearman(a, b):
-    """The rank correlation; equal values share their mean rank."""
+    """Spearman's rank correlation; equal values share their mean rank."""
     return float(np.corrcoef(_ranks(a), _ranks(b))[0, 1])
 
 
@@ -21,7 +21,7 @@ def _ranks(values):
 
 
 def report(rows, regressor, clean):
-    """A column for each set, and for the test views with clean references."""
+    """A table with a column for each set, and for the test views with clean references."""
     for features, name in (("features", "score"), ("own", "own_score")):
         scores = regressor(np.stack([r[features] for r in rows]))
         for row, score in zip(rows, scores):
@@ -33,7 +33,7 @@ def report(rows, regressor, clean):
 
 
 def figures_of(rows):
-    """Names and texts of a set's figures."""
+    """The table's row names and values for a set."""
     target, score, own = (np.array([r[k] for r in rows]) for k in ("target", "score", "own_score"))
     views = by_view(rows).values()
     within = [spearman([r["target"] for r in v], [r["score"] for r in v]) for v in views]
@@ -70,7 +70,7 @@ def denoisers(rows):
 
 
 def seen_pairs(rows, least):
-    """Whether SSIM's order is the score's, for pairs of a view's renders that SSIM tells apart by `least` points."""
+    """Whether the score orders pairs of a view's renders like SSIM, for pairs that SSIM separates by `least` points."""
     return [(a["score"] < b["score"]) == (a["target"] < b["target"])
             for view in by_view(rows).values()
             for a, b in itertools.combinations([r for r in view if r["method"] != "reference"], 2)
@@ -78,19 +78,19 @@ def seen_pairs(rows, least):
 
 
 def cleaned(rows, score="score"):
-    """Whether a denoised render scores better than the noisy one it was made from."""
+    """Whether each denoised render scores better than its noisy input."""
     noisy = {(r["view"], r["spp"]): r[score] for r in rows if r["method"] == "noisy"}
     return [r[score] < noisy[r["view"], r["spp"]] for r in rows if r["method"] in denoisers(rows)]
 
 
 def more_samples(rows, methods):
-    """Whether the render of more samples scores better, for pairs of a view and a method."""
+    """Whether the render with more samples scores better, for pairs of the same view and method."""
     return [(a["score"] < b["score"]) == (a["spp"] > b["spp"])
             for view in by_view(rows).values() for method in methods
             for a, b in itertools.combinations([r for r in view if r["method"] == method], 2)]
 
 
 def references(rows):
-    """Whether the reference scores better than a denoised render."""
+    """Whether the reference scores better than each denoised render."""
     best = {r["view"]: r["score"] for r in rows if r["method"] == "reference"}
     return [best[r["view"]] < r["score"] for r in rows if r["method"] in denoisers(rows)]

@@ -1,10 +1,10 @@
 """The 36 features of BRISQUE: how the values of a displayed picture are distributed around their neighbors' mean.
 
 From Mittal, Moorthy and Bovik, "No-Reference Image Quality Assessment in the Spatial Domain", IEEE Transactions on
-Image Processing 21(12), 2012. `crates/metrics` computes the same in Rust; test_training.py and its own tests hold both
-to one fixture. Where the paper leaves a choice: borders clip the window and its weights still sum to 1, products pair
-neighbors within the picture only, and a pixel of the half-size picture is the mean of 2x2 pixels, without an odd last
-row or column.
+Image Processing 21(12), 2012. `crates/metrics` computes the same in Rust; test_training.py and its own tests compare
+both with one fixture. Where the paper leaves a choice: borders clip the window, whose weights still sum to 1; products
+pair neighbors within the picture only; a pixel of the half-size picture is the mean of 2x2 pixels, and an odd last row
+or column is dropped.
 """
 
 import math
@@ -13,8 +13,8 @@ import numpy as np
 
 LUMA = (0.2126, 0.7152, 0.0722)
 RADIUS, SIGMA = 3, 7 / 6  # a window of 7x7 pixels
-LEVELS = 255  # the paper's constant of 1, which steadies the division, belongs to this range
-LEAST = 1e-6  # a deviation below this is rounding: its sign means nothing, and counts of signs enter the features
+LEVELS = 255  # the range for which the paper's constant of 1 stabilizes the division
+LEAST = 1e-6  # a smaller deviation is rounding, whose sign is meaningless, and counts of signs enter the features
 SHAPES = (0.2, 10.0)  # the range of a distribution's shape: 1 is Laplace's, 2 is Gauss's
 STEPS = 50  # of the bisection
 SMALLEST = 2 * (2 * RADIUS + 1)  # the side at which the window fits into the half-size picture
@@ -22,8 +22,8 @@ PAIRS = (0, 1), (1, 0), (1, 1), (1, -1)  # neighbor's offset (down, right)
 
 
 def features(shown):
-    """The 36 features of display values [3,H,W] in 0..1; at full size, then at half size: shape and variance of the
-    normalized values; then shape, mean, left and right variance of their products along a row, a column, and the two
+    """The 36 features of display values [3,H,W] in 0..1. At full size, then at half size: shape and variance of the
+    normalized values; then shape, mean, left and right variance of their products along rows, columns and both
     diagonals."""
     if min(shown.shape[1:]) < SMALLEST:
         raise ValueError(f"BRISQUE needs {SMALLEST}x{SMALLEST} pixels or more")
@@ -43,7 +43,7 @@ def _at_one_size(plane):
 
 
 def normalized(plane):
-    """The paper's MSCN coefficients: (I - mean) / (deviation + 1), of the pixels in a Gaussian window."""
+    """The paper's MSCN coefficients, (I - mean) / (deviation + 1), with mean and deviation over a Gaussian window."""
     rows, columns = map(_windows, plane.shape)
     mean = rows @ plane @ columns.T
     variance = (rows @ plane**2 @ columns.T - mean**2).clip(0)
@@ -66,16 +66,16 @@ def _products(m, down, right):
 
 
 def symmetric(values):
-    """Shape and variance of the generalized Gaussian of these values, by moments: the shape is that of their ratio
-    (E|x|)^2 / E x^2. Of zeros alone, the variance is 0 and the shape is the largest."""
+    """Shape and variance of the generalized Gaussian that fits these values by moments: its shape follows from the
+    ratio (E|x|)^2 / E x^2. For all zeros, the variance is 0 and the shape is the largest."""
     square = _mean_square(values)
     return (shape_of(_ratio(values)), square) if square else (SHAPES[1], 0.0)
 
 
 def asymmetric(values):
-    """Shape, mean, left and right variance of the asymmetric one, by moments: Lasmar, Stitou and Berthoumieu,
-    "Multiscale skewed heavy tailed model for texture analysis", 2009. Of zeros alone, all are 0 but the shape, which is
-    the largest."""
+    """Shape, mean, left and right variance of the asymmetric generalized Gaussian, fitted by moments: Lasmar, Stitou
+    and Berthoumieu, "Multiscale skewed heavy tailed model for texture analysis", 2009. For all zeros, everything is 0
+    except the shape, which is the largest."""
     left, right = (_mean_square(values[values * sign > 0]) for sign in (-1, 1))
     if left == right == 0:
         return SHAPES[1], 0.0, 0.0, 0.0
@@ -95,7 +95,7 @@ def _mean_square(values):
 
 
 def shape_of(ratio):
-    """The shape a with this (E|x|)^2 / E x^2, which is G(2/a)^2 / (G(1/a) G(3/a)) for the gamma function G; by
+    """The shape a with this ratio (E|x|)^2 / E x^2 = G(2/a)^2 / (G(1/a) G(3/a)), with the gamma function G; by
     bisection."""
     low, high = SHAPES
     for _ in range(STEPS):

@@ -2,9 +2,10 @@
 
     python -m quality.speed --program ../target/release/wgdenoise --weights ../weights/*.safetensors
 
-1024x1024 pixels with color, albedo and normal. The program's `bench` and oidnBenchmark alternate in rounds, so that a
-machine whose speed drifts treats both alike; the median over the rounds counts. The program uses its default adapter
-unless `--adapter` names another. Open Image Denoise runs on the CPU, so only a CPU adapter makes the comparison fair.
+Images are 1024x1024 pixels with color, albedo and normal. The program's `bench` and oidnBenchmark alternate in rounds,
+so that drifts in the machine's speed affect both alike; the result is the median over the rounds. The program uses its
+default adapter unless `--adapter` names another. Open Image Denoise runs on the CPU, so only a CPU adapter is a fair
+comparison.
 """
 
 import argparse
@@ -39,7 +40,8 @@ def oidn_milliseconds(quality):
 
 
 def measure(program, networks, adapter, rounds):
-    """Rows with method, precision, MAC per pixel and the milliseconds of every round; and the adapter's name."""
+    """Rows with method, precision, multiply-adds per pixel and the milliseconds of every round; and the adapter's
+    name."""
     rows = [dict(method=n.name, precision=p, macs=n.macs, rounds=[]) for n in networks for p in PRECISIONS]
     others = [dict(method=f"OIDN {q}", precision="", macs=MACS[q], rounds=[]) for q in QUALITIES]
     paths = {n.name: n.path for n in networks}

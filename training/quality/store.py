@@ -1,4 +1,4 @@
-"""Rows of figures in CSV files, the few queries that the page needs, and tables of them."""
+"""Rows of figures in CSV files, the queries that the page needs, and Markdown tables of them."""
 
 import csv
 
@@ -13,7 +13,7 @@ OIDN = "OIDN high"  # the baseline of all ratios
 
 
 def save(path, rows, digits=4):
-    """Saves rows, rounding figures to `digits`, by default more than are significant."""
+    """Saves rows, rounding figures to `digits`; the default keeps more than are significant."""
     with open(path, "w", newline="") as f:
         writer = csv.DictWriter(f, rows[0], lineterminator="\n")
         writer.writeheader()
@@ -55,7 +55,7 @@ def mean(rows, name):
 
 
 def markdown(head, lines):
-    """`head` and each line are lists of cells."""
+    """A Markdown table; `head` and each line are lists of cells."""
     rows = [head, ["---"] * len(head), *lines]
     return "\n".join("| " + " | ".join(map(str, row)) + " |" for row in rows)
 

@@ -2,8 +2,8 @@
 
     python -m quality.strip --scene changes/96010-lens --out ../docs/temporal/wide_lens.jpg
 
-The second row shows how each differs from its frame before, moved along the motion vectors: flicker, six times as bright.
-Black is what the frame before does not see.
+The second row shows flicker: each image's difference from its previous frame, moved along the motion vectors, six times
+as bright. Pixels that the previous frame does not see are black.
 """
 
 import argparse

@@ -28,7 +28,7 @@ def sets(views, errors):
 
 
 def summary(errors, figure, inputs):
-    """The mean of a figure with these inputs, and in brackets relative to OIDN high."""
+    """The mean of a metric with these inputs, and in parentheses its ratio to OIDN high."""
     methods = distinct(select(errors, inputs=inputs), "method")
     lines = []
     for name in distinct(errors, "set"):
@@ -45,7 +45,7 @@ def _ratios(rows, methods, figure, inputs):
 
 
 def full(errors, name):
-    """All figures of one test set by samples, denoiser and inputs: means, and the 95th percentile of L1."""
+    """All metrics of one test set by samples, denoiser and inputs: means, and the 95th percentile of L1."""
     lines = []
     for spp in sorted(distinct(select(errors, set=name), "spp")):
         here = select(errors, set=name, spp=spp)

@@ -3,11 +3,11 @@
     python render_animations.py --out animations --scenes 95001:95009
     python -m quality.temporal --data animations
 
-Each frame is denoised alone by Open Image Denoise and by the program, and by the program with one and with two frames to
-each side. L1 and relative MSE are those of docs/quality.md. References of few samples have noise of their own, which all errors
-include; so L1 is also measured against denoised references, which favors nobody who denoises the same frames with and
-without `--temporal`. Flicker is SMAPE between a frame and the one before, moved along the motion vectors, where the
-surface is seen in both. Hidden pixels are those that the frame before does not see.
+Open Image Denoise and the program denoise each frame alone; the program also uses one and two frames to each side. L1
+and relative MSE are those of docs/quality.md. References with few samples are noisy themselves, which adds to all
+errors; so L1 is also measured against denoised references, which favor neither side when the same frames are denoised
+with and without `--temporal`. Flicker is SMAPE between a frame and the previous one, moved along the motion vectors,
+where both see the surface. Hidden pixels are those that the previous frame does not see.
 """
 
 import argparse
@@ -28,12 +28,12 @@ from quality.oidn import Oidn
 LAYERS = dict(color="Combined.RGB", albedo="Denoising Albedo.RGB", normal="Denoising Normal.XYZ", motion="Vector.XYZW")
 SETTINGS = {"alone": [], "`--temporal`": ["--temporal"], "`--temporal=2`": ["--temporal=2"]}
 FIGURES = "l1", "relmse", "clean", "flicker", "hidden"
-HIDDEN = 1.0  # pixels between a surface and where the way back leads
-OTHER = 0.1  # difference of albedo, of another surface
+HIDDEN = 1.0  # pixels by which the way there and back may miss a surface that both frames see
+OTHER = 0.1  # albedo difference from which it is another surface
 
 
 def read(path):
-    """{name: [C,H,W]} of the layers of a frame by Blender."""
+    """{name: [C,H,W]}: the layers of a frame written by Blender."""
     part = OpenEXR.File(str(path), separate_channels=True).parts[0]
 
     def layer(name):
@@ -44,7 +44,7 @@ def read(path):
 
 
 def moved(image, offsets):
-    """`image` [C,H,W] fetched from where the offsets [2,H,W] lead, and where that is inside it [H,W]."""
+    """`image` [C,H,W] sampled at the offset positions [2,H,W], and a mask [H,W] of the positions inside it."""
     h, w = image.shape[1:]
     y, x = torch.meshgrid(torch.arange(h), torch.arange(w), indexing="ij")
     x, y = x + offsets[0], y + offsets[1]
@@ -54,7 +54,7 @@ def moved(image, offsets):
 
 
 def back(motion):
-    """Blender's offsets to the frame before: x right, y down."""
+    """Blender's motion vectors to the previous frame as image offsets: x right, y down."""
     return motion[:2] * torch.tensor([1.0, -1.0]).view(2, 1, 1)
 
 
@@ -73,12 +73,12 @@ class Scene:
         self.clean = [self._denoised(frame) for frame in self.references]
 
     def _seen(self, i):
-        """The pixels [H,W] of frame i that the frame before sees too."""
+        """A mask [H,W] of the pixels of frame i that the previous frame sees too."""
         way = back(self.references[i]["motion"])
         before = self.references[i - 1]
         there, inside = moved(ahead(before["motion"]), way)
         albedo, _ = moved(before["albedo"], way)
-        same = (albedo - self.references[i]["albedo"]).abs().mean(0) < OTHER  # across a cut, the way back leads there too
+        same = (albedo - self.references[i]["albedo"]).abs().mean(0) < OTHER  # across a cut, the way back also returns
         return inside & same & ((way + there).norm(dim=0) < HIDDEN)
 
     def noisy(self, count):
@@ -90,7 +90,7 @@ class Scene:
         return torch.from_numpy(pyoidn.denoise(*planes, hdr=True, clean_aux=True)).permute(2, 0, 1)
 
     def errors(self, images):
-        """L1, relative MSE, flicker and L1 of hidden pixels: lists over the frames."""
+        """Lists per frame of L1, relative MSE, L1 to denoised references, flicker and L1 of hidden pixels."""
         found = defaultdict(list)
         for image, reference, clean in zip(images, self.references, self.clean):
             error = figures(image, reference["color"])
@@ -109,14 +109,14 @@ class Scene:
 
 
 def by_program(program, scene, count, options):
-    """The frames as the program denoises them."""
+    """The frames as denoised by the program."""
     with tempfile.TemporaryDirectory() as out:
         subprocess.run([program, scene.folder / f"n{count}.####.exr", out, "--quiet", *options], check=True)
         return [read(path)["color"] for path in sorted(Path(out).glob("*.exr"))]
 
 
 def measure(program, scenes):
-    """{(samples, method): {figure: the means of the scenes}}."""
+    """{(samples, method): {figure: mean over the scenes}}."""
     found, oidn = defaultdict(lambda: defaultdict(list)), Oidn("high")
     for scene in scenes:
         for count in scene.counts:
@@ -147,7 +147,7 @@ def main():
 
 
 def table(title, found):
-    """The figures of `measure` in Markdown."""
+    """The figures of `measure` as a Markdown table."""
     lines = [title, "", "| samples | method | L1 | relative MSE | L1, denoised reference | flicker | L1 of hidden pixels |",
              "|---|---|---|---|---|---|---|"]
     for (count, method), values in sorted(found.items(), key=lambda item: str(item[0][0]).zfill(4)):

@@ -1,7 +1,7 @@
 """The protocol of the thesis that introduced the network: 8-bit sRGB images, 256x256 patches, color alone.
 
-Noisy image and reference are exposed for display and quantized to 8 bits. As the program does with a PNG file, the
-noisy one is decoded to linear, denoised, clipped, encoded and quantized again. Errors compare 8-bit images.
+The noisy image and the reference are exposed for display and quantized to 8 bits. As in the program for a PNG file, the
+noisy image is decoded to linear, denoised, clipped, encoded and quantized again. Errors compare 8-bit images.
 """
 
 import sys
@@ -17,7 +17,7 @@ PATCH = 256
 
 
 def to_picture(color):
-    """Linear color to the values of an 8-bit sRGB file, as 0..1."""
+    """Converts linear color to the values of an 8-bit sRGB file, in 0..1."""
     return (display(color) * 255).round() / 255
 
 

@@ -1,8 +1,8 @@
-"""Animations of the random scenes by Cycles: a moving camera, smaller objects that move, and if asked for, one change
-that motion vectors do not show or that is hard to follow.
+"""Animations of the random scenes by Cycles: a moving camera, moving smaller objects, and optionally one change that
+motion vectors do not show or that is hard to follow.
 
-Cycles has motion vectors only without motion blur. So nothing moves while the shutter is open, or the vectors of blurred
-frames come from renders without blur.
+Cycles writes motion vectors only without motion blur. So either nothing moves while the shutter is open, or blurred
+frames take their vectors from renders without blur.
 """
 
 import dataclasses
@@ -14,16 +14,16 @@ from render import kinds
 from render.cycles import OpenImageIO, Renderer, read_image
 
 MOVING = 0.3  # share of the smaller objects
-SMALL = 1.5  # extent of these, metres
+SMALL = 1.5  # maximum extent of a smaller object, meters
 CHANGES = "lens", "cut", "rotation", "light", "dusk", "mirror", "blur"
-LAMP_STEP = 0.12  # metres a frame, along each axis
+LAMP_STEP = 0.12  # meters per frame, along each axis
 
 
 class Animation(Renderer):
     """The scene `seed` for `frames` frames. Each file also has the passes `Vector` and `Depth`.
 
     `change` is one of CHANGES: a wide lens, a cut to another camera halfway, smaller objects that turn, lamps that move
-    or that dim by 3 % a frame, a mirror in place of the largest object, or motion blur of half a frame.
+    or that dim by 3 % per frame, a mirror in place of the largest object, or motion blur of half a frame.
     """
 
     def __init__(self, seed, frames, size, threads=1, change=None):
@@ -56,7 +56,7 @@ class Animation(Renderer):
 
     @staticmethod
     def _motion(rng, instance, frames):
-        """The way of an object from the first frame to the last."""
+        """The random displacement of an object from the first frame to the last; None if it stays."""
         extent = extent_of(instance)
         if extent < SMALL and instance.material.emission is None and rng.random() < MOVING:
             return (rng.normal(0, 0.05, 3) * extent * (frames - 1)).astype(np.float32)
@@ -64,7 +64,7 @@ class Animation(Renderer):
 
     @staticmethod
     def _spread(frames):
-        """Spreads the motion, which lasts one frame in a still, over all frames."""
+        """Stretches the motion, which takes one frame in a still, over all frames."""
         for action in bpy.data.actions:
             curves = [c for layer in action.layers for strip in layer.strips for bag in strip.channelbags
                       for c in bag.fcurves]
@@ -74,8 +74,8 @@ class Animation(Renderer):
 
     @staticmethod
     def _move_camera(rng, camera, source, frames):
-        """Moves the camera sideways and a little forward, by about a percent of the target's distance a frame. It starts
-        and stops softly, as Blender interpolates."""
+        """Moves the camera sideways and a little forward, by about one percent of the target's distance per frame.
+        Blender's interpolation eases it in and out."""
         position = np.array(source.position)
         ahead = np.array(source.target) - position
         side = np.cross(ahead, (0, 0, 1))
@@ -87,7 +87,7 @@ class Animation(Renderer):
 
     @staticmethod
     def _turn(rng, instances, frames):
-        """Turns the smaller objects about their own axes, by up to 5 degrees a frame."""
+        """Rotates the smaller objects about their own axes, by up to 5 degrees per frame."""
         objects = [o for o in bpy.data.objects if o.parent and o.type == "MESH"]
         for obj, instance in zip(objects, instances, strict=True):
             if extent_of(instance) < SMALL:
@@ -98,7 +98,7 @@ class Animation(Renderer):
 
     @staticmethod
     def _move_lamps(rng, frames):
-        """Moves point lights by up to 20 cm a frame."""
+        """Moves point lights by up to 20 cm per frame."""
         for lamp in (o for o in bpy.data.objects if o.type == "LIGHT"):
             start, step = np.array(lamp.location), rng.uniform(-LAMP_STEP, LAMP_STEP, 3)
             for frame in (-1, frames):
@@ -107,7 +107,7 @@ class Animation(Renderer):
 
     @staticmethod
     def _dim_lamps(frames):
-        """Dims point lights by 3 % of their first power a frame."""
+        """Dims point lights by 3 % of their initial power per frame."""
         for lamp in (o.data for o in bpy.data.objects if o.type == "LIGHT"):
             first = lamp.energy
             for frame in (0, frames):
@@ -115,7 +115,7 @@ class Animation(Renderer):
                 lamp.keyframe_insert("energy", frame=frame)
 
     def render_frame(self, frame, samples, seed, path):
-        """Writes the frame, counted from 0, as EXR."""
+        """Writes a frame, counted from 0, as EXR."""
         bpy.context.scene.frame_set(frame)
         camera = int(frame >= self.cut)
         sharp = path.with_suffix(".sharp") if self.blurred else path
@@ -129,7 +129,7 @@ class Animation(Renderer):
 
 
 def copy_vectors(source, path):
-    """Replaces the passes `Vector` and `Depth` of the EXR file `path` by those of `source`."""
+    """Replaces the passes `Vector` and `Depth` of the EXR file `path` with those of `source`."""
     (spec, pixels), (sharp_spec, sharp_pixels) = read_image(path), read_image(source)
     kept = [i for i, name in enumerate(spec.channelnames) if not is_vector(name)]
     added = [i for i, name in enumerate(sharp_spec.channelnames) if is_vector(name)]

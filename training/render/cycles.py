@@ -2,8 +2,8 @@
 
 Renders every feature of a Scene, but the camera does not see point lights. Albedo and normal are Cycles' denoising
 passes: averages over the samples which, on mirrors and glass, come from the objects seen in them. Normals are in camera
-space (x right, y up, z away from the viewer). Where a ray leaves the scene the normal is 0 and the albedo is the color
-of the environment.
+space (x right, y up, z away from the viewer). Where a ray leaves the scene, the normal is 0 and the albedo is the
+environment's color.
 """
 
 import math
@@ -22,7 +22,7 @@ import OpenImageIO  # noqa: E402  part of bpy, in a folder that only Blender its
 
 PASSES = (("Combined", "RGB"), ("Denoising Albedo", "RGB"), ("Denoising Normal", "XYZ"))
 CHANNELS = [f"{name}.{axis}" for name, axes in PASSES for axis in axes]
-GPU_KINDS = "OPTIX", "CUDA", "HIP", "ONEAPI", "METAL"  # Cycles' names, faster ones first
+GPU_KINDS = "OPTIX", "CUDA", "HIP", "ONEAPI", "METAL"  # Cycles' names, fastest first
 
 
 class Cycles:
@@ -58,7 +58,8 @@ class Cycles:
         raise SystemExit("Cycles finds no usable GPU: leave out --gpu")
 
     def set_up(self, threads):
-        """Sets up plain Monte Carlo without clamping or denoising, with all passes in one part of an EXR file."""
+        """Sets up plain Monte Carlo rendering without clamping or denoising, with all passes in one part of an EXR
+        file."""
         scene, layer = bpy.context.scene, bpy.context.view_layer
         render, cycles, image = scene.render, scene.cycles, scene.render.image_settings
         render.engine, cycles.device = "CYCLES", "CPU"
@@ -86,7 +87,7 @@ def read_image(path):
 
 
 def read_passes(path):
-    """The nine channels of CHANNELS as [9,H,W]; in the file the view layer's name prefixes theirs."""
+    """The nine channels of CHANNELS as [9,H,W]; in the file, the view layer's name is their prefix."""
     header, pixels = read_image(path)
     names = header.channelnames
     chosen = [next(i for i, name in enumerate(names) if name.endswith("." + channel)) for channel in CHANNELS]
@@ -139,7 +140,8 @@ class Renderer(Cycles):
         scene.frame_set(0)
 
     def add_instance(self, instance):
-        """Adds an object. Its matrix goes into the parent inverse, as an object's own transform cannot store shear."""
+        """Adds an object. Its matrix goes into the parent inverse, because an object's own transform cannot store
+        shear."""
         mesh = self.once(instance.mesh, make_mesh)
         obj = add("instance", mesh)
         if not mesh.materials:
@@ -213,7 +215,7 @@ def add_environment(rows):
 
 
 def add_fog(scene):
-    """Adds fog in a ball around the scene: if it filled the world, it would block the environment's light."""
+    """Adds fog in a ball around the scene; if it filled the world, it would block the environment's light."""
     bpy.ops.mesh.primitive_ico_sphere_add(subdivisions=3, radius=1.5 * scene.reach())
     bpy.context.object.data.materials.append(make_fog(scene.fog))
 

@@ -34,7 +34,7 @@ def noise_seed(*key):
 
 
 def sample_counts(text, scene, view):
-    """The counts in "4,16,64", or for "random:3" three different ones drawn log-uniformly from 1 to 256."""
+    """Parses "4,16,64" to these counts; for "random:3", draws three distinct ones log-uniformly from 1 to 256."""
     if not text.startswith("random:"):
         return sorted({int(count) for count in text.split(",")})
     rng, counts = np.random.default_rng(seed_sequence(scene, view, COUNTS)), set()
@@ -80,9 +80,9 @@ def independent(renderer, o, scene, view):
 
 
 def progressive(renderer, o, scene, view):
-    """The noisy images, each adding samples to the one before: half the work, and nearly as good for measurements.
+    """The noisy images, each adding samples to the previous one: half the work, and nearly as good for measurements.
 
-    Their errors are correlated, and samples drawn in parts are spread a little less evenly."""
+    Their errors are correlated, and samples drawn in parts are a little less evenly spread."""
     mean, done = 0.0, 0
     for count in sample_counts(o.samples, scene, view):
         more = renderer.render(view, count - done, noise_seed(scene, view, NOISY, count))
@@ -107,7 +107,7 @@ def blend_name(path):
 
 
 def parse_size(text):
-    """(width, height) of "192" or "480x270"."""
+    """Parses "192" or "480x270" to (width, height)."""
     if not re.fullmatch(r"[1-9]\d*(x[1-9]\d*)?", text):
         raise argparse.ArgumentTypeError(f"{text}: expected a size such as 192 or 480x270")
     width, _, height = text.partition("x")

@@ -30,7 +30,7 @@ def random_scene(seed, kind=None):
 
 
 def _lens(rng, scene):
-    """Adds depth of field, with a lens of up to a few percent of the focus distance."""
+    """Adds depth of field, with a lens radius of up to a few percent of the focus distance."""
     for camera in scene.cameras:
         camera.focus *= rng.uniform(0.6, 1.3)
         camera.aperture = camera.focus * 10 ** rng.uniform(-2.8, -1.8)
@@ -45,7 +45,7 @@ def _motion(rng, scene):
 
 
 def _bumps(rng, scene):
-    """Gives most materials with uvs a bump map, of a slope from 0.1 to 1."""
+    """Gives most materials with uvs a bump map with a slope of 0.1 to 1."""
     changed = {}
     for instance in scene.instances:
         m = instance.material
@@ -58,7 +58,7 @@ def _bumps(rng, scene):
 
 
 def _bumpy(rng, instance, slope):
-    """The instance's material with heights of this root mean square slope on the instance."""
+    """The instance's material with a bump map of this root mean square slope on the instance."""
     heights = random_heights(rng)
     steepness = len(heights) * np.sqrt(2 * np.square(np.gradient(heights)).mean())  # per uv
     metres = slope * meshes.uv_size(instance.mesh, instance.matrix) / max(steepness, 1e-3)

@@ -2,13 +2,13 @@
 
 Uses the CPU path tracer without clamping, adaptive sampling, denoising or tone mapping, and with independent random
 numbers (LuxCore's RANDOM sampler). The color is linear radiance, the albedo LuxCore's own, the normal the world-space
-shading normal. Albedo and normal look through mirrors and glass and, as is LuxCore's default, at the objects that
-smooth plastic reflects or is lit by; they are 0 where nothing is hit. Renders every feature of a Scene, but the camera
-does not see point lights.
+shading normal. Albedo and normal follow mirrors and glass and, as is LuxCore's default, include the objects that smooth
+plastic reflects or is lit by; they are 0 where nothing is hit. Renders every feature of a Scene, but the camera does
+not see point lights.
 
 LuxCore's path tracer does not splat: it draws a sample's position from the filter and adds the sample to one pixel
-only, so the noise of neighboring pixels is independent with either filter. "narrow" is a box of one pixel; "gaussian"
-is LuxCore's default, a Blackman-Harris of radius 1.5 pixels, which only softens the image.
+only, so neighboring pixels have independent noise with either filter. "narrow" is a one-pixel box; "gaussian" is
+LuxCore's default, a Blackman-Harris filter of radius 1.5 pixels, which only softens the image.
 """
 
 import atexit
@@ -89,7 +89,7 @@ class Renderer:
         self.scene.Parse(properties(prefix, values))
 
     def named(self, thing, kind: str, add) -> str:
-        """The name of a part of the scene; `add` gives it to LuxCore at first use."""
+        """The LuxCore name of a part of the scene; `add` creates it at first use."""
         key = id(thing)
         if key not in self.names:
             self.names[key] = f"{kind}{len(self.names)}"
@@ -150,7 +150,8 @@ class Renderer:
         return {"type": "metal2", "fresnel": f"{name}_fresnel", **rough}
 
     def thin_leaf(self, name: str, color) -> dict:
-        """Transmits LEAF of the light. LuxCore's `kt` is a share of the light not reflected, hence the division."""
+        """Transmits LEAF of the light. LuxCore's `kt` is a share of the light that is not reflected, hence the
+        division."""
         texture = f"scene.textures.{name}_"
         self.parse(texture + "back.", {"type": "scale", "texture1": color, "texture2": 1 - LEAF})
         self.parse(texture + "rest.", {"type": "subtract", "texture1": 1.0, "texture2": f"{name}_back"})
@@ -177,12 +178,13 @@ class Renderer:
                                              "radius": light.radius, "gain": gain})
 
     def add_environment(self, image: np.ndarray):
-        """Flips the map: seen from above, Blender's columns run clockwise from -x, LuxCore's anticlockwise from x."""
+        """Adds the environment map, flipped: seen from above, Blender's columns run clockwise from -x, LuxCore's
+        counterclockwise from x."""
         self.add_image("environment", np.roll(image[:, ::-1], image.shape[1] // 2, 1))
         self.parse("scene.lights.environment.", {"type": "infinite", "file": "environment", "gamma": 1.0})
 
     def add_fog(self, scene: Scene):
-        """Adds fog in a box around the scene: if it filled the world, it would block the environment's light."""
+        """Adds fog in a box around the scene; if it filled the world, it would block the environment's light."""
         self.parse("scene.volumes.fog.", {"type": "homogeneous", "absorption": (0.1 * scene.fog,) * 3,
                                           "scattering": (0.9 * scene.fog,) * 3, "multiscattering": True})
         self.parse("scene.materials.fog_skin.", {"type": "null", "volume.interior": "fog"})
@@ -201,7 +203,8 @@ class Renderer:
             **self.air})
 
     def settings(self, samples: int, seed: int) -> dict:
-        """The render settings. `tilesize` makes the sampler pause after `samples` of each pixel (see `trace`)."""
+        """The render settings. `tilesize` makes the sampler pause after `samples` samples of each pixel (see
+        `trace`)."""
         width, height = self.size
         tile = 2 ** int(np.ceil(np.log2(max(width, height, (width * height + PAUSE / samples) ** 0.5))))
         outputs = {f"film.outputs.{i}.{key}": value for i, kind in enumerate(("RGB", "ALBEDO", "AVG_SHADING_NORMAL"))
@@ -215,9 +218,9 @@ class Renderer:
                 "film.height": height, **outputs}
 
     def trace(self, samples: int, seed: int):
-        """A session that has taken exactly `samples` of each pixel. LuxCore cannot stop at an exact number by itself.
-        But its sampler takes all samples of a pixel at once, walking over a square that starts with the image and is
-        larger. While it skips the rest of the square, we stop it."""
+        """A session that has taken exactly `samples` samples of each pixel. LuxCore cannot stop at an exact number by
+        itself. But its sampler takes all samples of a pixel at once, walking over a square that starts with the image
+        and extends beyond it. While it skips the rest of the square, we stop it."""
         total = samples * self.size[0] * self.size[1]
         while True:
             config = pyluxcore.RenderConfig(properties("", self.settings(samples, seed)), self.scene)
@@ -226,7 +229,7 @@ class Renderer:
             while count(session) < total:
                 time.sleep(0.005)
             session.Stop()
-            if count(session) == total:  # otherwise this process slept too long and the next pass has begun
+            if count(session) == total:  # otherwise this process slept too long and the next pass began
                 return session
 
     def render(self, camera: int, samples: int, seed: int) -> np.ndarray:

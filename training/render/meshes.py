@@ -9,7 +9,7 @@ from .scene import Mesh
 
 
 def lattice(xs, ys, holes=()):
-    """Flat cells between the lines `xs` and `ys` at z = 0, except the cells (i, j) in `holes`; uvs in metres."""
+    """Flat cells between the lines `xs` and `ys` at z = 0, except the cells (i, j) in `holes`; uvs in meters."""
     x, y = np.meshgrid(xs, ys, indexing="ij")
     points = np.stack([x, y, np.zeros_like(x)], -1)
     mesh = _grid(points, normals=None)
@@ -71,7 +71,7 @@ def torus(thickness=0.15):
 
 
 def vase(rng, wall=0.03):
-    """A random hollow vessel: up the outside of a wavy profile and down its inside."""
+    """A random hollow vessel: up the outside of a wavy profile and down the inside."""
     z = np.linspace(0, 1, 24)
     r = 0.3 + 0.12 * np.sin(rng.uniform(2, 8) * z + rng.uniform(0, 6)) + rng.uniform(-0.15, 0.08) * z
     inside = np.stack([r - wall, np.maximum(z, wall)], -1)[::-1]
@@ -98,7 +98,7 @@ def blob(rng, waves=8, strength=0.35, sides=64):
 
 
 def heightfield(heights, size):
-    """Terrain of size x size metres from a square array of heights; uvs in metres."""
+    """Terrain of size x size meters from a square array of heights; uvs in meters."""
     line = np.linspace(-size / 2, size / 2, len(heights))
     x, y = np.meshgrid(line, line, indexing="ij")
     points = np.stack([x, y, heights], -1)
@@ -172,7 +172,7 @@ def moved(mesh, matrix):
 
 
 def uv_size(mesh, matrix):
-    """Metres that one unit of uv spans, on average, once the mesh is transformed."""
+    """Average length in meters of one uv unit on the transformed mesh."""
     corners = (mesh.vertices @ np.asarray(matrix)[:3, :3].T)[mesh.faces], mesh.uvs[mesh.faces]
     (a, b), (u, v) = ((c[:, 1] - c[:, 0], c[:, 2] - c[:, 0]) for c in corners)
     areas = np.linalg.norm(np.cross(a, b), axis=1).sum(), np.abs(u[:, 0] * v[:, 1] - u[:, 1] * v[:, 0]).sum()
@@ -216,7 +216,7 @@ def _strips(strips, uvs):
 
 
 def _curvature(points, wrap):
-    """Normals of a grid of points from differences between neighbors; `wrap` closes its seam and both poles."""
+    """Normals of a grid of points from differences between neighbors; `wrap` closes the seam and both poles."""
     du = np.gradient(points, axis=0)
     dv = np.gradient(points, axis=1)
     if wrap:

@@ -2,7 +2,7 @@
 DRJIT_LIBLLVM_PATH to the file).
 
 Normals are in world space. Mitsuba 3 lacks motion blur: objects stay where they are when the shutter opens. Compared
-with the other two renderers, environments are rotated by 90 degrees and textures are upside down.
+to the other two renderers, environments are rotated by 90 degrees and textures are upside down.
 """
 
 import drjit as dr

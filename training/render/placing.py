@@ -39,7 +39,7 @@ def matte(rng, textured=0.4):
 
 
 def glow(rng, strength):
-    """An emitter of about the given radiance."""
+    """An emitter with about this radiance."""
     return Material(emission=tuple(light_color(rng) * strength))
 
 

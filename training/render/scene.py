@@ -1,6 +1,6 @@
 """A renderer-independent scene description: plain data and numpy arrays.
 
-Right-handed, z up, in metres. Colors are linear sRGB. `kinds.py` makes random scenes; `cycles.py`, `mitsuba.py` and
+Right-handed, z up, in meters. Colors are linear sRGB. `kinds.py` makes random scenes; `cycles.py`, `mitsuba.py` and
 `luxcore.py` render them. Each renderer's docstring names the features it omits.
 """
 
@@ -29,7 +29,7 @@ class Material:
     roughness: float = 0.3  # 0 is a mirror, 1 is rough; unused by diffuse and thin_leaf
     ior: float = 1.5  # for plastic and glass
     texture: np.ndarray | None = None  # float32 [H,W,3] in 0..1, replaces `color`, repeats over the uvs
-    bump: np.ndarray | None = None  # float32 [H,W], heights in metres that tilt the normals, repeats over the uvs
+    bump: np.ndarray | None = None  # float32 [H,W], heights in meters that tilt the normals, repeats over the uvs
     emission: tuple | None = None  # radiance, W/(sr m^2); an emitting surface reflects nothing
 
 
@@ -40,7 +40,7 @@ class Instance:
     mesh: Mesh
     material: Material
     matrix: np.ndarray = field(default_factory=lambda: np.eye(4, dtype=np.float32))
-    motion: np.ndarray | None = None  # float32 [3], metres
+    motion: np.ndarray | None = None  # float32 [3], meters
 
 
 @dataclass
@@ -59,8 +59,8 @@ class Camera:
     position: tuple
     target: tuple
     fov: float = 50.0
-    aperture: float = 0.0  # radius of the lens, metres
-    focus: float = 1.0  # focus distance, metres
+    aperture: float = 0.0  # radius of the lens, meters
+    focus: float = 1.0  # focus distance, meters
 
 
 @dataclass

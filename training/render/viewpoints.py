@@ -31,7 +31,8 @@ def _camera(rng, target, distance, height, bounds, fov):
 
 def _clearness(triangles, camera):
     """How clear a camera's view is; 1 is clear. Rays into the image must hit nothing very close, half must reach half
-    the target's distance, most must hit something, and together three different objects. The worst of these counts."""
+    the target's distance, most must hit something, and together three objects (or all, if there are fewer). The worst
+    criterion counts."""
     eye, forward = np.array(camera.position), np.array(camera.target) - np.array(camera.position)
     right = np.cross(forward, (0, 0, 1)) + 1e-9
     right = right / np.linalg.norm(right) * camera.focus * np.tan(np.radians(camera.fov / 2)) * 0.8
@@ -45,7 +46,7 @@ def _clearness(triangles, camera):
 
 
 def _first_hit(triangles, eye, ray):
-    """Distance to the first triangle, in lengths of the ray, or infinity; and the number of its object."""
+    """Distance to the first triangle hit, in ray lengths, or infinity; and the index of its object."""
     corner, edge1, edge2, owner = triangles
     p = np.cross(ray, edge2)
     det = np.einsum("ij,ij->i", edge1, p)
