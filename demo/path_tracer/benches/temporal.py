@@ -4,9 +4,9 @@
     pip install OpenEXR
     python demo/path_tracer/benches/temporal.py target/temporal
 
-Every case is drawn with few samples per pixel, denoised frame by frame and along time, and compared with many samples,
-denoised. References that the folder holds from an earlier run are kept. Values are display values: at the exposure that
-brings the reference's log-average luminance to 0.18, in sRGB. Means over the second half of the frames:
+Each case is rendered with few samples per pixel, denoised frame by frame and over time, and compared with a denoised
+render of many samples. References from an earlier run are reused. Values are display values in sRGB, exposed so that
+the reference's log-average luminance is 0.18. Means over the second half of the frames:
 
     error     mean absolute difference from the reference
     hidden    the same, in pixels that the last frame did not show
@@ -29,7 +29,7 @@ CASES = {
     "fireflies, both": "--scene fireflies --orbit 0.5 --animate",
     "caustics, spheres": "--scene caustics --animate",
 }
-# Surfaces whose distances differ by more than this share are not the same.
+# Surfaces are different if their distances differ by more than this share.
 SAME_DEPTH = 0.05
 
 
@@ -46,7 +46,7 @@ def arguments():
 
 
 def draw(args, folder, case):
-    """Draws what is missing of a case: references once, the others anew."""
+    """Renders a case: the references only if they are missing, the others always."""
     folder.mkdir(parents=True, exist_ok=True)
 
     def run(*more):
@@ -61,7 +61,7 @@ def draw(args, folder, case):
 
 
 def read(path):
-    """The channels by their names."""
+    """The channels by name."""
     channels = OpenEXR.File(str(path), separate_channels=True).parts[0].channels
     return {name: channel.pixels.astype(np.float64) for name, channel in channels.items()}
 
@@ -81,7 +81,7 @@ def exposure(linear):
 
 
 class Way:
-    """From each pixel to where its surface was in the last frame."""
+    """The way from each pixel to its surface's position in the last frame."""
 
     def __init__(self, frame, last):
         y, x = np.indices(frame["Z"].shape)
@@ -96,7 +96,7 @@ class Way:
         self.seen = inside & same.any(axis=0)
 
     def follow(self, image):
-        """The image of the last frame where the surfaces were, read bilinearly."""
+        """The last frame's image sampled bilinearly at the surfaces' positions."""
         rows = [(1 - self.tx) * image[self.y + j, self.x] + self.tx * image[self.y + j, self.x + 1] for j in (0, 1)]
         return (1 - self.ty) * rows[0] + self.ty * rows[1]
 

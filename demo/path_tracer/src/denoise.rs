@@ -1,4 +1,4 @@
-//! The denoiser in a renderer: bound to a film once, then recorded after it in every frame.
+//! The denoiser in a renderer: bound to a film once, then recorded after it every frame.
 
 use wgdenoise::{Denoiser, Options, Pass, PassDescriptor, PassImage, Quality, Weights};
 
@@ -8,13 +8,13 @@ use crate::renderer::motion::Motion;
 
 /// A film's denoised image, and the pass that fills it.
 pub struct Denoised {
-    /// Record it after the commands that fill the film and the motion.
+    /// Record this after the commands that fill the film and the motion.
     pub pass: Pass,
     /// Linear color with the film's alpha, `rgba16float`.
     pub output: wgpu::Texture,
 }
 
-/// A denoiser that serves films of any size, on the renderer's own device.
+/// Creates a denoiser for films of any size, on the renderer's own device.
 ///
 /// # Errors
 /// If the weights are not built in, or the device cannot hold them or compile the kernels.
@@ -23,8 +23,8 @@ pub fn denoiser(device: &wgpu::Device, queue: &wgpu::Queue, quality: Quality) ->
 }
 
 impl Denoised {
-    /// Binds the denoiser to a film and, to average frames, to the motion from one to the next. A
-    /// window that changes its size makes another of all.
+    /// Binds the denoiser to a film and, to average frames, to the motion between them. A resized
+    /// window needs new images and a new binding.
     ///
     /// # Errors
     /// If the device cannot hold the output or the network's tensors.
@@ -49,12 +49,12 @@ impl Denoised {
     }
 }
 
-/// How many of the last frames a moving scene is averaged with at most.
+/// Maximum number of earlier frames that a moving scene is averaged with.
 const HISTORY: u32 = 8;
 
-/// How many of the last frames to average with the film's picture after this many earlier frames
-/// have added samples to it. The film replaces the history frame by frame, so all frames weigh the
-/// same on the way, and then converges undisturbed.
+/// The number of past frames to average with a film to which `earlier` frames have already added
+/// samples. The film replaces the history frame by frame, so that all frames weigh the same in the
+/// meantime, and then converges undisturbed.
 #[must_use]
 pub fn history(earlier: u32) -> f32 {
     HISTORY.saturating_sub(earlier) as f32

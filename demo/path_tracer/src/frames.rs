@@ -13,7 +13,7 @@ use path_tracer::renderer::film::Film;
 use path_tracer::renderer::motion::Motion;
 use path_tracer::stage::Moment;
 
-/// What the frames are drawn on.
+/// The images that a frame is drawn on.
 struct Canvas {
     film: Film,
     motion: Motion,
@@ -21,7 +21,7 @@ struct Canvas {
     reference: Film,
 }
 
-/// Draws and denoises frames from the scene's first moment on, and writes their files.
+/// Draws, denoises and saves frames, starting with the scene's first moment.
 ///
 /// # Errors
 /// If a file cannot be written, no adapter is found, or the device fails.
@@ -41,7 +41,7 @@ pub(crate) fn run(args: &Args, files: &Files, frames: u32) -> Result<()> {
 }
 
 impl Files {
-    /// The files of a frame.
+    /// The files of one frame.
     fn numbered(&self, frame: u32) -> Self {
         let number = |file: &PathBuf| numbered(file, frame);
         let (noisy, denoised) = (number(&self.noisy), number(&self.denoised));

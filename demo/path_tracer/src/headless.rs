@@ -53,7 +53,7 @@ pub(crate) fn run(args: &Args, out: &Path) -> Result<()> {
     studio.write(reference, &film)
 }
 
-/// A seed far from the picture's: the reference must not share its noise.
+/// A seed far from the image's: the reference must not share its noise.
 pub(crate) fn reference_seed(seed: u32) -> u32 {
     seed ^ (1 << 31)
 }
@@ -65,7 +65,7 @@ impl Files {
         Self { noisy, denoised, reference: args.reference.clone() }
     }
 
-    /// All of them.
+    /// All files.
     pub(crate) fn all(&self) -> Vec<&Path> {
         [&self.noisy, &self.denoised]
             .into_iter()
@@ -75,7 +75,7 @@ impl Files {
     }
 }
 
-/// Refuses files that cannot be written and names given twice.
+/// Rejects files that cannot be written, and duplicate names.
 pub(crate) fn check_outputs(files: &[&Path]) -> Result<()> {
     for (i, file) in files.iter().enumerate() {
         check_output(file, true)?;

@@ -16,8 +16,8 @@ pub struct Moment {
 }
 
 impl Moment {
-    /// The next frame's, 1/30 s later: the camera goes around the scene by this angle, in degrees,
-    /// and the spheres move if they are animated.
+    /// The next frame's moment, 1/30 s later: the camera orbits the scene by this angle, in
+    /// degrees, and the spheres move if animated.
     #[must_use]
     pub fn next(self, orbit: f32, animate: bool) -> Self {
         let step = if animate { FRAME } else { 0.0 };
@@ -28,7 +28,7 @@ impl Moment {
 /// Seconds between the frames of an animation.
 const FRAME: f32 = 1.0 / 30.0;
 
-/// A built-in scene that remembers what the last frame showed.
+/// A built-in scene that remembers the last frame.
 pub struct Stage {
     /// Draws the scene as it is now.
     pub renderer: Renderer,
@@ -38,7 +38,7 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// The scene at rest, seen by its own camera.
+    /// Builds the scene at rest, seen by its own camera.
     #[must_use]
     pub fn new(
         device: &wgpu::Device,
@@ -52,21 +52,21 @@ impl Stage {
         Self { renderer, name, now, last: now }
     }
 
-    /// What the current frame shows.
+    /// The current frame's moment.
     #[must_use]
     pub fn now(&self) -> Moment {
         self.now
     }
 
-    /// Begins the next frame. If it shows something else than the last one, the film starts over.
+    /// Begins the next frame. If it differs from the last one, the film starts over.
     ///
     /// # Errors
-    /// Never for built-in scenes: their shapes move, but they stay the same ones.
+    /// None for built-in scenes: their shapes move, but their number stays the same.
     pub fn show(&mut self, moment: Moment, film: &mut Film) -> Result<()> {
         let moved = self.last.time != self.now.time;
         self.last = std::mem::replace(&mut self.now, moment);
         let [now, last] = [self.now.time, self.last.time];
-        // Shapes that have stopped still carry their motion.
+        // Shapes that have just stopped still carry their motion.
         if moved || now != last {
             self.renderer.update(&self.name.at(now), &self.name.at(last))?;
         }

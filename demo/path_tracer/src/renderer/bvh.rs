@@ -22,7 +22,7 @@ pub struct Bounds {
 pub struct Node {
     /// The box's smallest coordinates.
     pub low: Vec3,
-    /// Of an inner node: the node after its descendants. Of a leaf: its first shape.
+    /// In an inner node, the node after its descendants; in a leaf, its first shape.
     pub next: u32,
     /// The box's largest coordinates.
     pub high: Vec3,
@@ -44,7 +44,7 @@ impl Bounds {
     const EMPTY: Self =
         Self { low: Vec3::splat(f32::INFINITY), high: Vec3::splat(f32::NEG_INFINITY) };
 
-    /// The box around a shape, slightly enlarged: rounding would make rays miss a flat box.
+    /// The box around a shape, slightly enlarged, because rounding would make rays miss a flat box.
     #[must_use]
     pub fn of(shape: &Shape) -> Self {
         let tight = match *shape {
@@ -79,9 +79,9 @@ impl Bounds {
 }
 
 impl Bvh {
-    /// A hierarchy over at least one shape, split by the surface area heuristic (Wald, "On Fast
-    /// Construction of SAH-based Bounding Volume Hierarchies", 2007). Scenes are small, so every
-    /// split is tried instead of a few bins.
+    /// Builds a hierarchy over at least one shape, split by the surface area heuristic (Wald, "On
+    /// Fast Construction of SAH-based Bounding Volume Hierarchies", 2007). Scenes are small, so it
+    /// tries every split instead of a few bins.
     #[must_use]
     pub fn build(bounds: &[Bounds]) -> Self {
         let mut tree = Self::flat(bounds);
@@ -90,7 +90,7 @@ impl Bvh {
         tree
     }
 
-    /// All shapes in one leaf: every ray tests every shape.
+    /// Puts all shapes in one leaf: every ray tests every shape.
     #[must_use]
     pub fn flat(bounds: &[Bounds]) -> Self {
         let order: Vec<_> = (0..bounds.len()).collect();
@@ -98,8 +98,8 @@ impl Bvh {
         Self { nodes: vec![leaf], order }
     }
 
-    /// Fits the boxes to shapes that have moved. The tree stays as it was built, so it is slower
-    /// than a new one once neighbors have moved far apart.
+    /// Fits the boxes to moved shapes. The tree keeps its structure, so it becomes slower than a
+    /// new one once neighbors have moved far apart.
     pub fn refit(&mut self, bounds: &[Bounds]) {
         // Descendants come after their ancestors.
         for index in (0..self.nodes.len()).rev() {

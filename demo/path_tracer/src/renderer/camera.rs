@@ -2,12 +2,12 @@
 
 use glam::{Quat, Vec3};
 
-/// A pinhole camera, in metres; y is up.
+/// A pinhole camera, in meters; y is up.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Camera {
     /// The pinhole.
     pub position: Vec3,
-    /// The point in the middle of the picture.
+    /// The point at the center of the image.
     pub target: Vec3,
     /// Vertical angle of view in degrees, below 180.
     pub field_of_view: f32,
@@ -21,7 +21,7 @@ pub(super) struct ImagePlane {
 }
 
 impl Camera {
-    /// Goes around the target by this angle, in degrees, to the right.
+    /// Orbits the target to the right by this angle, in degrees.
     #[must_use]
     pub fn orbit(self, angle: f32) -> Self {
         let turn = Quat::from_rotation_y(angle.to_radians());

@@ -12,7 +12,7 @@ pub struct Film {
     pub size: [u32; 2],
     /// Samples per pixel so far.
     pub samples: u32,
-    /// Selects the random numbers, and so the noise.
+    /// Selects the random numbers, and thus the noise.
     pub seed: u32,
     /// Linear color, `rgba32float`; alpha is the pixel's coverage.
     pub color: wgpu::Texture,
@@ -45,7 +45,7 @@ struct GpuFrame {
 const SUM_BYTES: u64 = size_of::<[f32; 4]>() as u64;
 
 impl Renderer {
-    /// An empty film of this size.
+    /// Creates an empty film of this size.
     ///
     /// # Errors
     /// If the device cannot hold images of this size.
@@ -65,8 +65,8 @@ impl Renderer {
 }
 
 impl Film {
-    /// Begins another picture, with other noise: noise that stays in place would look like a dirty
-    /// window in front of a moving scene, and no mean over frames would remove it.
+    /// Begins another picture with new noise: fixed noise would look like a dirty window in front
+    /// of a moving scene, and averaging frames would not remove it.
     pub fn start_over(&mut self) {
         self.samples = 0;
         self.seed = self.seed.wrapping_add(1);
@@ -131,7 +131,7 @@ pub(super) fn uniform_buffer<T>(device: &wgpu::Device, label: &str) -> wgpu::Buf
     })
 }
 
-/// Refuses sizes that the device cannot hold.
+/// Rejects sizes that the device cannot hold.
 pub(super) fn check(limits: &wgpu::Limits, [width, height]: [u32; 2]) -> Result<()> {
     let side = limits.max_texture_dimension_2d;
     let pixels = limits.max_storage_buffer_binding_size / SUM_BYTES;

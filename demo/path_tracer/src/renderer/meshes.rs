@@ -41,7 +41,7 @@ pub fn torus(ring: f32, tube: f32, transform: Affine3A) -> Vec<Shape> {
         .collect()
 }
 
-/// The angle of a step; the last equals the first exactly, which closes the seam.
+/// The angle of a step; the last equals the first exactly, to close the seam.
 fn turn(step: u32, of: u32) -> f32 {
     (step % of) as f32 / of as f32 * TAU
 }

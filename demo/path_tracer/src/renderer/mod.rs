@@ -1,6 +1,6 @@
 //! A progressive path tracer: adds samples of a scene to a film, on the GPU.
 //!
-//! It runs on any WebGPU device with default limits and knows nothing of the denoiser: its film
+//! It runs on any WebGPU device with default limits and is independent of the denoiser: its film
 //! consists of textures, like any renderer's.
 
 pub mod bvh;
@@ -18,16 +18,16 @@ use self::film::Film;
 use self::scene::Scene;
 use self::scene_buffers::SceneBuffers;
 
-/// The result of anything that can fail here; the error is one sentence for the user.
+/// The result of a fallible operation; the error is one sentence for the user.
 pub type Result<T> = std::result::Result<T, Box<dyn std::error::Error>>;
 
-/// The most samples per pixel in one dispatch: a watchdog ends longer ones on slow adapters.
+/// Maximum samples per pixel in one dispatch: on slow adapters, a watchdog ends longer ones.
 pub const SAMPLES_PER_DISPATCH: u32 = 4;
 
 /// How light is found. Tests compare the default with the slower alternatives.
 #[derive(Clone, Copy, Debug)]
 pub struct Method {
-    /// Sample the lights directly, as well as finding them by chance.
+    /// Sample the lights directly, besides finding them by chance.
     pub sample_lights: bool,
     /// Traverse a bounding volume hierarchy instead of testing every shape.
     pub hierarchy: bool,
@@ -48,7 +48,7 @@ pub struct Renderer {
     kernels: Kernels,
     buffers: SceneBuffers,
     scene: wgpu::BindGroup,
-    /// The scene's shapes alone, for motion vectors.
+    /// Only the scene's shapes, for motion vectors.
     shapes: wgpu::BindGroup,
 }
 
@@ -113,11 +113,11 @@ impl Renderer {
         Self { device, queue, kernels, buffers, scene, shapes }
     }
 
-    /// Moves the shapes to where `scene` has them; in the last frame they were where `last` has
-    /// them. Shapes may move but neither turn nor change otherwise; materials and sky stay.
+    /// Moves the shapes to their places in `scene`; `last` has their places in the last frame.
+    /// Shapes may move but not rotate or change otherwise; materials and sky stay.
     ///
     /// # Errors
-    /// If one of both scenes has another number of shapes than the renderer's.
+    /// If either scene's number of shapes differs from the renderer's.
     pub fn update(&mut self, scene: &Scene, last: &Scene) -> Result<()> {
         let shapes = self.buffers.shapes();
         if let Some(other) =
@@ -133,7 +133,7 @@ impl Renderer {
     }
 
     /// Records up to [`SAMPLES_PER_DISPATCH`] more samples per pixel, then averages all. Submit
-    /// before the next call, which overwrites the uniforms of this one.
+    /// before the next call, which overwrites this one's uniforms.
     pub fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -7,15 +7,15 @@ use super::camera::Camera;
 use super::film::{check, texture, uniform_buffer};
 use super::{Renderer, Result, WORKGROUP, bind};
 
-/// Images of what moved since the last frame, taken at the pixels' centers. Of mirrors and glass
-/// they show the surface, not what is seen in it.
+/// Images of the motion since the last frame, at the pixels' centers. For mirrors and glass they
+/// show the surface, not what is seen in it.
 pub struct Motion {
     /// Width and height in pixels.
     pub size: [u32; 2],
-    /// Where the surface was in the last frame, relative to the pixel, in pixels: x to the right, y
-    /// down; `rg32float`. It leads out of the picture where the surface was behind the camera.
+    /// The surface's position in the last frame relative to the pixel, in pixels: x to the right, y
+    /// down; `rg32float`. Points outside the image if the surface was behind the camera.
     pub vectors: wgpu::Texture,
-    /// Distance of the surface from the camera's plane in metres, 0 for the background; `r32float`.
+    /// Distance of the surface from the camera's plane in meters, 0 for the background; `r32float`.
     pub depth: wgpu::Texture,
     views: wgpu::Buffer,
     bindings: wgpu::BindGroup,
@@ -57,8 +57,8 @@ impl Renderer {
     }
 
     /// Records motion vectors and depth of the scene as [`update`](Self::update) left it, seen by
-    /// the camera of this frame and by that of the last one. Submit before the next call, which
-    /// overwrites the uniforms of this one.
+    /// this frame's camera and the last frame's. Submit before the next call, which overwrites this
+    /// one's uniforms.
     pub fn encode_motion(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -4,8 +4,8 @@ use half::f16;
 
 use super::Result;
 
-/// The pixels of a texture, row by row from the top left; channels that it lacks are 0. Waits for
-/// the device.
+/// Reads a texture's pixels, row by row from the top left; missing channels are 0. Waits for the
+/// device.
 ///
 /// # Errors
 /// If the device fails.

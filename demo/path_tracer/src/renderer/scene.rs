@@ -1,4 +1,4 @@
-//! Scenes, in metres; y is up and colors are linear.
+//! Scenes, in meters; y is up and colors are linear.
 
 use glam::Vec3;
 
@@ -17,8 +17,8 @@ pub struct Scene {
     pub camera: Camera,
 }
 
-/// A surface. Edges and corners run counterclockwise as seen from outside; emitters shine only
-/// outwards.
+/// A surface. Edges and corners run counterclockwise as seen from outside; emitters emit only
+/// outward.
 #[derive(Clone, Copy, Debug)]
 pub enum Shape {
     /// A sphere.
@@ -88,7 +88,7 @@ pub struct Sky {
 /// A disc of light at infinity.
 #[derive(Clone, Copy, Debug)]
 pub struct Sun {
-    /// Direction towards it, of any length.
+    /// Direction towards the sun, of any length.
     pub direction: Vec3,
     /// Angular diameter in degrees.
     pub angle: f32,
@@ -114,12 +114,12 @@ impl Scene {
 }
 
 impl Shape {
-    /// How far the shape is from where `other` is, if it has only been moved.
+    /// The displacement from `other`, if the shape has only been moved.
     pub(super) fn moved_from(&self, other: &Self) -> Vec3 {
         self.anchor() - other.anchor()
     }
 
-    /// The point that stands for the place of the whole.
+    /// The point that represents the shape's position.
     fn anchor(&self) -> Vec3 {
         match *self {
             Self::Sphere { center: at, .. }
@@ -130,7 +130,7 @@ impl Shape {
 }
 
 impl Sky {
-    /// The same radiance everywhere, without a sun.
+    /// A sky with the same radiance everywhere and no sun.
     #[must_use]
     pub fn constant(radiance: Vec3) -> Self {
         Self { horizon: radiance, zenith: radiance, sun: None }

@@ -57,10 +57,10 @@ struct GpuWorld {
 /// Marks the sun among the lights.
 const SUN: u32 = u32::MAX;
 
-/// A cosine above any direction's, for a sky without a sun.
+/// A cosine larger than any direction's, for a sky without a sun.
 const NO_SUN: f32 = 2.0;
 
-/// The shader divides by powers of the roughness; smaller ones would overflow 32-bit floats.
+/// The shader divides by powers of the roughness; smaller values would overflow 32-bit floats.
 const LEAST_ROUGHNESS: f32 = 0.05;
 
 impl SceneBuffers {
@@ -84,7 +84,7 @@ impl SceneBuffers {
         Self { bvh, all }
     }
 
-    /// Moves the shapes to where `scene` has them, from where `last` has them.
+    /// Moves the shapes from their places in `last` to those in `scene`.
     pub(super) fn update(&mut self, queue: &wgpu::Queue, scene: &Scene, last: &Scene) {
         self.bvh.refit(&bounds(scene));
         let primitives = primitives(&self.bvh, scene, last);
@@ -97,12 +97,12 @@ impl SceneBuffers {
         self.bvh.order.len()
     }
 
-    /// The buffers, in binding order: those of the shapes first.
+    /// All buffers in binding order, the shapes' first.
     pub(super) fn all(&self) -> Vec<&wgpu::Buffer> {
         self.all.iter().collect()
     }
 
-    /// The buffers that rays are intersected with, in binding order.
+    /// The buffers for intersecting rays, in binding order.
     pub(super) fn shapes_alone(&self) -> Vec<&wgpu::Buffer> {
         self.all[..2].iter().collect()
     }
@@ -112,7 +112,7 @@ fn bounds(scene: &Scene) -> Vec<Bounds> {
     scene.shapes.iter().map(|(shape, _)| Bounds::of(shape)).collect()
 }
 
-/// The shapes in the hierarchy's order, with their way since the last frame.
+/// The shapes in the hierarchy's order, with their motion since the last frame.
 fn primitives(bvh: &Bvh, scene: &Scene, last: &Scene) -> Vec<GpuPrimitive> {
     let primitive = |&shape: &usize| {
         let moved = scene.shapes[shape].0.moved_from(&last.shapes[shape].0);
@@ -134,7 +134,7 @@ fn buffer<T: NoUninit>(
 }
 
 /// Positions of the emitting shapes in the hierarchy's order, then the sun. The list itself follows
-/// the scene's order: a random number picks the same light whatever the hierarchy.
+/// the scene's order, so that a random number picks the same light with any hierarchy.
 fn lights(scene: &Scene, order: &[usize]) -> Vec<u32> {
     let shines =
         |shape: usize| matches!(scene.materials[scene.shapes[shape].1], Material::Emitter(_));

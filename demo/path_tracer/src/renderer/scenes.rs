@@ -27,7 +27,7 @@ const GOLD: Vec3 = vec3(1.0, 0.77, 0.34);
 const SILVER: Vec3 = vec3(0.96, 0.95, 0.93);
 const COPPER: Vec3 = vec3(0.95, 0.64, 0.54);
 
-/// Seconds in which a moving sphere goes away and comes back: then the scene is as it was.
+/// Period of a moving sphere in seconds, after which the scene repeats.
 pub const PERIOD: f32 = 4.0;
 
 impl SceneName {
@@ -37,8 +37,8 @@ impl SceneName {
         self.at(0.0)
     }
 
-    /// Builds the scene as it is this many seconds after its spheres began to move. At all times it
-    /// has the same shapes and materials, in the same order.
+    /// Builds the scene as it is this many seconds after its spheres began to move. It always has
+    /// the same shapes and materials, in the same order.
     #[must_use]
     pub fn at(self, time: f32) -> Scene {
         match self {
@@ -147,7 +147,7 @@ fn sky(time: f32) -> Scene {
         .with(GLASS, icosphere(0.33, 2, ball))
 }
 
-/// A point that goes from `start` this far and back again; both ends are smooth.
+/// A point that moves from `start` by `by` and back; it slows down at both ends.
 fn swing(start: Vec3, by: Vec3, time: f32) -> Vec3 {
     start + by * (1.0 - (TAU * time / PERIOD).cos()) / 2.0
 }

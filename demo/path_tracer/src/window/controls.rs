@@ -1,18 +1,18 @@
-//! The state of mouse and keys.
+//! Mouse and key state.
 
 use winit::event::MouseScrollDelta;
 
 use super::present::Split;
 use crate::args::Args;
 
-/// What the user has set.
+/// The user's choices.
 pub(super) struct Controls {
     /// Whether the spheres move.
     pub(super) animate: bool,
     /// Whether frames are averaged along their motion.
     pub(super) temporal: bool,
     denoise: bool,
-    /// Position of the divider as a share of the width, while it is shown.
+    /// Position of the divider as a share of the width; `None` if hidden.
     divider: Option<f32>,
     /// Position of the mouse in pixels.
     mouse: [f32; 2],
@@ -79,7 +79,7 @@ impl Controls {
         }
     }
 
-    /// How a window of this width is divided: noisy up to the divider, or without one all noisy or
+    /// How a window of this width is split: noisy left of the divider, or without one all noisy or
     /// all denoised.
     pub(super) fn split(&self, width: f32) -> Split {
         let noisy = if self.denoise { self.divider.unwrap_or(0.0) } else { 1.0 };
@@ -87,7 +87,7 @@ impl Controls {
     }
 }
 
-/// Steps of the wheel; positive ones come closer.
+/// Wheel steps; positive ones move closer.
 pub(super) fn steps(delta: MouseScrollDelta) -> f32 {
     match delta {
         MouseScrollDelta::LineDelta(_, lines) => lines,

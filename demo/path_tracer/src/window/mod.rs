@@ -24,13 +24,13 @@ use self::viewer::Viewer;
 use crate::args::Args;
 use path_tracer::renderer::Result;
 
-/// The window and what is in it.
+/// The window and its contents.
 struct App<'a> {
     args: &'a Args,
     /// `None` until the event loop allows windows.
     open: Option<(Arc<Window>, Viewer)>,
     controls: Controls,
-    /// The error that ended the event loop, if one did.
+    /// The error that ended the event loop, if any.
     failure: Option<Box<dyn std::error::Error>>,
 }
 
@@ -115,14 +115,14 @@ impl App<'_> {
 fn draw(window: &Window, viewer: &mut Viewer, controls: &Controls) -> Result<()> {
     match viewer.draw(controls)? {
         Some(times) => window.set_title(&title(viewer.samples(), controls.temporal, times)),
-        // A hidden window must not keep a core busy.
+        // Do not keep a core busy for a hidden window.
         None => std::thread::sleep(Duration::from_millis(50)),
     }
     window.request_redraw();
     Ok(())
 }
 
-/// Resizes the images. A minimised window, which has no area, keeps them.
+/// Resizes the images. A minimized window, which has no area, keeps them.
 fn resize(viewer: &mut Viewer, size: PhysicalSize<u32>) -> Result<()> {
     let visible = size.width > 0 && size.height > 0;
     if visible { viewer.resize([size.width, size.height]) } else { Ok(()) }

@@ -1,4 +1,4 @@
-//! A camera that orbits what it looks at and never leaves the room.
+//! A camera that orbits its target and never leaves the room.
 
 use std::f32::consts::FRAC_PI_2;
 use std::ops::RangeInclusive;
@@ -13,20 +13,20 @@ const TURN: f32 = 0.006;
 const STEP: f32 = 0.9;
 /// Largest angle above or below the horizon, just short of the pole.
 const STEEPEST: f32 = FRAC_PI_2 - 0.05;
-/// Distances from the target, in metres.
+/// Distances from the target, in meters.
 const DISTANCES: RangeInclusive<f32> = 0.2..=20.0;
-/// The camera stays this share of the way to a wall.
+/// The camera stops at this share of the distance to a wall.
 const CLEARANCE: f32 = 0.95;
 
 /// A camera in spherical coordinates around its target.
 pub(super) struct Orbit {
     target: Vec3,
     field_of_view: f32,
-    /// Angle around the y axis, from the z axis on.
+    /// Angle around the y axis, from the z axis.
     azimuth: f32,
     /// Angle above the horizon.
     elevation: f32,
-    /// Distance from the target where no wall is closer.
+    /// Distance from the target if no wall is closer.
     distance: f32,
     walls: Vec<Wall>,
 }
@@ -54,19 +54,19 @@ impl Orbit {
         }
     }
 
-    /// The current view. A wall between the target and the orbit brings the camera closer.
+    /// The current view. A wall between the target and the orbit moves the camera closer.
     pub(super) fn camera(&self) -> Camera {
         let position = self.target + self.reach() * self.direction();
         Camera { position, target: self.target, field_of_view: self.field_of_view }
     }
 
-    /// Turns by a drag of the mouse, in pixels to the right and down.
+    /// Rotates by a mouse drag, in pixels to the right and down.
     pub(super) fn drag(&mut self, [x, y]: [f32; 2]) {
         self.azimuth -= x * TURN;
         self.elevation = (self.elevation + y * TURN).clamp(-STEEPEST, STEEPEST);
     }
 
-    /// Comes closer by steps of the wheel, from where the camera is now.
+    /// Moves closer by wheel steps, from the camera's current position.
     pub(super) fn zoom(&mut self, steps: f32) {
         let distance = self.reach() * STEP.powf(steps);
         self.distance = distance.clamp(*DISTANCES.start(), *DISTANCES.end());
@@ -95,7 +95,7 @@ impl Wall {
         }
     }
 
-    /// Distance at which a ray meets the wall (Möller and Trumbore, as in `intersect.wgsl`).
+    /// Distance at which a ray hits the wall (Möller and Trumbore, as in `intersect.wgsl`).
     fn hit(&self, origin: Vec3, direction: Vec3) -> Option<f32> {
         let [a, b] = self.edges;
         let p = direction.cross(b);
@@ -116,8 +116,8 @@ mod tests {
 
     use super::*;
 
-    /// Whether the straight line between two points crosses a rectangle: where they are on
-    /// different sides of its plane, and the line passes between its opposite edges.
+    /// Whether the line segment between two points crosses a rectangle: the points are on
+    /// different sides of its plane, and the line passes between opposite edges.
     fn crosses(from: Vec3, to: Vec3, corner: Vec3, edges: [Vec3; 2]) -> bool {
         let normal = edges[0].cross(edges[1]);
         let [before, after] = [from, to].map(|point| (point - corner).dot(normal));

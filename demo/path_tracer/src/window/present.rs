@@ -58,7 +58,7 @@ impl Present {
         Self { pipeline, screen: screen_buffer(device), encode: !format.is_srgb() }
     }
 
-    /// Binds the two images, which have the screen's size.
+    /// Binds the two images, which must have the screen's size.
     pub(super) fn bind(
         &self,
         device: &wgpu::Device,
@@ -90,7 +90,7 @@ impl Present {
         queue.write_buffer(&self.screen, 0, bytemuck::bytes_of(&screen));
     }
 
-    /// Records drawing the bound images onto the surface.
+    /// Records drawing of the bound images to the surface.
     pub(super) fn encode(
         &self,
         encoder: &mut wgpu::CommandEncoder,

@@ -31,7 +31,7 @@ impl Screen {
         let size = window.inner_size();
         let surface = instance.create_surface(window)?;
         let adapter = choose(&instance, &surface, wanted)?;
-        // They make wgdenoise faster; neither it nor the renderer requires them.
+        // These features make wgdenoise faster; neither it nor the renderer requires them.
         let (device, queue) =
             pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
                 label: Some("path tracer"),

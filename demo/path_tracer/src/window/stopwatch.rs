@@ -1,10 +1,10 @@
-//! Measures a frame's parts on the GPU.
+//! Times the parts of a frame on the GPU.
 
 use std::time::{Duration, Instant};
 
 use path_tracer::renderer::Result;
 
-/// The time of a frame.
+/// The times of a frame.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Times {
     /// Path tracer and denoiser, by the GPU's clock.
@@ -27,14 +27,14 @@ struct Queries {
     period: f32,
 }
 
-/// The timestamps: start and end of the path tracer's pass, and start of the pass that shows the
-/// result. The denoiser runs between the last two.
+/// The timestamps: start and end of the path tracer's pass, and start of the display pass. The
+/// denoiser runs between the last two.
 const TICKS: u32 = 3;
 const BYTES: u64 = TICKS as u64 * size_of::<u64>() as u64;
 
 impl Stopwatch {
     pub(super) fn new(device: &wgpu::Device, queue: &wgpu::Queue) -> Self {
-        // CPU drivers take timestamps before their threads have finished.
+        // CPU drivers write timestamps before their threads have finished.
         let is_gpu = device.adapter_info().device_type != wgpu::DeviceType::Cpu;
         let timestamps = device.features().contains(wgpu::Features::TIMESTAMP_QUERY);
         let queries =
@@ -56,7 +56,7 @@ impl Stopwatch {
         })
     }
 
-    /// Timestamp for the pass that shows the result.
+    /// Timestamp for the display pass.
     pub(super) fn present(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
         self.queries.as_ref().map(|queries| wgpu::RenderPassTimestampWrites {
             query_set: &queries.set,
@@ -73,7 +73,7 @@ impl Stopwatch {
         }
     }
 
-    /// Waits for the submitted frame: queued frames would only make the camera lag.
+    /// Waits for the submitted frame, because queued frames would only make the camera lag.
     ///
     /// # Errors
     /// If the device fails.

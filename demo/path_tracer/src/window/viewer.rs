@@ -28,13 +28,14 @@ pub(super) struct Viewer {
     orbit: Orbit,
     per_frame: u32,
     schedule: Schedule,
-    /// Frames since the accumulation began.
+    /// Frames since accumulation began.
     frame: u32,
     /// When the last frame was drawn.
     drawn: Instant,
 }
 
-/// Seconds between frames at most: on slow adapters, spheres slow down instead of jumping.
+/// Maximum animation step per frame in seconds: on slow adapters, spheres slow down instead of
+/// jumping.
 const LONGEST_STEP: f32 = 1.0 / 24.0;
 
 /// Everything that depends on the window's size.
@@ -45,7 +46,8 @@ struct Canvas {
     images: wgpu::BindGroup,
     /// Whether the denoised image shows an earlier accumulation.
     stale: bool,
-    /// Whether a frame has not been denoised since: motion vectors do not lead past it.
+    /// Whether a frame has been skipped since the last denoised one: motion vectors do not reach
+    /// past it.
     skipped: bool,
 }
 
@@ -76,7 +78,7 @@ impl Viewer {
         })
     }
 
-    /// Starts over with images of another size. The denoiser stays.
+    /// Starts over with images of another size. Keeps the denoiser.
     ///
     /// # Errors
     /// If the device cannot hold them.
@@ -103,7 +105,7 @@ impl Viewer {
         self.screen.config.width as f32
     }
 
-    /// Draws a frame and waits for it; `None` while the window cannot be drawn on.
+    /// Draws a frame and waits for it; returns `None` while the window cannot be drawn to.
     ///
     /// # Errors
     /// If the device fails.
@@ -120,7 +122,7 @@ impl Viewer {
         self.stopwatch.stop(&self.screen.device).map(Some)
     }
 
-    /// What the next frame shows.
+    /// The next frame's moment.
     fn moment(&mut self, animate: bool) -> Moment {
         let since = std::mem::replace(&mut self.drawn, Instant::now()).elapsed();
         let step = if animate { since.as_secs_f32().min(LONGEST_STEP) } else { 0.0 };
@@ -170,7 +172,7 @@ impl Canvas {
         Ok(Self { film, motion, denoised, images, stale: true, skipped: false })
     }
 
-    /// Records the denoiser with this share of noisy color, and with at most this many of the last
+    /// Records the denoiser with this share of noisy color, averaging at most this many earlier
     /// frames.
     fn denoise(&mut self, share: f32, frames: f32, encoder: &mut wgpu::CommandEncoder) {
         let pass = &self.denoised.pass;

@@ -1,4 +1,4 @@
-//! The bounding volume hierarchy against a test of every shape.
+//! The bounding volume hierarchy, compared with testing every shape.
 
 use glam::Vec3;
 
@@ -105,7 +105,7 @@ fn a_refitted_tree_has_boxes_around_the_shapes_as_they_are_and_no_wider() {
     }
 }
 
-/// As drawn by a renderer that was made for the scene as it is.
+/// Compares with a renderer created for the moved scene.
 #[test]
 fn a_scene_that_has_moved_is_drawn_as_one_that_was_made_so() {
     let [before, after] = [0.0, 1.0].map(|time| SceneName::StillLife.at(time));
@@ -134,8 +134,8 @@ fn one_shape_is_one_leaf() {
     assert_eq!((bvh.nodes.len(), bvh.nodes[0].count, bvh.order), (1, 1, vec![0]));
 }
 
-/// First hits are equal to the bit. A few longer paths differ: whether a ray hits a triangle edge-on
-/// is up to rounding, and the hierarchy skips some of these tests.
+/// First hits are bit-identical. A few longer paths differ: rounding decides whether a ray hits a
+/// triangle edge-on, and the hierarchy skips some of these tests.
 #[test]
 fn pictures_with_and_without_the_tree_are_the_same() {
     let scene = SceneName::StillLife.build();

@@ -1,11 +1,11 @@
-//! The command writes frames, and refuses what makes no sense.
+//! The command writes frames and rejects invalid requests.
 
 use std::path::Path;
 use std::process::Command;
 
 use wgdenoise_files::{LayerChoice, MotionWish, Picture};
 
-/// Runs the command with tiny pictures of one sample; returns what it printed as errors.
+/// Runs the command with tiny images of one sample; returns its error output.
 fn run(folder: &Path, args: &str) -> Result<(), String> {
     let output = Command::new(env!("CARGO_BIN_EXE_path_tracer"))
         .args("--size 16x12 --spp 1".split(' '))

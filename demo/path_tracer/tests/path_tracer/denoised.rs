@@ -1,5 +1,5 @@
-//! The pass in the renderer's own submission: better than many more samples, and with the schedule
-//! converging to the plain samples.
+//! The pass in the renderer's own submission: it beats many more samples, and with the schedule it
+//! converges to the plain samples.
 
 use std::sync::OnceLock;
 
@@ -13,7 +13,7 @@ use path_tracer::renderer::{Method, Renderer};
 
 const SIZE: [u32; 2] = [96, 72];
 
-/// Plain samples of the default scene. Pictures and the reference have different seeds.
+/// Plain samples of the default scene. Images and the reference use different seeds.
 fn plain(samples: u32, seed: u32) -> Vec<[f32; 4]> {
     let shot = Shot { size: SIZE, samples, seed };
     draw(&SceneName::StillLife.build(), Method::default(), shot).color
@@ -54,7 +54,7 @@ fn four_denoised_samples_are_closer_to_the_truth_than_thirty_two_plain_ones() {
     assert!(noisy.iter().zip(&found).all(|(a, b)| a[3] == b[3]), "alpha is carried over");
 }
 
-/// The network's bias does not vanish with more samples; the schedule's result converges to the
+/// The network's bias remains with more samples; the schedule's result converges to the
 /// accumulation.
 #[test]
 fn with_many_samples_the_output_tends_to_them() {

@@ -1,5 +1,5 @@
-//! No material creates light, and white ones absorb none: under a sky of radiance 1, everything
-//! white looks like the sky.
+//! No material creates light, and white ones absorb none: under a sky of radiance 1, anything white
+//! looks like the sky.
 
 use glam::{Vec3, vec3};
 
@@ -9,7 +9,7 @@ use path_tracer::renderer::scene::{Material, Scene, Shape, Sky};
 
 const SHOT: Shot = Shot { size: [64, 48], samples: 8, seed: 1 };
 
-/// A sphere that fills the middle of the picture.
+/// A sphere that fills the middle of the image.
 fn in_white_sky(material: Material) -> Vec<f64> {
     let camera = camera_at(vec3(0.0, 0.0, 4.0), 30.0);
     let scene =
@@ -26,7 +26,7 @@ fn a_white_sphere_vanishes_in_a_white_sky() {
 
 #[test]
 fn a_gray_sphere_reflects_its_share() {
-    // It is convex, so every path scatters once.
+    // The sphere is convex, so every path scatters once.
     assert_mean("gray", &in_white_sky(Material::Diffuse(Vec3::splat(0.5))), 0.5, 0.01);
 }
 
@@ -43,7 +43,7 @@ fn metal_makes_no_light() {
     for roughness in [0.05, 0.2, 0.5, 1.0] {
         let pixels = in_white_sky(Material::Metal { color: Vec3::ONE, roughness });
         let most = pixels.iter().copied().fold(0.0, f64::max);
-        // A visible microfacet weighs at most 1; the rest is rounding.
+        // A visible microfacet's weight is at most 1; the rest is rounding.
         assert!(most <= 1.0 + 1e-4, "roughness {roughness}: {most}");
         let mean = pixels.iter().sum::<f64>() / pixels.len() as f64;
         assert!(roughness > 0.05 || mean > 0.99, "nearly a mirror: {mean}");
@@ -51,9 +51,9 @@ fn metal_makes_no_light() {
 }
 
 /// At roughness 1, D = 1/π. At normal view no microfacet is masked, and light from cosine c is
-/// shadowed by Λ = (1/c − 1)/2. The reflected share is therefore
-/// ∫ D / (1 + Λ) / 4 · 2π dc = ∫ c / (1 + c) dc over c from 0 to 1, which is 1 − ln 2. The model
-/// leaves out the rest, which bounces between microfacets.
+/// shadowed by Λ = (1/c − 1)/2. The reflected share is therefore ∫ D / (1 + Λ) / 4 · 2π dc = ∫ c /
+/// (1 + c) dc over c from 0 to 1, which is 1 − ln 2. The model omits the rest, which bounces
+/// between microfacets.
 #[test]
 fn the_roughest_metal_reflects_what_its_facets_do_not_hide() {
     let white = Material::Metal { color: Vec3::ONE, roughness: 1.0 };

@@ -48,7 +48,7 @@ fn the_background_is_empty_and_surfaces_have_unit_normals() {
             background += 1;
         } else if color[3] == 1.0 {
             assert!(length(albedo) > 0.0);
-            // An average of unit normals, stored in 16 bits, is no longer than 1.
+            // An average of unit normals, stored in 16 bits, has length 1 at most.
             assert!((0.2..1.001).contains(&length(normal)), "{normal:?}");
             surface += 1;
         }
@@ -67,6 +67,6 @@ fn more_samples_come_nearer_to_many() {
         few.iter().zip(&many).map(|(a, b)| (a[1] - b[1]).abs()).sum::<f32>()
     };
     let (few, more) = (off(draw(4, 0)), off(draw(64, 0)));
-    // 16 times the samples quarter the standard deviation; outliers blur that.
+    // With 16 times the samples, the standard deviation drops to a quarter; outliers blur that.
     assert!(more < 0.5 * few, "4 samples are off by {few}, 64 by {more}");
 }

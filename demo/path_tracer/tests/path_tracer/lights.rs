@@ -92,7 +92,7 @@ fn the_back_of_a_quad_is_dark() {
     }
 }
 
-/// A room with all materials: mean brightness by both methods, over seeds.
+/// A room with all materials: mean brightness by both methods, over several seeds.
 #[test]
 fn a_whole_scene_is_as_bright_by_aim_as_by_chance() {
     let scene = SceneName::StillLife.build();

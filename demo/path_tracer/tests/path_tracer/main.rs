@@ -1,4 +1,4 @@
-//! Tests of the path tracer: what it hands the denoiser is correct.
+//! Tests of the path tracer: the denoiser receives correct images.
 
 mod bvh;
 mod command;

@@ -1,4 +1,4 @@
-//! Motion vectors and depth: by trigonometry, and by what two frames show.
+//! Motion vectors and depth, compared with trigonometry and with what two frames show.
 
 use glam::{Quat, Vec3, vec3};
 
@@ -12,7 +12,7 @@ use path_tracer::renderer::{Method, Renderer};
 const SIZE: [u32; 2] = [96, 72];
 const GRAY: Material = Material::Diffuse(Vec3::splat(0.5));
 
-/// Motion vectors and depth of the second scene after the first one.
+/// Motion vectors and depth of the second scene, relative to the first.
 fn motion([last, now]: [&Scene; 2]) -> (Vec<[f32; 2]>, Vec<f32>) {
     let Bench { device, queue, kernels } = bench();
     let mut renderer = Renderer::new(device, queue, kernels, now, Method::default());
@@ -26,7 +26,7 @@ fn motion([last, now]: [&Scene; 2]) -> (Vec<[f32; 2]>, Vec<f32>) {
     (vectors, read(&motion.depth).into_iter().map(|[depth, ..]| depth).collect())
 }
 
-/// The pixel next to the picture's center, right of it and below.
+/// The pixel right of and below the image's center.
 const MIDDLE: usize = (SIZE[1] / 2 * SIZE[0] + SIZE[0] / 2) as usize;
 
 /// Pixels per unit of the image plane at distance 1.
@@ -75,7 +75,7 @@ fn a_sphere_that_goes_right_and_up_was_left_and_below() {
     let (vectors, depth) = motion([&last, &now]);
     let pixels = focal_length(&now.camera) / depth[MIDDLE];
     assert_near(vectors[MIDDLE], [-0.2 * pixels, 0.1 * pixels]);
-    // The ray half a pixel off the axis meets the ball just behind its pole.
+    // The ray half a pixel off the axis hits the ball just behind its pole.
     assert!((3.5..3.501).contains(&depth[MIDDLE]), "{}", depth[MIDDLE]);
     // The background stands still.
     assert_near(vectors[0], [0.0; 2]);
@@ -115,7 +115,7 @@ fn nothing_moves_in_a_still_scene() {
     motion([&scene, &scene]).0.into_iter().for_each(|vector| assert_near(vector, [0.0; 2]));
 }
 
-/// Where pixels were in the last frame by their vectors, between pixels. `None` out of the picture.
+/// A pixel's position in the last frame by its vector, between pixels; `None` outside the image.
 fn place(pixel: usize, [x, y]: [f32; 2]) -> Option<[f32; 2]> {
     let [width, height] = SIZE.map(|side| side as f32);
     let x = (pixel % SIZE[0] as usize) as f32 + x;
@@ -124,7 +124,8 @@ fn place(pixel: usize, [x, y]: [f32; 2]) -> Option<[f32; 2]> {
     inside.then_some([x, y])
 }
 
-/// Whether a value is in the range of the four pixels around a place. Both were rounded to 8 bits.
+/// Whether a value is in the range of the four pixels around a position. Both were rounded to 8
+/// bits.
 fn shows(image: &[[f32; 4]], [x, y]: [f32; 2], value: [f32; 4]) -> bool {
     let first = y as usize * SIZE[0] as usize + x as usize;
     let around = [0, 1, SIZE[0] as usize, SIZE[0] as usize + 1].map(|step| image[first + step]);
@@ -135,9 +136,9 @@ fn shows(image: &[[f32; 4]], [x, y]: [f32; 2], value: [f32; 4]) -> bool {
     })
 }
 
-/// Checks that the image of the last frame, warped by the vectors, is that of this frame. What the
-/// last frame hid stays wrong whatever the vectors are, so they are compared with none and with
-/// wrong signs: those must be wrong more than twice as often, in the pixels that count.
+/// Checks that the last frame, warped by the vectors, matches this frame. What the last frame hid
+/// is wrong with any vectors, so zero vectors and vectors with wrong signs serve for comparison:
+/// they must be wrong more than twice as often, among the pixels that count.
 fn check_warp(
     [last, now]: [&[[f32; 4]]; 2],
     vectors: &[[f32; 2]],
@@ -187,7 +188,7 @@ fn albedo_follows_spheres_that_move() {
     check_warp(albedo.each_ref().map(Vec::as_slice), &vectors, NONE_OR_FLIPPED, moves);
 }
 
-/// The sky's gradient is vertical, so it does not show a wrong x.
+/// The sky's gradient is vertical, so it cannot reveal a wrong x.
 #[test]
 fn the_sky_follows_a_camera_that_turns() {
     let (last, now) = (SceneName::Sky.build(), turned(SceneName::Sky.build(), 0.0, 0.03));

@@ -1,4 +1,4 @@
-//! The shaders run on every backend: they need no feature, and naga translates them for each.
+//! The shaders run on every backend: they need no features, and naga translates them for each.
 
 use naga::valid::{Capabilities, ModuleInfo, ValidationFlags, Validator};
 use naga::{Module, back};

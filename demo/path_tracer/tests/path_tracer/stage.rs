@@ -54,7 +54,7 @@ fn the_next_moment_moves_what_it_should_and_time_goes_around() {
     assert_eq!(start.next(0.0, false), start);
     let turned = start.next(90.0, false);
     assert_eq!((turned.time, turned.camera.target), (0.0, start.camera.target));
-    // Seen from above, the camera goes to the right of whoever looks at the target.
+    // Seen from above, the camera moves to the right as seen by someone looking at the target.
     let [before, after] =
         [start, turned].map(|moment| moment.camera.position - start.camera.target);
     let quarter = glam::vec3(before.z, before.y, -before.x);

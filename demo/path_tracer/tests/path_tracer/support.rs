@@ -25,7 +25,7 @@ pub(crate) struct Shot {
     pub(crate) seed: u32,
 }
 
-/// The device of all tests, without features and with WebGPU's default limits.
+/// The device shared by all tests, without features and with WebGPU's default limits.
 pub(crate) struct Bench {
     pub(crate) device: wgpu::Device,
     pub(crate) queue: wgpu::Queue,
@@ -50,7 +50,7 @@ pub(crate) fn draw(scene: &Scene, method: Method, shot: Shot) -> Drawn {
     expose(&Renderer::new(device, queue, kernels, scene, method), scene, shot)
 }
 
-/// The same with a renderer that was made for an earlier state of the scene.
+/// Draws with a renderer created for an earlier state of the scene.
 pub(crate) fn draw_moved(before: &Scene, after: &Scene, shot: Shot) -> Drawn {
     let Bench { device, queue, kernels } = bench();
     let mut renderer = Renderer::new(device, queue, kernels, before, Method::default());
@@ -110,11 +110,11 @@ pub(crate) fn estimate(values: &[f64]) -> (f64, f64) {
 }
 
 /// Fails if the mean is off by more than five standard errors, a one-in-a-million chance, or if the
-/// standard error exceeds this share of `expected`.
+/// standard error exceeds the share `precision` of `expected`.
 pub(crate) fn assert_mean(what: &str, values: &[f64], expected: f64, precision: f64) {
     let (mean, error) = estimate(values);
     assert!(error < precision * expected, "{what}: {mean} ± {error} is too uncertain");
-    // Values that are exact but for rounding have no spread.
+    // Values that are exact up to rounding have no spread.
     let rounding = 1e-5 * expected;
     let off = (mean - expected).abs();
     assert!(off < 5.0 * error + rounding, "{what}: {mean} ± {error}, expected {expected}");

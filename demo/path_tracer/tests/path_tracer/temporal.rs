@@ -1,4 +1,5 @@
-//! Frames averaged along their motion: less flicker and error, and no trace of it in a still scene.
+//! Averaging frames along their motion reduces flicker and error, and leaves no trace in a still
+//! scene.
 
 use wgdenoise::Quality;
 
@@ -14,7 +15,7 @@ use path_tracer::stage::{Moment, Stage};
 
 const SIZE: [u32; 2] = [96, 72];
 
-/// A stage with a film and the denoiser behind it.
+/// A stage with a film and a denoiser.
 struct Studio {
     stage: Stage,
     film: Film,
@@ -23,7 +24,7 @@ struct Studio {
 }
 
 impl Studio {
-    /// Frames are averaged if `temporal`.
+    /// Averages frames if `temporal`.
     fn new(temporal: bool) -> Self {
         let Bench { device, queue, kernels } = bench();
         let stage = Stage::new(device, queue, kernels, SceneName::StillLife);
@@ -35,7 +36,7 @@ impl Studio {
         Self { stage, film, motion, denoised }
     }
 
-    /// Adds samples and denoises the film after this many earlier frames of it.
+    /// Adds samples and denoises the film, to which `earlier` frames have already added samples.
     fn draw(&mut self, earlier: u32) -> Vec<[f32; 4]> {
         let Bench { device, queue, .. } = bench();
         let Self { stage, film, motion, denoised } = self;
@@ -59,14 +60,14 @@ impl Studio {
     }
 }
 
-/// Eight frames from the time on at which the spheres are fastest.
+/// Eight frames, starting when the spheres are fastest.
 fn moments(orbit: f32, animate: bool) -> Vec<Moment> {
     let camera = SceneName::StillLife.build().camera;
     let start = Moment { time: 1.0, camera };
     std::iter::successors(Some(start), |moment| Some(moment.next(orbit, animate))).take(8).collect()
 }
 
-/// The mean difference of a frame and the last one where its motion vectors lead.
+/// The mean difference between a frame and the last one, where the motion vectors point.
 fn flicker(last: &[[f32; 4]], now: &[[f32; 4]], vectors: &[[f32; 4]]) -> f64 {
     let [width, height] = SIZE.map(|side| side as usize);
     let followed = |pixel: usize| {
@@ -79,7 +80,7 @@ fn flicker(last: &[[f32; 4]], now: &[[f32; 4]], vectors: &[[f32; 4]]) -> f64 {
     error(now, &followed)
 }
 
-/// Error of the last frame, and flicker between it and the one before.
+/// The last frame's error, and the flicker between it and the previous one.
 fn measure(temporal: bool, moments: &[Moment], truth: &[[f32; 4]]) -> [f64; 2] {
     let Bench { device, queue, .. } = bench();
     let mut studio = Studio::new(temporal);
@@ -89,7 +90,7 @@ fn measure(temporal: bool, moments: &[Moment], truth: &[[f32; 4]]) -> [f64; 2] {
     [error(now, truth), flicker(last, now, &vectors)]
 }
 
-/// Error and flicker of single frames, and of averaged ones.
+/// Error and flicker of single and of averaged frames.
 fn compare(orbit: f32, animate: bool) -> [[f64; 2]; 2] {
     let moments = moments(orbit, animate);
     let Moment { time, camera } = moments[moments.len() - 1];
@@ -98,14 +99,14 @@ fn compare(orbit: f32, animate: bool) -> [[f64; 2]; 2] {
     [false, true].map(|temporal| measure(temporal, &moments, &truth.color))
 }
 
-/// All flicker is noise here.
+/// Here, all flicker is noise.
 #[test]
 fn a_still_scene_flickers_less_than_half_as_much() {
     let [alone, averaged] = compare(0.0, false);
     assert!(averaged[0] < alone[0] && averaged[1] < alone[1] / 2.0, "{averaged:?} and {alone:?}");
 }
 
-/// Some of what changes here is the scene itself.
+/// Here, some of the change is the scene's own.
 #[test]
 fn moving_scenes_have_less_error_and_flicker() {
     for (orbit, animate) in [(0.5, false), (0.0, true)] {
@@ -115,7 +116,7 @@ fn moving_scenes_have_less_error_and_flicker() {
     }
 }
 
-/// Even if the history is of another view.
+/// Holds even if the history shows another view.
 #[test]
 fn a_still_scene_converges_as_without_history() {
     let moments = moments(2.0, true);
@@ -125,13 +126,13 @@ fn a_still_scene_converges_as_without_history() {
         (1..12).map(|earlier| studio.draw(earlier)).collect::<Vec<_>>()
     });
     let differs: Vec<_> = alone.iter().zip(&averaged).map(|(a, b)| a != b).collect();
-    // Eight frames weigh the same; from the ninth on there is no history left.
+    // Eight frames weigh the same; from the ninth on, no history is left.
     assert_eq!(differs, [[true; 7].as_slice(), &[false; 4]].concat());
 }
 
 #[test]
 fn on_the_way_from_history_to_film_all_frames_weigh_the_same() {
-    // The share of what was there before, after each frame of a film.
+    // The remaining share of the history after each frame of a film.
     let mut before = 1.0;
     for earlier in 0..12 {
         let frames = f64::from(history(earlier));

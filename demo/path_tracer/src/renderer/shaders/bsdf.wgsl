@@ -73,7 +73,7 @@ fn smith_lambda(direction: vec3<f32>, alpha: f32) -> f32 {
     return (sqrt(1.0 + tangent * tangent) - 1.0) / 2.0;
 }
 
-// A microfacet's normal, sampled by visible area (Dupuy and Benyoub, "Sampling Visible GGX Normals
+// Samples a microfacet normal by visible area (Dupuy and Benyoub, "Sampling Visible GGX Normals
 // with Spherical Caps", 2023).
 fn visible_normal(out: vec3<f32>, alpha: f32) -> vec3<f32> {
     let xi = random_pair();
@@ -85,8 +85,8 @@ fn visible_normal(out: vec3<f32>, alpha: f32) -> vec3<f32> {
     return normalize(vec3(alpha * half_way.xy, half_way.z));
 }
 
-// Smooth glass reflects or refracts. Refraction also scales radiance, but light that enters leaves
-// again before it reaches the camera, so the factors cancel.
+// Smooth glass reflects or refracts. Refraction also scales radiance, but light that enters also
+// leaves before it reaches the camera, so the factors cancel.
 fn scatter_glass(surface: Surface, out: vec3<f32>) -> Scattered {
     let ior = surface.material.ior;
     let eta = select(ior, 1.0 / ior, surface.outward);
@@ -98,7 +98,7 @@ fn scatter_glass(surface: Surface, out: vec3<f32>) -> Scattered {
     return Scattered(refracted, surface.material.color, 0.0);
 }
 
-// Reflectance for unpolarised light; `eta` is the index of refraction outside over that inside.
+// Reflectance for unpolarized light; `eta` is the index of refraction outside over that inside.
 fn fresnel_of_glass(cosine: f32, eta: f32) -> f32 {
     let sine2 = eta * eta * (1.0 - cosine * cosine);
     if sine2 >= 1.0 {

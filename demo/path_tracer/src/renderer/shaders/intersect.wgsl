@@ -6,7 +6,7 @@ struct Ray {
 }
 
 struct Hit {
-    distance: f32,           // in metres
+    distance: f32,           // in meters
     primitive: u32,
     uv: vec2<f32>,           // along the edges of a quad or triangle
 }
@@ -14,7 +14,7 @@ struct Hit {
 const NOTHING = 0xffffffffu;
 const FAR = 1e30;
 
-// The nearest hit before `limit`, or with `any` the first one found, which serves shadow rays.
+// The nearest hit before `limit`, or with `any` the first one found, for shadow rays.
 fn trace(ray: Ray, limit: f32, any: bool) -> Hit {
     var hit = Hit(limit, NOTHING, vec2(0.0));
     let inverse = 1.0 / away_from_zero(ray.direction);
@@ -28,13 +28,13 @@ fn trace(ray: Ray, limit: f32, any: bool) -> Hit {
                 break;
             }
         }
-        // Nodes are in depth-first order: the first child or the node after a leaf is the next one.
+        // In depth-first order, the first child, or the node after a leaf, is the next node.
         index = select(node.next, index + 1u, met || node.count > 0u);
     }
     return hit;
 }
 
-// A ray along an axis would divide zero by zero in a box's planes.
+// A ray along an axis would give 0 / 0 on a box's planes.
 fn away_from_zero(direction: vec3<f32>) -> vec3<f32> {
     return select(direction, vec3(1e-12), abs(direction) < vec3(1e-12));
 }

@@ -10,7 +10,7 @@ struct LightSample {
     density: f32,            // per steradian; 0: no light from this direction
 }
 
-// Light reflected from one light chosen at random.
+// Reflected light from one randomly chosen light.
 fn direct_light(surface: Surface, out: vec3<f32>) -> vec3<f32> {
     if world.lights == 0u || surface.material.kind == GLASS {
         return vec3(0.0);
@@ -68,7 +68,7 @@ fn sample_face(origin: vec3<f32>, face: Primitive) -> LightSample {
     return LightSample(direction, distance, materials[face.material].color, density);
 }
 
-// Density of points uniform over the area; 0 from behind, where the face is dark.
+// Density of points uniform over the area; 0 from behind, where the face emits nothing.
 fn face_density(face: Primitive, direction: vec3<f32>, distance: f32) -> f32 {
     let across = cross(face.edge1, face.edge2);
     let area = select(1.0, 0.5, face.kind == TRIANGLE) * length(across);
@@ -82,7 +82,7 @@ fn sample_sphere(origin: vec3<f32>, sphere: Primitive) -> LightSample {
     let height = sphere_cone(sphere, to_center);
     let direction = frame_around(normalize(to_center)) * cone_direction(height);
     let distance = hit_sphere(Ray(origin, direction), sphere.at, sphere.edge1.x);
-    // Rounding may make a ray along the cone's edge miss: it then ends beside the center.
+    // Rounding may make a ray along the cone's edge miss; it then ends beside the center.
     let reach = select(dot(to_center, direction), distance, distance > 0.0);
     return LightSample(direction, reach, materials[sphere.material].color, cone_density(height));
 }
@@ -105,7 +105,7 @@ fn cone_density(height: f32) -> f32 {
     return 1.0 / (2.0 * PI * height);
 }
 
-// Light of an emitter that a scattered ray hit; `density` is that of the scattering.
+// Light of an emitter that a scattered ray hit; `density` is the scattering's.
 fn emitted(ray: Ray, hit: Hit, surface: Surface, density: f32) -> vec3<f32> {
     if !surface.outward {
         return vec3(0.0);

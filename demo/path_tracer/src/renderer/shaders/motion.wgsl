@@ -1,5 +1,5 @@
-// Where the surface at each pixel's center was in the last frame, and how far it is now. The center
-// alone counts: a mean of several samples would point, at an edge, to where neither surface was.
+// The surface's position in the last frame at each pixel's center, and its depth now. Uses only the
+// center: at an edge, a mean of several samples would point to where neither surface was.
 
 struct View {
     origin: vec3<f32>,       // of the camera
@@ -26,7 +26,7 @@ fn motion(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let ray = center_ray(id.xy);
     let hit = trace(ray, FAR, false);
-    // The background lies in the same direction wherever the camera was.
+    // The background's direction does not depend on the camera's position.
     var from_last = ray.direction;
     var depth = 0.0;
     if hit.primitive != NOTHING {
@@ -49,11 +49,11 @@ fn center_ray(pixel: vec2<u32>) -> Ray {
     return Ray(view.origin, normalize(view.forward + at.x * view.right - at.y * view.up));
 }
 
-// Where a camera sees what lies at this offset from it, in pixels from the top left corner.
+// The pixel position at which a camera sees this offset, from the top left corner.
 fn pixel_of(offset: vec3<f32>, view: View) -> vec2<f32> {
     let size = vec2<f32>(views.size);
     let depth = dot(offset, view.forward);
-    // What was behind the camera was outside of the picture.
+    // What was behind the camera was outside the image.
     if depth <= 0.0 {
         return -2.0 * size;
     }

@@ -31,13 +31,13 @@ fn path_trace(@builtin(global_invocation_id) id: vec3<u32>) {
     normals[pixel] = vec4(sum.normal, 0.0);
 }
 
-// A ray through a random point of the pixel. This is a box filter: noise is independent per pixel.
+// A ray through a random point of the pixel. This box filter keeps noise independent per pixel.
 fn camera_ray(pixel: vec2<u32>) -> Ray {
     let at = 2.0 * (vec2<f32>(pixel) + random_pair()) / vec2<f32>(frame.size) - 1.0;
     return Ray(frame.origin, normalize(frame.forward + at.x * frame.right - at.y * frame.up));
 }
 
-const MAX_SCATTERINGS = 32;  // paths that roulette has not ended by then are cut off
+const MAX_SCATTERINGS = 32;  // longer paths are cut off
 const SAFE_SCATTERINGS = 3;  // before Russian roulette begins
 
 fn follow_path(camera: Ray) -> Sample {
@@ -72,7 +72,7 @@ fn follow_path(camera: Ray) -> Sample {
     return found;
 }
 
-// Ends dim paths at random and reweights the others to stay unbiased.
+// Ends dim paths at random and reweights the others, without bias.
 fn roulette(throughput: vec3<f32>, scatterings: i32) -> f32 {
     if scatterings < SAFE_SCATTERINGS {
         return 1.0;

@@ -10,7 +10,7 @@ struct Primitive {
     edge1: vec3<f32>,
     material: u32,
     edge2: vec3<f32>,
-    moved: vec3<f32>,        // since the last frame, in metres
+    moved: vec3<f32>,        // since the last frame, in meters
     normals: array<vec3<f32>, 3>,
 }
 
@@ -23,7 +23,7 @@ struct Material {
     color: vec3<f32>,        // reflectance, or an emitter's radiance
     kind: u32,
     second_color: vec3<f32>, // of every other cell
-    cell: f32,               // side of a checkerboard cell in metres; 0: one color
+    cell: f32,               // side of a checkerboard cell in meters; 0: one color
     alpha: f32,              // GGX width
     ior: f32,                // index of refraction
 }

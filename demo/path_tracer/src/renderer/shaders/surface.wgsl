@@ -62,7 +62,7 @@ fn color_at(material: Material, position: vec3<f32>) -> vec3<f32> {
     return select(material.color, material.second_color, ((cell.x + cell.y + cell.z) & 1) == 1);
 }
 
-// A ray from the surface, started off it by more than rounding to avoid hitting it again.
+// A ray that leaves the surface, offset by more than rounding so that it does not hit it again.
 fn leave(surface: Surface, direction: vec3<f32>) -> Ray {
     let size = max(max(abs(surface.position.x), abs(surface.position.y)), abs(surface.position.z));
     let off = 2e-5 * max(size, 1.0) * sign(dot(direction, surface.geometric));
