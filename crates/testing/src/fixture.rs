@@ -1,4 +1,4 @@
-//! Fixtures from `training/make_fixtures.py`: inputs and the results of `PyTorch`.
+//! Fixtures from `training/make_fixtures.py`: inputs and `PyTorch` results.
 
 use safetensors::SafeTensors;
 use wgdenoise::internals::reference::Tensor;
@@ -29,19 +29,19 @@ impl Fixture {
         (view.shape().to_vec(), values.iter().map(|&v| f32::from_le_bytes(v)).collect())
     }
 
-    /// All values of a tensor of any shape.
+    /// Returns the values of a tensor of any shape.
     pub fn values(&self, tensor: &str) -> Vec<f32> {
         self.read(tensor).1
     }
 
-    /// A tensor `[c, h, w]`.
+    /// Returns a tensor `[c, h, w]`.
     pub fn tensor(&self, tensor: &str) -> Tensor {
         let (shape, values) = self.read(tensor);
         let [c, h, w] = shape[..] else { panic!("{tensor} in {} is {shape:?}", self.name) };
         Tensor::new(c, h, w, values)
     }
 
-    /// A tensor `[3, h, w]` as an image.
+    /// Returns a tensor `[3, h, w]` as an image.
     pub fn image(&self, tensor: &str) -> Result<Image> {
         let tensor = self.tensor(tensor);
         let (width, height) = (tensor.width, tensor.height);

@@ -12,7 +12,7 @@ use wgpu::util::DeviceExt as _;
 
 use super::Tolerance;
 
-/// The kernel sets that run on this adapter. On lavapipe that is all of them, except `Matrix` if it
+/// The kernel sets that run on this adapter. On lavapipe, these are all sets, except `Matrix` if it
 /// reports no matrices, as before Mesa 25.
 pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let gpu = gpu();
@@ -23,14 +23,14 @@ pub fn kernel_sets(precision: Precision) -> Vec<KernelSet> {
     let lavapipe = gpu.info.name.contains("256 bits");
     let matrices = gpu.adapter.cooperative_matrix_properties();
     let matrices = matrices.iter().any(|p| p.cr_type == wgpu::CooperativeScalarType::F32);
-    // The matrix kernels need subgroups of a single size.
+    // The matrix kernels need a fixed subgroup size.
     let usable = matrices && gpu.info.subgroup_min_size == gpu.info.subgroup_max_size;
     let expected = 3 + usize::from(has_halves()) + usize::from(lavapipe) + usize::from(usable);
     assert_eq!(found.len(), expected, "{found:?} on {}", gpu.info.name);
     found
 }
 
-/// Whether the adapter computes in 16-bit floats, as `Half` needs.
+/// Whether the adapter supports 16-bit float arithmetic, which `Half` needs.
 pub fn has_halves() -> bool {
     gpu().adapter.features().contains(wgpu::Features::SHADER_F16)
 }
@@ -40,13 +40,12 @@ pub fn fused_sets(precision: Precision) -> Vec<KernelSet> {
     kernel_sets(precision).into_iter().filter(|&set| set != KernelSet::Plain).collect()
 }
 
-/// Every combination of kernel set and precision that runs here.
+/// All combinations of kernel set and precision that run here.
 pub fn variants() -> Vec<(KernelSet, Precision)> {
     variants_of(kernel_sets)
 }
 
-/// The factors as the kernels of a set multiply them: rounded to 16-bit floats if it multiplies
-/// those.
+/// Rounds factors to 16-bit floats if the kernel set multiplies those.
 pub fn factors(kernels: KernelSet, values: &[f32]) -> Vec<f32> {
     let half = |v: &f32| half::f16::from_f32(*v).to_f32();
     match kernels {
@@ -57,32 +56,32 @@ pub fn factors(kernels: KernelSet, values: &[f32]) -> Vec<f32> {
     }
 }
 
-/// Kernel sets in both precisions.
+/// Combines the kernel sets of each precision with it.
 pub fn variants_of(sets: fn(Precision) -> Vec<KernelSet>) -> Vec<(KernelSet, Precision)> {
     let of = |precision| sets(precision).into_iter().map(move |set| (set, precision));
     PRECISIONS.into_iter().flat_map(of).collect()
 }
 
-/// All precisions of tensors.
+/// Both tensor precisions.
 pub const PRECISIONS: [Precision; 2] = [Precision::F32, Precision::F16];
 
-/// Rounding of a sum of `terms` products of values in `[−1, 1]`. Partial sums grow like `√terms/3`,
-/// and so does the random walk of their roundings by half a unit `u`: `terms/3 · u` on average.
-/// Twelve times that covers the unluckiest of a few million values.
+/// Rounding error of a sum of `terms` products of values in `[−1, 1]`. Partial sums grow like
+/// `√terms/3`, and so does the random walk of their roundings by half a unit `u`: `terms/3 · u` on
+/// average. Twelve times that covers the worst of a few million values.
 pub fn sum_tolerance(terms: usize, precision: Precision) -> Tolerance {
     let absolute = 4.0 * terms.max(4) as f32 * f32::EPSILON / 2.0;
     match precision {
         Precision::F32 => Tolerance { absolute, relative: 0.0 },
-        // A store rounds by 2⁻¹¹ of the value; one more bit covers sums at a rounding boundary.
+        // A store rounds by 2⁻¹¹ of the value; one more bit covers sums on a rounding boundary.
         Precision::F16 => Tolerance { absolute, relative: 1.0 / 1024.0 },
     }
 }
 
-/// Rounding of a convolution's sum of `terms` products, as in [`sum_tolerance`], by the kernels of a
-/// set. `Half` adds up chunks of `c` = 36 products in 16 bits: rounding each sum to the nearest is off
-/// by `u/√3` of it, `u` = 2⁻¹¹. The few weights of a chunk may all be near ±1, so its sums grow like
-/// `√(k/3)`, which adds up to `u/√3 · √(c · terms/6)` over all chunks. Seven times that, about
-/// `u · √(3 c · terms)`, covers the unluckiest of a few million values.
+/// Rounding error of a convolution's sum of `terms` products, as in [`sum_tolerance`], by the
+/// kernels of a set. `Half` adds chunks of `c` = 36 products in 16 bits: rounding each sum to the
+/// nearest value is off by `u/√3` of it, `u` = 2⁻¹¹. The few weights of a chunk may all be near ±1,
+/// so its sums grow like `√(k/3)`, which adds up to `u/√3 · √(c · terms/6)` over all chunks. Seven
+/// times that, about `u · √(3 c · terms)`, covers the worst of a few million values.
 pub fn convolution_tolerance(
     terms: usize,
     (kernels, precision): (KernelSet, Precision),
@@ -106,7 +105,7 @@ pub fn context(precision: Precision) -> &'static Context {
     CONTEXTS[index].get_or_init(|| Context::new(&gpu().device, &gpu().queue, precision))
 }
 
-/// The tensor after rounding to this precision.
+/// Rounds a tensor to this precision.
 pub fn stored(tensor: &Tensor, precision: Precision) -> Tensor {
     let round = |&v: &f32| match precision {
         Precision::F32 => v,
@@ -115,7 +114,7 @@ pub fn stored(tensor: &Tensor, precision: Precision) -> Tensor {
     Tensor { data: tensor.data.iter().map(round).collect(), ..*tensor }
 }
 
-/// Runs a compute pass.
+/// Records and submits a compute pass.
 pub fn submit(context: &Context, record: impl FnOnce(&mut wgpu::ComputePass<'_>)) {
     let mut encoder = context.device.create_command_encoder(&Default::default());
     record(&mut encoder.begin_compute_pass(&Default::default()));
@@ -163,7 +162,7 @@ pub fn download(context: &Context, tensor: &GpuTensor, map: &ChannelMap) -> Tens
     })
 }
 
-/// A buffer with every usage that a kernel or a copy may need.
+/// Creates a buffer with every usage that a kernel or a copy may need.
 pub fn buffer(context: &Context, contents: &[u8]) -> wgpu::Buffer {
     context.device.create_buffer_init(&wgpu::util::BufferInitDescriptor {
         label: None,
@@ -175,7 +174,7 @@ pub fn buffer(context: &Context, contents: &[u8]) -> wgpu::Buffer {
     })
 }
 
-/// The contents of a fresh buffer after a copy.
+/// Reads the contents of a fresh buffer after a copy into it.
 pub fn read_back(
     context: &Context,
     size: u64,

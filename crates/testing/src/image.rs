@@ -37,7 +37,7 @@ impl GpuImage {
         image
     }
 
-    /// Replaces the pixels for all work that is submitted later.
+    /// Replaces the pixels, for work that is submitted later.
     pub fn write(&self, pixels: &[Pixel]) {
         let context = context(wgdenoise::Precision::F32);
         match (&self.place, self.format) {
@@ -71,7 +71,7 @@ impl GpuImage {
         }
     }
 
-    /// The pixels after the `record`ed work; alpha is NaN if the layout has none.
+    /// Returns the pixels after the `record`ed work; alpha is NaN if the layout has none.
     pub fn read(&self, record: impl FnOnce(&mut wgpu::CommandEncoder)) -> Vec<Pixel> {
         match &self.place {
             Place::Texture(texture) => self.read_texture(texture, record),
@@ -88,7 +88,7 @@ impl GpuImage {
         }
     }
 
-    /// Whether no byte between the pixels of a buffer has changed.
+    /// Whether all bytes between the pixels of a buffer are untouched.
     pub fn gaps_are_untouched(&self) -> bool {
         let (Place::Buffer(buffer), ImageFormat::Buffer(element)) = (&self.place, self.format)
         else {
@@ -127,12 +127,12 @@ fn read_buffer(buffer: &wgpu::Buffer, record: impl FnOnce(&mut wgpu::CommandEnco
     })
 }
 
-/// Pixels after rounding to a format.
+/// Rounds pixels to a format.
 pub fn quantized(pixels: &[Pixel], format: ImageFormat) -> Vec<Pixel> {
     pixels.iter().map(|&pixel| decode(format, &encode(format, pixel))).collect()
 }
 
-/// The colors of pixels as an image on the CPU.
+/// Converts the pixels' colors to an image on the CPU.
 pub fn cpu_image(pixels: &[Pixel], [width, height]: [u32; 2]) -> Image {
     let rgb = pixels.iter().map(|&[r, g, b, _]| [r, g, b]);
     Image::new(width, height, rgb.collect()).expect("the count is right")

@@ -1,5 +1,5 @@
-//! Shared by this repository's tests: comparisons, single operators on the adapter, images in every
-//! format, and the hard cases. `tests/harness.rs` shows that each comparison can fail.
+//! Shared test code: comparisons, single operators on the adapter, images in every format, and the
+//! hard cases. `tests/harness.rs` shows that each comparison can fail.
 
 #![allow(
     missing_docs,
@@ -30,7 +30,7 @@ pub struct Tolerance {
     pub relative: f32,
 }
 
-/// Fails with the worst element unless all are within the tolerance.
+/// Fails with the worst element, unless all are within the tolerance.
 #[track_caller]
 pub fn assert_close(name: &str, found: &Tensor, expected: &Tensor, tolerance: Tolerance) {
     if let Err(message) = compare(found, expected, tolerance) {
@@ -119,7 +119,7 @@ pub fn check_cases<C: Debug>(
     }
 }
 
-/// The image as a tensor `[3, height, width]`, for comparisons.
+/// Converts an image to a tensor `[3, height, width]`, for comparisons.
 pub fn image_tensor(image: &Image) -> Tensor {
     let (width, height) = image.size();
     Tensor::from_fn(3, height as usize, width as usize, |c, y, x| image.row(y as u32)[x][c])

@@ -1,11 +1,11 @@
-//! Pixels as stored in a renderer's image formats: see [`encode`], [`decode`], [`blend`].
+//! Pixels as stored in a renderer's image formats: [`encode`], [`decode`], [`blend`].
 
 use half::f16;
 
 use wgdenoise::{Element, ImageFormat, wgpu};
 
-/// The bytes of a pixel: all channels of a texture's format; for a buffer, the first four, of which
-/// it holds as many as its layout has.
+/// Encodes a pixel: all channels of a texture's format, or for a buffer the first four, of which
+/// the buffer holds as many as its layout has.
 ///
 /// # Panics
 /// Panics if no pass accepts the format.
@@ -50,7 +50,7 @@ fn pixel_bytes(format: ImageFormat) -> usize {
     format.block_copy_size(None).expect("a color format") as usize
 }
 
-/// Reverses [`encode`]; channels that the format lacks are 0.
+/// Decodes what [`encode`] produces; channels that the format lacks are 0.
 ///
 /// # Panics
 /// Panics if no pass accepts the format, or if `bytes` are not those of one pixel.
@@ -94,14 +94,14 @@ fn padded(bytes: &[u8], length: usize) -> Vec<u8> {
     bytes
 }
 
-/// Blends a denoised value with the share `share` of the noisy one, or with nothing if that is not
-/// a number.
+/// Blends a denoised value with a share `share` of the noisy one; a noisy value that is not finite
+/// is ignored.
 #[must_use]
 pub fn blend(denoised: f32, noisy: f32, share: f32) -> f32 {
     if noisy.is_finite() { denoised * (1.0 - share) + noisy * share } else { denoised }
 }
 
-/// IEC 61966-2-1.
+/// Encodes sRGB (IEC 61966-2-1).
 fn to_srgb(linear: f32) -> f32 {
     if linear <= 0.0031308 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
@@ -120,7 +120,7 @@ mod tests {
         let texture = |format, pixel| encode(ImageFormat::Texture(format), pixel);
         assert_eq!(texture(Texture::Rgba8Unorm, [0.0, 0.5, 1.0, 2.0]), [0, 128, 255, 255]);
         assert_eq!(texture(Texture::Rgba8Snorm, [-1.0, 0.0, 1.0, 0.5]), [129, 0, 127, 64]);
-        // An 18 % gray is 118 of 255 in sRGB.
+        // 18 % gray is 118 of 255 in sRGB.
         assert_eq!(texture(Texture::Rgba8UnormSrgb, [0.18, 0.0, 1.0, 0.5]), [118, 0, 255, 128]);
         assert_eq!(texture(Texture::Rgb10a2Unorm, [1.0, 0.0, 0.0, 1.0]), [255, 3, 0, 192]);
         assert_eq!(texture(Texture::Rgba16Float, [1.0; 4]), [0, 0x3c].repeat(4));

@@ -2,8 +2,8 @@
 
 use wgdenoise::internals::reference::Tensor;
 
-/// For a given seed, yields the same numbers on every machine and in every run: `SplitMix64`
-/// (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
+/// A generator that yields the same numbers for a seed on every machine and in every run:
+/// `SplitMix64` (Steele, Lea and Flood, "Fast Splittable Pseudorandom Number Generators", 2014).
 pub struct Random(u64);
 
 impl Random {
@@ -20,7 +20,7 @@ impl Random {
 
     /// A value in `[−1, 1)`.
     pub fn value(&mut self) -> f32 {
-        // A 32-bit float holds 24 bits exactly.
+        // A 32-bit float holds exactly 24 bits.
         (self.bits() >> 40) as f32 / (1 << 23) as f32 - 1.0
     }
 

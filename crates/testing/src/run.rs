@@ -23,8 +23,8 @@ pub fn run(
     run_where(context, operator, &[(input, map)], shape, everything)
 }
 
-/// The activity map of blocks with these distances. As in `activity.wgsl`, texel `(x, y)` of layer
-/// `m` is the minimum over the `2^m × 2^m` blocks from `(x, y) · 2^m`.
+/// Builds the activity map of blocks with these distances. As in `activity.wgsl`, texel `(x, y)` of
+/// layer `m` is the minimum over the `2^m × 2^m` blocks from `(x, y) · 2^m`.
 pub fn activity_map(
     context: &Context,
     [width, height]: [u32; 2],
@@ -60,7 +60,7 @@ pub fn activity_map(
     })
 }
 
-/// The result of an operator where it is needed, and −77 where nothing was written.
+/// Runs an operator where it is needed; unwritten values are −77.
 pub fn run_where(
     context: &Context,
     operator: &dyn Operator,
@@ -80,7 +80,7 @@ pub fn run_where(
     download(context, &output, &channel_map(channels))
 }
 
-/// Both results of an operator that pools.
+/// Returns both results of an operator that pools.
 pub fn run_pooling(
     context: &Context,
     operator: &dyn Operator,

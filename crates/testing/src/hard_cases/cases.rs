@@ -9,9 +9,9 @@ pub struct Case {
     pub name: String,
     pub color: Image,
     pub measure: Measure,
-    /// Upper bound that the measure should meet.
+    /// The upper bound that the measure should meet.
     pub goal: f64,
-    /// The bound it does meet where it misses the goal, by [`By`].
+    /// Looser bounds for the denoisers that miss the goal, indexed by [`By`].
     pub(super) missed: [Option<f64>; 3],
 }
 
@@ -26,41 +26,40 @@ pub enum By {
     FastReference,
 }
 
-/// What is measured in a result.
+/// What to measure in a result.
 #[derive(Clone, Copy)]
 pub enum Measure {
-    /// Number of pixels that differ by over 10 % from the result without the fault.
+    /// The number of pixels that differ by more than 10 % from the result without the fault.
     Changed,
-    /// The mean error relative to that of the result without the fault.
+    /// The mean error, relative to that of the result without the fault.
     Error,
     /// The largest relative difference from the input.
     Unchanged,
-    /// The largest relative difference from this factor times the result at another exposure.
+    /// The largest relative difference from the result at another exposure times this factor.
     Exposure(f32),
     /// The largest value.
     Light,
-    /// The relative difference of the mean from the input's.
+    /// The relative difference between the means of result and input.
     Mean,
-    /// The largest value more than one pixel away from this one, as a share of its input.
+    /// The largest value more than one pixel away from this pixel, relative to the pixel's input.
     Halo([u32; 2]),
-    /// The largest relative difference of a channel's mean from the input's. A black channel must
-    /// stay black.
+    /// The largest relative difference between a channel's means in result and input. A black
+    /// channel must stay black.
     Channels,
     /// The largest difference between two channels of a pixel.
     Hue,
-    /// The largest relative difference of a channel's mean in a disc in the middle.
+    /// The largest relative difference of a channel's mean from the true one, in a central disc.
     Disc {
-        /// In pixels.
+        /// Radius of the disc in pixels.
         radius: f64,
         /// The true mean.
         expected: [f32; 3],
     },
-    /// The error relative to that of the input; this function makes the truth.
+    /// The error relative to the input's, both against the truth that this function makes.
     Noise(fn() -> Image),
-    /// The relative difference of the error in the upper left from that of the result without the
-    /// fault.
+    /// The relative difference of the error in the upper left from that without the surroundings.
     Scene,
-    /// Only that all values are finite and non-negative, as in every case.
+    /// Nothing beyond what every case checks: that all values are finite and non-negative.
     Finite,
 }
 
@@ -77,7 +76,7 @@ impl Case {
     }
 }
 
-/// The picture that most cases damage: gradients, a wave and a disc.
+/// The image that most cases damage: gradients, a wave and a disc.
 pub fn clean() -> Image {
     image(SIZE, |[x, y]| {
         let [u, v] = [x as f32, y as f32];
@@ -86,12 +85,12 @@ pub fn clean() -> Image {
     })
 }
 
-/// The same with noise.
+/// [`clean`] with noise.
 pub fn noisy() -> Image {
     with_noise(&clean(), 1)
 }
 
-/// The image with noise whose standard deviation is 0.7 of the value, in each channel.
+/// Adds noise with a standard deviation of 0.7 times the value to each channel.
 pub fn with_noise(image: &Image, seed: u64) -> Image {
     let mut random = Random::new(seed);
     let mut uniform = || 0.5 * random.value() + 0.500_001;
@@ -111,7 +110,7 @@ pub fn cases() -> Vec<Case> {
 fn bad_pixels() -> Vec<Case> {
     let bad = [f32::NAN, f32::NEG_INFINITY, -1.0, 1e-42];
     let one = |value: f32| Case {
-        // The fast weights spread a black pixel to 12.
+        // With the fast weights, a black pixel changes 12 pixels.
         missed: [None, None, Some(16.0)],
         ..Case::new(
             format!("one pixel of {}", number(value)),
@@ -173,8 +172,8 @@ fn patterns() -> Vec<Case> {
     let one = Case::new("one pixel of 1 on black", one, Measure::Halo([64, 48]), 1e-3);
     let step = |at: u32| image(SIZE, move |[x, _]| [if x < at { 0.1 } else { 10.0 }; 3]);
     let border = Case {
-        // Kernels mix two ten-thousandths of the bright side, or with the fast weights two
-        // thousandths, into the dark one, which is 100 times darker.
+        // Kernels mix 0.02 % of the bright side, or 0.2 % with the fast weights, into the dark
+        // side, which is 100 times darker.
         missed: [Some(0.024), Some(0.024), Some(0.21)],
         ..Case::new("a step on a block's border", step(64), Measure::Unchanged, 0.01)
     };
@@ -188,8 +187,8 @@ fn exposures() -> Vec<Case> {
         color.pixels_mut().iter_mut().flatten().for_each(|v| *v *= factor);
         let name = format!("exposure × {factor:e}");
         Case {
-            // Scaled pixels round differently. If a 16-bit tensor then rounds to the next value,
-            // the difference is 2⁻¹¹ of it; the end of the network may take two such steps.
+            // Scaled pixels round differently. If a 16-bit tensor then rounds to the neighboring
+            // value, it differs by 2⁻¹¹; the end of the network may take two such steps.
             missed: [None, Some(1e-3), None],
             ..Case::new(name, color, Measure::Exposure(factor), 1e-4)
         }
@@ -230,7 +229,7 @@ fn extremes() -> Vec<Case> {
     [range, dark, board, tiny].into_iter().chain([6e-8, 65504.0, 1e30].map(even)).collect()
 }
 
-/// The noisy picture with `of_10_000` of 10 000 pixels set to this value, the first in the middle.
+/// The noisy image with `of_10_000` of 10 000 pixels set to this value, the first in the middle.
 fn spoilt(value: f32, of_10_000: u64) -> Image {
     let mut image = noisy();
     let pixels = image.pixels_mut();

@@ -5,7 +5,7 @@ use wgdenoise::internals::plan::halo::constant_radius;
 use wgdenoise::internals::reference::{self, Images, TileOfImage};
 use wgdenoise::{Denoiser, Frame, Gpu, Image, Inputs, KernelSet, Options, Precision, Weights};
 
-/// The engine on the first adapter, with tiles of at most `tile` pixels a side.
+/// Creates the engine on the first adapter, with tiles of at most `tile` pixels per side.
 pub fn engine(
     gpu: &Gpu,
     weights: &Weights,
@@ -15,7 +15,7 @@ pub fn engine(
     engine_with(gpu, weights, &Options::default().precision(precision).tile(tile))
 }
 
-/// The engine on the first adapter in 16-bit arithmetic.
+/// Creates the engine on the first adapter, in 16-bit arithmetic.
 pub fn half_engine(gpu: &Gpu, weights: &Weights) -> impl Fn(&Image) -> Image + use<> {
     engine_with(gpu, weights, &Options::default().kernels(KernelSet::Half))
 }
@@ -30,7 +30,7 @@ fn engine_with(
     move |color| denoiser.denoise(&Frame::new(color)).expect("the image is fine")
 }
 
-/// The reference, from pixels to pixels.
+/// Runs the CPU reference on an image.
 pub fn on_cpu(weights: &Weights, color: &Image) -> Image {
     let (width, height) = color.size();
     let weights = weights.for_inputs(Inputs::default()).expect("the inputs are known");

@@ -1,5 +1,5 @@
-//! How rounding grows through the layers: compares each layer's GPU result with the reference,
-//! whose sums have 64 bits.
+//! How rounding error grows through the layers: compares each layer's GPU result with the
+//! reference, which sums in 64 bits.
 
 use wgdenoise::internals::model::{INPUT, Layer, Op, Params};
 use wgdenoise::internals::ops::build::build;
@@ -12,11 +12,10 @@ use wgdenoise::{Image, KernelSet, Precision, Weights};
 use crate::gpu::{context, stored};
 use crate::run::run_where;
 
-/// A layer's name and the root mean square error of its output, relative to the RMS of the output
-/// itself.
+/// A layer's name and the RMS error of its output, relative to the output's RMS.
 pub type Growth = Vec<(String, f64)>;
 
-/// The growth when only color goes through the layers, with tensors of this precision.
+/// The growth for a color-only input, with tensors of this precision.
 pub fn growth(weights: &Weights, color: &Image, precision: Precision) -> Growth {
     let weights = weights.for_inputs(Default::default()).expect("color alone is known");
     let network = weights.network();
@@ -40,7 +39,7 @@ fn inputs<'a>(tensors: &'a [Tensor], layer: &Layer) -> Vec<&'a Tensor> {
     layer.inputs.iter().map(|&id| &tensors[id]).collect()
 }
 
-/// Runs the layer's kernel on the output of the previous kernels, for a result of this shape.
+/// Runs the layer's kernel on the previous kernels' output, for a result of this shape.
 fn on_gpu(
     op: Op,
     params: &Params,
@@ -67,7 +66,7 @@ fn difference(found: &Tensor, exact: &Tensor) -> f64 {
     (error / pairs.map(|(_, b)| square(b)).sum::<f64>()).sqrt()
 }
 
-/// The largest rounding of a stored value: half a unit in the last place.
+/// The maximum rounding error of a stored value: half a unit in the last place.
 pub fn rounding(precision: Precision) -> f64 {
     match precision {
         Precision::F32 => f64::from(f32::EPSILON) / 2.0,
@@ -75,8 +74,8 @@ pub fn rounding(precision: Precision) -> f64 {
     }
 }
 
-/// A noisy picture, one that alternates between black and the brightest value at every pixel, and
-/// one with values of every magnitude of 16-bit floats.
+/// A noisy image, one that alternates between black and the brightest value at every pixel, and one
+/// with values of every magnitude of 16-bit floats.
 pub fn inputs_to_grow() -> [(&'static str, Image); 3] {
     let case = |name: &str| {
         let case = super::cases::cases().into_iter().find(|case| case.name == name);

@@ -1,5 +1,5 @@
 //! Hard cases for light: hues, lamps, skies, patterns and surroundings that a network need not have
-//! learned. Every built-in tier is tested with them.
+//! seen in training. Every built-in tier is tested with them.
 
 use wgdenoise::Image;
 
@@ -15,7 +15,7 @@ pub fn light() -> Vec<Case> {
 const WIDTH: u32 = 128;
 const HEIGHT: u32 = 96;
 
-/// An image by column and row.
+/// Makes an image from a function of column and row.
 fn image(pixel: impl Fn([f32; 2]) -> [f32; 3]) -> Image {
     let places = (0..WIDTH * HEIGHT).map(|i| [i % WIDTH, i / WIDTH].map(|at| at as f32));
     Image::new(WIDTH, HEIGHT, places.map(pixel).collect()).expect("the count is right")
@@ -42,7 +42,7 @@ fn hues() -> Vec<Case> {
         ("green with 5 % of the others", [0.05, 1.0, 0.05]),
         ("sodium", [1.0, 0.5, 1e-4]),
     ];
-    // Negative channels, as wide gamuts need them, have the noise of the others.
+    // Negative channels, which wide gamuts need, have noise like the others.
     let wide = [("green beyond sRGB", [-0.2, 1.0, -0.05]), ("red beyond sRGB", [1.0, -0.1, 0.2])];
     let wide = wide.map(|(name, hue): (&str, [f32; 3])| {
         let noisy = map(with_noise(&clean(), 2), |_, [r, ..]| hue.map(|share| share * r));
@@ -57,7 +57,7 @@ fn hues() -> Vec<Case> {
     hues.map(case).into_iter().chain(wide).chain([gray]).collect()
 }
 
-/// Noise of samples: one of three wavelengths each, or mostly none.
+/// Sample noise: one of three wavelengths per sample, or mostly no light.
 fn samples() -> Vec<Case> {
     let spectral = |seed| {
         let mut random = Random::new(seed);
@@ -120,7 +120,7 @@ fn ramp() -> Image {
     image(|[x, y]| [0.4 + 0.001 * x, 0.5, 0.6 + 0.001 * y])
 }
 
-/// Little noise, which must not become more.
+/// Little noise, which must not increase.
 fn skies() -> Vec<Case> {
     let case = |name: &str, truth: fn() -> Image, percent: f32| {
         let mut random = Random::new(8);
@@ -134,7 +134,7 @@ fn skies() -> Vec<Case> {
     skies.into_iter().chain(percents.map(|percent| case("ramp", ramp, percent))).collect()
 }
 
-/// Black and white patterns of single pixels in both phases.
+/// Black and white patterns of single pixels, in both phases.
 fn patterns() -> Vec<Case> {
     type Pattern = (&'static str, fn(u32, u32, u32) -> bool);
     let patterns: [Pattern; 4] = [
@@ -152,7 +152,7 @@ fn patterns() -> Vec<Case> {
     patterns.into_iter().flat_map(|pattern| [0, 1].map(|phase| case(pattern, phase))).collect()
 }
 
-/// The usual picture with a dark surrounding of three times its area, which must not change it.
+/// The usual image in dark surroundings of three times its area, which must not change it.
 fn surroundings() -> Vec<Case> {
     [0.0, 1e-6, 1e-4].map(surrounded).into()
 }

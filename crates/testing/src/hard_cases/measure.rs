@@ -4,8 +4,8 @@ use wgdenoise::Image;
 
 use super::cases::{Case, Measure, clean};
 
-/// The measure of a case's result, or infinity if a value is not finite, or negative without a
-/// negative one in the input. `sound` is the result for the undamaged noisy picture.
+/// Measures a result. Returns infinity if a value is not finite, or is negative although the input
+/// has no negative value. `sound` is the result for the undamaged noisy image.
 pub fn measure(case: &Case, found: &Image, sound: &Image) -> f64 {
     assert_eq!(found.size(), case.color.size(), "{}", case.name);
     let signed = values(&case.color).any(|v| v < 0.0);
@@ -40,7 +40,7 @@ pub fn measure(case: &Case, found: &Image, sound: &Image) -> f64 {
     }
 }
 
-/// How far a value is from another one; from 0, any distance is infinite.
+/// The relative difference from `expected`; infinite if only `expected` is 0.
 fn relative(found: f64, expected: f64) -> f64 {
     if found == expected { 0.0 } else { (found / expected - 1.0).abs() }
 }
@@ -59,7 +59,7 @@ fn most_colored(image: &Image) -> f64 {
     image.pixels().iter().map(range).fold(0.0, f64::max)
 }
 
-/// The mean of each channel in a disc around the middle.
+/// The mean of each channel in a central disc.
 fn disc(image: &Image, radius: f64) -> [f64; 3] {
     let (width, height) = image.size();
     let inside = |&(i, _): &(u32, &[f32; 3])| {
@@ -71,14 +71,14 @@ fn disc(image: &Image, radius: f64) -> [f64; 3] {
         .map(|c| pixels.iter().map(|pixel| f64::from(pixel[c])).sum::<f64>() / pixels.len() as f64)
 }
 
-/// The upper left, as large as the usual picture less the borders where a surrounding is near.
+/// The upper left, the usual image's size without the margins near the surroundings.
 fn scene(image: &Image) -> Image {
     const SIZE: [u32; 2] = [112, 80];
     let rows = (0..SIZE[1]).flat_map(|y| &image.row(y)[..SIZE[0] as usize]);
     Image::new(SIZE[0], SIZE[1], rows.copied().collect()).expect("the count is right")
 }
 
-/// The mean difference of square roots, about as visible in the dark as in the light.
+/// The sum of differences of square roots, about equally visible in dark and bright areas.
 fn visible(found: &Image, truth: &Image) -> f64 {
     let pairs = values(found).zip(values(truth));
     pairs.map(|(a, b)| (a.max(0.0).sqrt() - b.max(0.0).sqrt()).abs()).sum()

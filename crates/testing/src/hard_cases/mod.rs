@@ -1,4 +1,4 @@
-//! Inputs that break denoisers, the denoisers to try them on, and what to measure.
+//! Inputs that break denoisers, the denoisers to test, and what to measure.
 
 pub mod cases;
 pub mod engines;

@@ -1,5 +1,5 @@
 //! Writes `docs/hard-cases.md`: the hard cases with the results of the engine, the reference, and
-//! another denoiser, whose results are read from a file.
+//! another denoiser, whose results come from a file.
 //!
 //! `benches/peers/hard_cases.py` runs all the steps: inputs, Open Image Denoise, page.
 

@@ -1,4 +1,4 @@
-//! The page, with one row per case.
+//! Writes the page, with one row per case.
 
 use std::fs;
 use std::path::Path;
@@ -92,7 +92,7 @@ pub(crate) fn write(others: &Path, docs: &Path) -> Result<()> {
     to(&docs.join("hard-cases.md"), &(page + ENDING))
 }
 
-/// The measures of the cases of light with each tier.
+/// Measures the light cases with each tier.
 fn of_tiers() -> Result<Vec<[f64; 3]>> {
     let mut found = vec![[0.0; 3]; light().len()];
     for (tier, quality) in Quality::ALL.into_iter().enumerate() {
@@ -128,7 +128,7 @@ fn machine() -> String {
 
 fn row(case: &Case, found: [f64; 4]) -> String {
     let figure = |value: f64| {
-        // `<=` rather than `>`, so that NaN counts as missed.
+        // `<=` rather than `>` makes NaN a miss.
         let text = number(value);
         if value <= case.goal { text } else { format!("**{text}**") }
     };
@@ -155,7 +155,7 @@ fn describe(measure: Measure) -> &'static str {
     }
 }
 
-/// Two digits, or 0 or ∞.
+/// Formats two significant digits, or 0 or ∞.
 fn number(value: f64) -> String {
     if value.is_infinite() {
         "∞".into()

@@ -1,4 +1,4 @@
-//! Growth of the rounding error, as an SVG.
+//! Plots the growth of the rounding error as SVG.
 
 use std::error::Error;
 
@@ -15,7 +15,7 @@ type Drawn = std::result::Result<(), Box<dyn Error>>;
 
 const SIZE: (u32, u32) = (960, 540);
 const FONT: &str = "sans-serif";
-/// One per input. Curves of 16-bit tensors lie above those of 32 bits.
+/// One color per input. Curves of 16-bit tensors lie above those of 32-bit ones.
 const COLORS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(213, 94, 0), RGBColor(0, 158, 115)];
 
 /// A curve of the plot.
@@ -25,7 +25,7 @@ struct Line {
     growth: Growth,
 }
 
-/// The plot for these weights.
+/// Plots the growth for these weights.
 pub(crate) fn growth(weights: &Weights) -> Result<String> {
     let inputs = inputs_to_grow();
     let line = |precision| {
@@ -68,7 +68,7 @@ fn draw(text: &mut String, lines: &[Line]) -> Drawn {
         chart.draw_series([name])?;
     }
     for line in lines {
-        // A logarithmic axis cannot show a tensor without errors.
+        // A logarithmic axis cannot show an error of 0.
         let errors = line.growth.iter().enumerate().filter(|(_, (_, error))| *error > 0.0);
         let places: Vec<_> = errors.map(|(i, (_, error))| (i as f64, *error)).collect();
         chart.draw_series([PathElement::new(places, line.color.stroke_width(2))])?;
