@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""wgdenoise in Blender: denoises the render, a folder of frames, or every render as it is done."""
+"""wgdenoise in Blender: denoises the render, a folder of frames, or every render as it finishes."""
 
 from . import automatic, operators, panel, settings
 

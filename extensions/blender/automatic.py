@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Denoises without being asked: after a render, after each frame. Blender calls the handlers in the render's thread."""
+"""Denoises automatically after a render and after each frame. Blender calls the handlers in the render's thread."""
 
 import os
 import time
@@ -12,7 +12,7 @@ from . import jobs, render
 
 
 class _Render:
-    """The render at hand."""
+    """The current render."""
 
     began = 0.0
     wrote = False
@@ -35,7 +35,7 @@ def written(scene, _=None):
 
 @persistent
 def complete(scene, _=None):
-    """Denoises the render unless it went into files."""
+    """Denoises the render unless it was written to files."""
     if scene.wgdenoise.automatic and not _Render.wrote:
         name = scene.name
         jobs.QUEUE.add(lambda: jobs.of_render(bpy.data.scenes[name]))
@@ -43,21 +43,21 @@ def complete(scene, _=None):
 
 @persistent
 def forget(*_):
-    """Another Blender file opens: results no longer have a place to go."""
+    """Cancels the queue when another Blender file opens, because results then have no destination."""
     jobs.QUEUE.cancel()
 
 
 def written_file(scene, since):
-    """The file of the current frame that was written after a time, or `None`.
+    """The current frame's file if it was written after the time `since`, else `None`.
 
-    An animation's files have the frame in their names, a still image's has not; Blender does not tell which one it is.
+    An animation's file names contain the frame, a still image's does not; Blender does not tell which one it renders.
     """
     output = scene.render
     still = bpy.path.abspath(output.filepath)
     if output.use_file_extension and not still.endswith(output.file_extension):
         still += output.file_extension
     found = [path for path in (output.frame_path(frame=scene.frame_current), still) if os.path.isfile(path)]
-    # File systems that count whole seconds may round down.
+    # File systems with a resolution of a second may round down.
     fresh = [path for path in found if os.path.getmtime(path) >= since - 1]
     return Path(max(fresh, key=os.path.getmtime)) if fresh else None
 
@@ -78,7 +78,7 @@ _HANDLERS = {"render_init": begin, "render_write": written, "render_complete": c
 def register():
     for name, handler in _HANDLERS.items():
         getattr(bpy.app.handlers, name).append(handler)
-    # Persistent: it outlives the Blender file.
+    # Persistent, to outlive the Blender file.
     bpy.app.timers.register(poll, persistent=True)
 
 

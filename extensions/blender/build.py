@@ -13,7 +13,7 @@ from pathlib import Path
 HERE = Path(__file__).parent
 REPOSITORY = HERE.parents[1]
 SOURCES = sorted(path for path in HERE.glob("*.py") if path.name != "build.py")
-# What wheels call a platform, and what Blender calls it.
+# The platform tags of wheels, and Blender's names for them.
 PLATFORMS = {
     r"(many)?linux.*_x86_64": "linux-x64",
     r"(many)?linux.*_aarch64": "linux-arm64",
@@ -25,7 +25,7 @@ PLATFORMS = {
 
 
 def platform(wheel):
-    """Blender's name of the platform that a wheel is for."""
+    """Blender's name for the wheel's platform."""
     tag = wheel.stem.split("-")[-1]
     for pattern, name in PLATFORMS.items():
         if re.fullmatch(pattern, tag):
@@ -34,14 +34,14 @@ def platform(wheel):
 
 
 def manifest(wheel):
-    """The manifest with the platform and the wheel, which belong before its first table."""
+    """The manifest with the platform and the wheel inserted before its first table."""
     head, permissions = (HERE / "blender_manifest.toml").read_text().split("\n[", 1)
     head = re.sub(r"\n# build\.py adds.*\n", "\n", head)
     return f'{head}platforms = ["{platform(wheel)}"]\nwheels = ["./wheels/{wheel.name}"]\n\n[{permissions}'
 
 
 def build(wheel, out):
-    """Writes the package of one wheel and returns its path."""
+    """Writes the package for one wheel and returns its path."""
     version = wheel.name.split("-")[1]
     package = out / f"wgdenoise-{version}-{platform(wheel)}.zip"
     out.mkdir(parents=True, exist_ok=True)

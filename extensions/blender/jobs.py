@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What is to be denoised, and the queue that it waits in. Blender's main thread polls the queue."""
+"""Denoising jobs and their queue. Blender's main thread polls the queue."""
 
 import collections
 import tempfile
@@ -42,7 +42,7 @@ def of_folder(scene):
 
 
 def of_files(scene, paths):
-    """The job that denoises files of one folder."""
+    """The job that denoises files from one folder."""
     options = settings.options(scene)
     if scene.wgdenoise.files == "replace":
         return Job([Call([path], path, {**options, "in_place": True}) for path in paths])
@@ -51,7 +51,7 @@ def of_files(scene, paths):
 
 
 class Queue:
-    """Jobs, one at a time, and what became of the last one."""
+    """Runs one job at a time and keeps the outcome of the last one."""
 
     def __init__(self):
         self.waiting = collections.deque()  # functions that make a job; any thread may append
@@ -63,14 +63,14 @@ class Queue:
         return self.job is not None or bool(self.waiting)
 
     def add(self, make):
-        """Adds a job that `make` returns. Without an interface nobody polls, so it is done at once."""
+        """Adds a job, created by `make`. In background mode nobody polls, so it runs at once."""
         if bpy.app.background:
             self._make(make, self.run)
         else:
             self.waiting.append(make)
 
     def poll(self):
-        """Starts what waits and finishes what has ended. A timer calls this in the main thread."""
+        """Starts waiting jobs and finishes ended ones. A timer calls this in the main thread."""
         if self.job is not None and not self.job.is_alive():
             self.finish(self.job)
         if self.job is None and self.waiting:
@@ -101,7 +101,7 @@ class Queue:
         self.finish(job)
 
     def finish(self, job):
-        """Delivers the result of a job that has ended, and removes its temporary files."""
+        """Delivers the result of an ended job and removes its temporary files."""
         self.job = None
         try:
             if not job.error and not job.canceled and job.deliver:
@@ -128,13 +128,13 @@ class Queue:
         redraw()
 
     def cancel(self):
-        """Ends the job at hand and forgets what waits."""
+        """Stops the current job and drops the waiting ones."""
         self.waiting.clear()
         if self.job is not None:
             self.job.cancel()
 
     def close(self):
-        """Cancels, and waits until the thread has ended."""
+        """Cancels, then waits until the thread has ended."""
         self.cancel()
         if self.job is not None:
             self.job.join()
@@ -145,7 +145,7 @@ QUEUE = Queue()
 
 
 def redraw():
-    """Draws the properties editors anew, where the panel is."""
+    """Redraws the properties editors, which show the panel."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             if area.type == "PROPERTIES":

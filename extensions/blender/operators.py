@@ -1,15 +1,15 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What the buttons do. From the interface, denoising runs in the background; scripts wait for it."""
+"""The operators behind the buttons. From the interface, denoising runs in the background; scripts wait for it."""
 
 import bpy
 
 from . import jobs, render
 
-_STEP = 0.1  # seconds between looks at the job
+_STEP = 0.1  # seconds between checks of the job
 
 
 class _Denoising:
-    """An operator that runs a job: Esc cancels it, the status bar shows how far it is."""
+    """An operator that runs a job: Esc cancels it, the status bar shows its progress."""
 
     bl_options = {"REGISTER"}
 
@@ -18,7 +18,7 @@ class _Denoising:
         return not jobs.QUEUE.busy
 
     def execute(self, context):
-        """For scripts: returns once everything is denoised."""
+        """Runs the job and returns when everything is denoised, for scripts."""
         try:
             job = self.make(context.scene)
         except render.Problem as problem:

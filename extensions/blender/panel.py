@@ -7,12 +7,12 @@ import bpy
 
 from . import jobs, render, settings
 
-_CHARACTER = 6.5  # pixels of an average character at a scale of 1
-_MARGIN = 50  # pixels of a panel that text cannot use: borders, icon
+_CHARACTER = 6.5  # width of an average character in pixels, at a scale of 1
+_MARGIN = 50  # pixels of the panel's width that text cannot use: borders, icon
 
 
 class WGDENOISE_PT_render(bpy.types.Panel):
-    """Denoising, for every render engine."""
+    """The denoising panel, for every render engine."""
 
     bl_label = "wgdenoise"
     bl_idname = "WGDENOISE_PT_render"
@@ -34,7 +34,7 @@ class WGDENOISE_PT_render(bpy.types.Panel):
 
 
 def characters(context):
-    """How many characters fit into a line."""
+    """The number of characters that fit on a line."""
     if context.region is None:
         return 40
     width = context.region.width / context.preferences.system.ui_scale
@@ -42,7 +42,7 @@ def characters(context):
 
 
 def draw_job(layout, width):
-    """The button or the progress, and what became of the last job, in lines of at most `width` characters."""
+    """Draws the button or the progress, and the outcome of the last job in lines of at most `width` characters."""
     queue = jobs.QUEUE
     if queue.job is not None:
         row = layout.row()
@@ -67,7 +67,7 @@ def _progress_text(queue):
 
 
 def draw_passes(layout, scene):
-    """What is missing for a sharp result."""
+    """Draws what is missing for a sharp result."""
     if scene.render.engine != "CYCLES":
         layout.label(text="Only Cycles has Denoising Data: color alone", icon="INFO")
     elif render.layers_without_passes(scene):
@@ -75,7 +75,7 @@ def draw_passes(layout, scene):
 
 
 def draw_frames(layout, scene):
-    """Rendered frames on disk."""
+    """Draws the settings for rendered frames on disk."""
     column = layout.column(heading="Frames")
     column.prop(scene.wgdenoise, "files")
     column.prop(scene.wgdenoise, "folder")

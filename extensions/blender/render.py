@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The render's passes: turning them on, getting them out of Blender, and bringing the result back in.
+"""The render's passes: enabling them, getting them out of Blender, and bringing the result back in.
 
-Python cannot read the passes of the Render Result, but Blender can save them all in an OpenEXR file. The result comes
-back as an image that holds such a file packed, with every pass.
+Python cannot read the passes of the Render Result, but Blender can save them all to an OpenEXR file. The result comes
+back as an image with such a file packed into it, with every pass.
 """
 
 import contextlib
@@ -10,7 +10,7 @@ from pathlib import Path
 
 import bpy
 
-# In the order in which they are set: each one limits what the next may be. Blender before 5.0 has no `media_type`.
+# In the order to set them, as each one limits the values of the next. Blender before 5.0 has no `media_type`.
 _FORMAT = {"media_type": "MULTI_LAYER_IMAGE", "file_format": "OPEN_EXR_MULTILAYER", "color_depth": "32",
            "exr_codec": "ZIP"}  # fmt: skip
 
@@ -19,7 +19,7 @@ _NONE = "There is no render yet: render the image first (F12)."
 
 
 class Problem(Exception):
-    """Why there is nothing to denoise, in one sentence for the user."""
+    """The reason why there is nothing to denoise, as one sentence for the user."""
 
 
 class Rendering(Problem):
@@ -55,7 +55,7 @@ def save(scene, path):
 
 @contextlib.contextmanager
 def _multilayer(settings):
-    """Multilayer OpenEXR in the scene's output settings, for a while."""
+    """Temporarily sets the scene's output to multilayer OpenEXR."""
     names = [name for name in [*_FORMAT, "color_mode"] if hasattr(settings, name)]
     before = {name: getattr(settings, name) for name in names}
     try:
@@ -65,7 +65,7 @@ def _multilayer(settings):
         yield
     finally:
         for name, value in before.items():
-            # Values that the old format does not use may not be settable in it.
+            # Values that the old format does not use may be rejected.
             with contextlib.suppress(TypeError):
                 setattr(settings, name, value)
 
@@ -79,7 +79,7 @@ def colors(scene):
 
 
 def _color_pass(scene, layer):
-    """Cycles keeps the noisy image beside the one that its own denoiser made."""
+    """The layer's noisy pass. If Cycles also denoises, it keeps the noisy image beside the denoised one."""
     if scene.render.engine != "CYCLES":
         return "Combined"
     own = scene.cycles.use_denoising and layer.cycles.use_denoising
@@ -87,17 +87,17 @@ def _color_pass(scene, layer):
 
 
 def load(path, name):
-    """Puts an OpenEXR file into the image of that name, a new one or the one that an earlier run made."""
+    """Packs an OpenEXR file into the image of that name, creating it if necessary."""
     image = bpy.data.images.get(name) or bpy.data.images.new(name, 1, 1, float_buffer=True)
     data = Path(path).read_bytes()
     image.pack(data=data, data_len=len(data))
     image.source = "FILE"
-    image.buffers_free()  # or the pixels of an earlier run would stay
+    image.buffers_free()  # otherwise the pixels of an earlier run would stay
     return image
 
 
 def show(image):
-    """Shows the image where the Render Result is shown."""
+    """Shows the image in the editors that show the Render Result."""
     for window in bpy.context.window_manager.windows:
         for area in window.screen.areas:
             space = area.spaces.active

@@ -1,18 +1,18 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What can be set: per scene how to denoise, per machine on which device."""
+"""The settings: per scene how to denoise, per machine on which device."""
 
 import bpy
 import wgdenoise
 from bpy.props import BoolProperty, EnumProperty, PointerProperty, StringProperty
 
 
-# Blender 5 accepts paths relative to the .blend file only where a property says so.
+# Blender 5 accepts paths relative to the .blend file only for properties that declare it.
 _SAYS_SO = "is_path_supports_blend_relative" in bpy.types.Property.bl_rna.properties
 _RELATIVE = {"PATH_SUPPORTS_BLEND_RELATIVE"} if _SAYS_SO else set()
 
 
 class WGDENOISE_PG_settings(bpy.types.PropertyGroup):
-    """How this scene is denoised."""
+    """The scene's denoising settings."""
 
     quality: EnumProperty(
         name="Quality",
@@ -64,7 +64,7 @@ def _device_names(_self, _context, _text):
 
 
 class WGDENOISE_AP_preferences(bpy.types.AddonPreferences):
-    """What belongs to the machine."""
+    """The settings of the machine."""
 
     bl_idname = __package__
 

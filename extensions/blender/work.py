@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""A run of the denoiser on a thread of its own. Blender's data belong to the main thread; nothing here touches them."""
+"""Runs the denoiser on a thread of its own. Blender's data belong to the main thread; nothing here touches them."""
 
 import logging
 import threading
@@ -12,7 +12,7 @@ _LOG = logging.getLogger("wgdenoise")
 
 @dataclass
 class Call:
-    """The arguments of one call of `wgdenoise.denoise_exr`."""
+    """The arguments of a `wgdenoise.denoise_exr` call."""
 
     sources: list
     target: str
@@ -26,12 +26,12 @@ class Canceled(Exception):
 class Job(threading.Thread):
     """Makes calls one after the other.
 
-    `run` makes them in the calling thread, `start` in a new one. Errors do not leave the thread: they are in `error`.
+    `run` makes them in the calling thread, `start` in a new one. Errors do not leave the thread but go to `error`.
 
     Args:
         calls: a list of `Call`.
         deliver: called with this job once its calls have succeeded; the owner does so in the main thread.
-        folder: a `tempfile.TemporaryDirectory` that ends with the job.
+        folder: a `tempfile.TemporaryDirectory`, removed when the job ends.
     """
 
     def __init__(self, calls, deliver=None, folder=None):
@@ -45,7 +45,7 @@ class Job(threading.Thread):
 
     @property
     def device(self):
-        """What the run says about its device: name, interface, kind. Empty before it is open."""
+        """The run's description of its device: name, interface, kind. Empty until it is open."""
         lines = [message for message in self.messages if message.startswith("on ")]
         return lines[-1].removeprefix("on ").split(", kernels")[0] if lines else ""
 
@@ -57,7 +57,7 @@ class Job(threading.Thread):
         )
 
     def cancel(self):
-        """Ends the run at its next step: after the tile at hand."""
+        """Stops the run at its next step, after the current tile."""
         self.canceled = True
 
     def run(self):
@@ -70,7 +70,7 @@ class Job(threading.Thread):
                 self._make(call, index)
         except Canceled:
             pass
-        except Exception as error:  # a thread has nobody to raise to
+        except Exception as error:  # nobody could catch it outside the thread
             self.error = listener.first_error or str(error)
         finally:
             _LOG.setLevel(level)
@@ -86,7 +86,7 @@ class Job(threading.Thread):
 
 
 class _Listener(logging.Handler):
-    """Keeps what the denoiser says. Of several images that fail, the first one's sentence is the error."""
+    """Collects the denoiser's messages. If several images fail, the first error message counts."""
 
     def __init__(self, messages):
         super().__init__()

@@ -6,9 +6,9 @@
     cd .. && python extensions/blender/benches/compare.py target/test     # bpy 5.0, PyTorch and wgdenoise installed
 
 Blender renders each scene with its denoiser on (its defaults: high quality, albedo and normals prefiltered accurately)
-and keeps the noisy image beside the result; wgdenoise denoises that noisy image of the same file. The references are
-those of the views, rendered with other seeds. Time is measured on the first scene: Blender's is what the denoiser adds
-to a render of one sample, wgdenoise's the whole call from file to file. Prints tables in Markdown.
+and keeps the noisy image beside the result; wgdenoise denoises that noisy image from the same file. The references are
+those of the views, rendered with other seeds. Time is measured on the first scene: for Blender, what the denoiser adds
+to a render of one sample; for wgdenoise, the whole call from file to file. Prints tables in Markdown.
 """
 
 import argparse
@@ -53,7 +53,7 @@ def color(path, name="Combined"):
 
 
 def errors(view, folder):
-    """Rows of (scene, samples, method, metrics)."""
+    """Rows of (scene, samples, method, metrics) for a view."""
     number = int(view.stem.removeprefix("cycles").split("_")[0])
     reference = read_view(view)["ref"][:3].permute(1, 2, 0).float().numpy()
     scene, own, clean = kinds.random_scene(number), folder / "own.exr", folder / "clean.exr"
@@ -75,7 +75,7 @@ def seconds(function, *arguments):
 
 
 def times(view, folder):
-    """Median seconds by method. All methods take turns, so that other work on the machine meets all of them."""
+    """Median seconds by method. The methods take turns, so that other work on the machine affects all of them."""
     number = int(view.stem.removeprefix("cycles").split("_")[0])
     renderer = cycles.Renderer(kinds.random_scene(number), TIMED_SIZE, threads=2)
     own, clean = folder / "own.exr", folder / "clean.exr"

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""What the tests share: the installed extension, and small renders.
+"""Shared by the tests: the installed extension, and small renders.
 
 WGDENOISE_EXTENSION names the package to test. Blender installs it into a folder that lasts for the session.
 """
@@ -33,7 +33,7 @@ def installed():
 
 @pytest.fixture
 def part(installed, scene):
-    """A function that returns a module of the extension by its name."""
+    """A function that returns the extension's module of a given name."""
     return lambda name: sys.modules[f"{MODULE}.{name}"]
 
 
@@ -44,7 +44,7 @@ def queue(part):
 
 @pytest.fixture
 def scene(installed, tmp_path):
-    """Blender's default scene, set up for quick renders into `tmp_path`, with nothing rendered."""
+    """Blender's default scene, set up for fast renders into `tmp_path`, with nothing rendered."""
     bpy.ops.wm.read_homefile(use_factory_startup=True, use_empty=False)
     scene = bpy.context.scene
     scene.render.engine = "CYCLES"
@@ -74,7 +74,7 @@ def multilayer(scene):
 
 
 def command_line(*words):
-    """What the program of the package's wheel prints, run in a process without Blender."""
+    """The output of the program in the package's wheel, run in a process without Blender."""
     import wgdenoise
 
     environment = {**os.environ, "PYTHONPATH": str(Path(wgdenoise.__file__).parents[1])}
@@ -85,6 +85,6 @@ def command_line(*words):
 
 
 def denoised_by_command_line(source, target, *flags):
-    """The bytes that the program makes of a file."""
+    """The bytes that the program writes for a file."""
     command_line("--quality=fast", *flags, source, target)
     return target.read_bytes()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""Frames on disk: a folder of them, and those that a render has just written."""
+"""Frames on disk: a folder of frames, and frames that a render has just written."""
 
 import bpy
 import pytest
@@ -19,7 +19,7 @@ def frames(scene, tmp_path):
 
 
 def expected(frames, tmp_path):
-    """The bytes that the program makes of the frames, by file name."""
+    """The bytes that the program writes for the frames, by file name."""
     return {path.name: denoised_by_command_line(path, tmp_path / path.name) for path in frames.glob("*.exr")}
 
 

@@ -11,7 +11,7 @@ from test_render import leftovers
 
 
 def poll_to_the_end(queue):
-    """What Blender's timer does."""
+    """Polls until the queue is empty, like Blender's timer; returns the number of polls."""
     polls = 0
     while queue.busy:
         queue.poll()
@@ -67,7 +67,7 @@ def test_a_render_that_runs_is_waited_for(part, scene, queue):
 
 
 class CancelOnMessage(list):
-    """Cancels a job from within its run, where the messages come from."""
+    """Cancels a job while it runs, when a message arrives."""
 
     def __init__(self, job):
         super().__init__()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The package: valid for Blender, one per platform, with the version of the program."""
+"""The package: valid for Blender, one per platform, with the program's version."""
 
 import importlib.util
 import subprocess

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: MIT OR Apache-2.0
-"""The last render: the same bits as the command line, and one sentence if there is nothing to denoise."""
+"""The last render: bit-identical to the command line, and one sentence if there is nothing to denoise."""
 
 import json
 import os
@@ -37,7 +37,7 @@ def test_the_image_shows_the_last_of_several_renders(scene, tmp_path):
         bpy.ops.render.render()
         bpy.ops.wgdenoise.render()
         image = bpy.data.images["Scene denoised"]
-        image.save_render(str(tmp_path / "shown.exr"), scene=scene)  # and so its pixels are loaded
+        image.save_render(str(tmp_path / "shown.exr"), scene=scene)  # loads its pixels
     (tmp_path / "packed.exr").write_bytes(image.packed_file.data)
     measured = command_line("compare", "--json", tmp_path / "shown.exr", tmp_path / "packed.exr")
     assert json.loads(measured)["l1"] == 0
@@ -119,7 +119,7 @@ def leftovers():
 
 
 def refused(operator, queue):
-    """The sentence with which an operator fails."""
+    """The error message of an operator that fails."""
     before = leftovers()
     with pytest.raises(RuntimeError) as caught:
         operator()
