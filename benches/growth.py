@@ -3,8 +3,8 @@
     cargo build --release
     python benches/growth.py
 
-Every round runs `wgdenoise bench` once at each size, so that a machine whose speed drifts treats all sizes alike. The
-median over the rounds counts. Frames of 1024x1024 are the unit.
+Every round runs `wgdenoise bench` once at each size, so that drifts in the machine's speed affect all sizes alike.
+Results are medians over the rounds, relative to frames of 1024x1024.
 """
 
 import argparse
@@ -33,14 +33,14 @@ def arguments():
 
 
 def bench(program, tier, size):
-    """The report of one frame after one that warms up."""
+    """The report of one frame after a warm-up."""
     command = [program, "bench", "--quality", tier, "--runs", "1", "--json"]
     command += ["--width", str(size[0]), "--height", str(size[1])]
     return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
 
 
 def measure(program, rounds):
-    """{(tier, size): reports}."""
+    """{(tier, size): reports of all rounds}."""
     reports = {(tier, size): [] for tier in TIERS for size in SIZES}
     for _ in range(rounds):
         for (tier, size), found in reports.items():
@@ -49,7 +49,7 @@ def measure(program, rounds):
 
 
 def rows(reports):
-    """Tier, size, seconds, nanoseconds per pixel, that relative to the unit, tiles, memory in MiB."""
+    """Rows of tier, size, seconds, nanoseconds per pixel, these relative to the unit, tiles, and memory in MiB."""
     seconds = {key: statistics.median(r["median_seconds"] for r in found) for key, found in reports.items()}
     each = {(tier, size): 1e9 * s / (size[0] * size[1]) for (tier, size), s in seconds.items()}
     for (tier, size), found in reports.items():

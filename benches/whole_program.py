@@ -5,8 +5,8 @@
     python benches/whole_program.py
 
 The frames are the sample with its albedo, normals and alpha, repeated to 1024x1024 and 3840x2160 pixels. A cold start
-has no cache of compiled kernels, neither ours nor the driver's (Mesa's; other drivers keep theirs). The medians over the
-rounds count; each round runs every row once.
+has no cache of compiled kernels, neither ours nor the driver's (Mesa's; other drivers keep theirs). Each round runs
+every row once; results are medians over the rounds.
 """
 
 import argparse
@@ -37,7 +37,7 @@ def arguments():
 
 
 def frame(path, size):
-    """Writes the sample, repeated to the size, with the compression it has."""
+    """Writes the sample, repeated to the size, with its original compression."""
     part = OpenEXR.File(str(SAMPLE), separate_channels=True).parts[0]
     width, height = size
 
@@ -68,7 +68,7 @@ def seconds(text):
 
 
 def measure(o, folder):
-    """{(tier, size, start): the seconds of every run}."""
+    """{(tier, size, start): seconds of every run}."""
     sources = {size: folder / f"{size[0]}.exr" for size in SIZES}
     for size, path in sources.items():
         frame(path, size)

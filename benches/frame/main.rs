@@ -1,9 +1,9 @@
-//! How fast frames are denoised, verified before they are timed.
+//! Times frames, after verifying the results.
 //!
 //! `cargo bench` prints a row per tier, precision and size: the frame on the GPU, the frame with
-//! upload and readback, and, with `--operators`, each kernel call. Rows are kept as JSON and
-//! compared with those of the run before. `cargo bench -- --check` only verifies, in seconds,
-//! and is part of the project's own checks.
+//! upload and readback, and, with `--operators`, each kernel call. Rows are stored as JSON and
+//! compared with those of the last run. `cargo bench -- --check` only verifies, in seconds, and is
+//! part of the project's own checks.
 
 mod on_gpu;
 mod options;

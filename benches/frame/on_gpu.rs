@@ -1,4 +1,4 @@
-//! A frame whose images are on the GPU and stay there, as in a renderer.
+//! Times a frame whose images stay on the GPU, as in a renderer.
 
 use std::time::Instant;
 
@@ -6,9 +6,9 @@ use wgdenoise::measure::{repeat, test_card};
 use wgdenoise::wgpu::{self, util::DeviceExt as _};
 use wgdenoise::{Denoiser, Element, Gpu, Image, Layout, PassDescriptor, PassImage, Result};
 
-/// Seconds to record the pass, submit it and wait, `runs` times after one to warm up, shortest
-/// first. With motion, every frame is averaged with the last ones, half a pixel away, by light,
-/// albedo, normal and depth.
+/// Returns the seconds to record the pass, submit it and wait, for `runs` runs after a warm-up,
+/// shortest first. With motion, every frame is averaged with the last ones, half a pixel away, by
+/// light, albedo, normal and depth.
 pub(crate) fn measure(
     gpu: &Gpu,
     denoiser: &Denoiser,

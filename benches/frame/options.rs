@@ -1,4 +1,4 @@
-//! What can be asked of the benchmark.
+//! The benchmark's options.
 
 use std::path::PathBuf;
 
@@ -40,7 +40,7 @@ pub(crate) struct Arguments {
 }
 
 impl Arguments {
-    /// The kernels asked for, where `matrix` is the shape that the adapter reports.
+    /// The requested kernels; for `matrix`, with the shape that the adapter reports.
     pub(crate) fn kernels(&self, matrix: Option<MatrixShape>) -> Result<KernelSet> {
         match (self.kernels.as_str(), matrix) {
             ("tiled", _) => Ok(KernelSet::Tiled),
@@ -54,7 +54,7 @@ impl Arguments {
         }
     }
 
-    /// The sizes asked for. A CPU driver would take minutes over a 4K frame.
+    /// The requested sizes. The default for a CPU driver omits 4K, which would take minutes.
     pub(crate) fn sizes(&self, adapter: &AdapterInfo) -> Vec<[u32; 2]> {
         let mut sizes = self.sizes.clone();
         if sizes.is_empty() {

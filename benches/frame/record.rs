@@ -1,4 +1,4 @@
-//! Rows on the screen and in a file, so that two runs can be compared.
+//! Prints rows and stores them in a file, to compare two runs.
 
 use std::path::PathBuf;
 
@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use wgdenoise::measure::median;
 use wgdenoise::wgpu::AdapterInfo;
 
-/// The rows of this run and of the one before on the same adapter.
+/// The rows of this run and of the last one on the same adapter.
 pub(crate) struct Record {
     path: PathBuf,
     before: Map<String, Value>,
@@ -14,7 +14,7 @@ pub(crate) struct Record {
 }
 
 impl Record {
-    /// The record of an adapter: this file, or one in the target folder.
+    /// Opens the record of an adapter: this file, or one in the target folder.
     pub(crate) fn open(path: Option<PathBuf>, adapter: &AdapterInfo) -> Self {
         let is_plain = |c: char| if c.is_alphanumeric() { c } else { '_' };
         let name: String = adapter.name.chars().map(is_plain).collect();
@@ -26,7 +26,7 @@ impl Record {
         Self { path, before, rows: Map::new() }
     }
 
-    /// Prints a row of at least one time, shortest first, and keeps it.
+    /// Prints and keeps a row of at least one time; times are sorted, shortest first.
     pub(crate) fn row(&mut self, name: &str, seconds: &[f64], flop: f64) {
         let median = median(seconds);
         let [fastest, slowest] = [seconds[0], seconds[seconds.len() - 1]];
@@ -44,7 +44,7 @@ impl Record {
         self.rows.insert(name.into(), row);
     }
 
-    /// Keeps the rows for the next run.
+    /// Saves the rows for the next run.
     pub(crate) fn save(self) {
         let mut all = self.before;
         all.extend(self.rows);

@@ -1,15 +1,15 @@
-"""Compare wgdenoise with Open Image Denoise 2.5.1 on the CPU, both with the latter's weights, for all networks.
+"""Compare wgdenoise with Open Image Denoise 2.5.1 on the CPU, both with the latter's weights, for all its networks.
 
     python benches/peers/agreement.py --weights FOLDER --wgdenoise target/release/wgdenoise
 
-wgdenoise loads each TZA file of the folder; Open Image Denoise runs the same network from its library, in the mode that
-the file's name denotes. Pictures, all with odd sides: the sample render, random values, and for networks that take
-light of any brightness a lamp in the dark. If the folder has the files for `--prefilter`, it is compared too, last.
-Prints a table. Exits with 1 if a difference exceeds the limits of Open Image Denoise's own regression test: a mean of
-|a-b|/(|a|+|b|+0.01) of 0.003, and no value that is off by more than 0.02 and by more than 5 %.
+wgdenoise loads each TZA file in the folder; Open Image Denoise runs the same network from its library, in the mode that
+the file's name denotes. The pictures, all with odd sides, are the sample render, random values, and for HDR networks a
+lamp in the dark. If the folder has the files for `--prefilter`, that is compared too, last. Prints a table. Exits with
+1 if a difference exceeds the limits of Open Image Denoise's own regression test: a mean of |a-b|/(|a|+|b|+0.01) of
+0.003, and no value that is off by more than both 0.02 and 5 %.
 
-wgdenoise runs with `--no-skip`, as it would otherwise leave blocks without noise unchanged. The pictures contain no
-broken or outlying pixels, which it would repair.
+wgdenoise runs with `--no-skip`, as it would otherwise leave noise-free blocks unchanged. The pictures contain no broken
+or outlying pixels, which it would repair.
 """
 
 import argparse
@@ -44,7 +44,7 @@ def arguments():
 
 
 class Network:
-    """A network as its file name describes it."""
+    """A network, as described by its file name."""
 
     def __init__(self, path):
         found = NAME.fullmatch(path.stem)
@@ -101,7 +101,7 @@ class Network:
 
 
 class Prefiltered(Network):
-    """The network for clean albedo and normal, preceded by the two that clean them."""
+    """The network for clean albedo and normal, with the two networks that prefilter them."""
 
     def __init__(self, folder):
         super().__init__(folder / "rt_hdr_calb_cnrm.tza")
@@ -117,7 +117,7 @@ class Prefiltered(Network):
 
 
 def networks(folder, only):
-    """The networks whose names contain `only`, prefiltering last."""
+    """The networks whose names contain `only`; prefiltering comes last."""
     found = [Network(path) for path in sorted(folder.glob("*.tza"))]
     if {"rt_hdr_calb_cnrm", *PREFILTERS} <= {network.name for network in found}:
         found.append(Prefiltered(folder))
@@ -133,7 +133,7 @@ def write(path, images):
 
 
 def read(path):
-    """The layers of a file; those of a Blender render are the noisy ones."""
+    """The layers of a file; from a Blender render, the noisy ones."""
     with OpenEXR.File(str(path), separate_channels=True) as f:
         planes = {name: c.pixels for part in f.parts for name, c in part.channels.items()}
     names = dict(color=("Combined", ""), albedo=("Denoising Albedo", "albedo"), normal=("Denoising Normal", "normal"))
@@ -148,7 +148,8 @@ def read(path):
 
 
 def pictures(o):
-    """By name: the middle of the render, random values over a wide range, and a lamp of 10000 in a room of 0.001."""
+    """The pictures by name: the middle of the render, random values over a wide range, and a lamp of 10000 in a room of
+    0.001."""
     width, height = o.crop
     render = read(o.render)
     rows, columns = render["color"].shape[:2]
@@ -166,7 +167,7 @@ def pictures(o):
 
 
 def differences(found, expected):
-    """Mean relative difference, largest absolute difference, and number of values that are too far off."""
+    """Mean relative difference, largest absolute difference, and number of values beyond the limits."""
     off = np.abs(found - expected)
     mean = np.mean(off / (np.abs(found) + np.abs(expected) + 0.01))
     wrong = np.sum((off > ABSOLUTE) & (off > RELATIVE * np.abs(expected)))

@@ -65,7 +65,7 @@ def options_of(o: argparse.Namespace) -> Options:
 
 
 def prepare(chosen: list[Peer], options: Options) -> list[Entry]:
-    """The entries of all peers, built and ready; a failed peer becomes one entry with the reason."""
+    """Builds and prepares all peers and returns their entries; a failed peer becomes one entry with the reason."""
     entries = []
     for peer in chosen:
         say(f"preparing {peer.name}")
@@ -78,7 +78,7 @@ def prepare(chosen: list[Peer], options: Options) -> list[Entry]:
 
 
 def measure(entries: list[Entry], number: int) -> None:
-    """One round: each entry once, so that a machine whose clock drifts treats all alike."""
+    """Measures each entry once, so that drifts of the machine's clock affect all alike."""
     for entry in (e for e in entries if not e.reason):
         try:
             entry.take(entry.measure())
@@ -89,7 +89,7 @@ def measure(entries: list[Entry], number: int) -> None:
 
 
 def reason_of(error: Exception) -> str:
-    """The reason as one sentence."""
+    """Formats the reason as one sentence."""
     return str(error) if isinstance(error, Unavailable) else f"{type(error).__name__}: {error}"
 
 

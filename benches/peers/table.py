@@ -1,4 +1,4 @@
-"""Rows from milliseconds, and a Markdown table from rows."""
+"""Turns milliseconds into rows, and rows into a Markdown table."""
 
 import statistics
 
@@ -10,7 +10,7 @@ HEAD = ("peer", "network", "precision", "kMAC per pixel", "adapter", "timed", "m
 
 
 def rows(entries: list[Entry], pixels: int, precision: str) -> list[dict]:
-    """A row per entry, in order; ratios are relative to our balanced network in `precision`."""
+    """One row per entry, in order; ratios are relative to our balanced network in `precision`."""
     measured = [e for e in entries if (e.peer, e.network, e.precision) == (*OURS, precision) and not e.reason]
     ours = measured[0] if measured else None
     return [_row(entry, pixels, ours) for entry in entries]
@@ -60,7 +60,7 @@ def _spread(row: dict) -> str:
 
 
 def _number(value: float | None) -> str:
-    """Three significant digits, or all integer digits above a thousand."""
+    """Formats three significant digits, or all integer digits above a thousand."""
     if value is None:
         return ""
     digits = 0 if value >= 100 else 1 if value >= 10 else 2

@@ -1,4 +1,4 @@
-"""What a peer is, and what all peers share: running commands, building programs, judging outputs."""
+"""The interface of peers, and their shared code: running commands, building programs, judging outputs."""
 
 import json
 import os
@@ -16,7 +16,7 @@ IMAGES = "images in memory to an image in memory"
 BUFFERS = "buffers on the device"
 NETWORK = "the network alone, on the device"
 
-# Largest accepted difference from PyTorch in 32-bit float, in outputs from 0 to 1: one step of a 16-bit image, in half
+# Largest accepted difference from PyTorch in 32-bit float, for outputs in 0..1: one step of a 16-bit image, or in half
 # precision one step of an 8-bit image.
 TOLERANCE = {"f32": 1 / 65535, "f16": 1 / 255}
 
@@ -79,7 +79,7 @@ class Peer:
 
 def call(command: list[str | Path], timeout: float, cwd: Path = HERE, environment: dict[str, str] | None = None,
          name: str = "") -> str:
-    """Standard output of a command. Any failure becomes Unavailable and refers to the command as `name`."""
+    """Returns a command's standard output. Any failure becomes Unavailable and calls the command `name`."""
     name = name or Path(command[0]).name
     try:
         done = subprocess.run([str(c) for c in command], capture_output=True, text=True, timeout=timeout, cwd=cwd,
@@ -95,13 +95,13 @@ def call(command: list[str | Path], timeout: float, cwd: Path = HERE, environmen
 
 
 def _complaint(errors: str, output: str) -> str:
-    """The last line that is not a hint, which most likely states the error."""
+    """The last line that is not a hint, which is most likely the error."""
     lines = [line.strip() for line in (errors.strip() or output).splitlines()]
     return next((line for line in reversed(lines) if line and not line.startswith("note:")), "")
 
 
 def last_json(text: str) -> dict:
-    """The report of a program whose last line is JSON."""
+    """Parses the report of a program whose last line is JSON."""
     try:
         return json.loads(text.strip().splitlines()[-1])
     except (IndexError, ValueError):
@@ -109,7 +109,7 @@ def last_json(text: str) -> dict:
 
 
 def existing(path: Path) -> Path:
-    """The given path, or Unavailable if there is no file."""
+    """Returns the path; raises Unavailable if there is no file."""
     if not path.is_file():
         raise Unavailable(f"{path.name} is not at the given path; give the path of the built program")
     return path.resolve()
@@ -120,7 +120,7 @@ def median_ms(seconds: list[float]) -> float:
 
 
 def judged(report: dict, precision: str) -> Sample:
-    """The sample of a report with seconds, adapter and max_error; Unavailable if the output is wrong."""
+    """Turns a report with seconds, adapter and max_error into a sample; raises Unavailable if the output is wrong."""
     error, allowed = report["max_error"], TOLERANCE[precision]
     if not error <= allowed:  # NaN is wrong too
         raise Unavailable(f"wrong: its output differs by {error:.1e} from PyTorch's, allowed {allowed:.1e}")

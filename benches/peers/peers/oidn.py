@@ -2,7 +2,7 @@
 
 The library has two networks for color, albedo and normal; its symbols call them `rt_hdr_alb_nrm_small` and
 `rt_hdr_alb_nrm`. `fast` runs the small one, `balanced` and `high` the base one: at 512x512 on a CPU, `-v 2` reports 85
-MB of memory for `fast` and 155 MB for both others, which also take the same time.
+MB of memory for `fast` and 155 MB for the other two, which also take the same time.
 """
 
 import functools
@@ -45,7 +45,7 @@ def home() -> Path:
 
 
 def _measure(benchmark: Path, device: str, quality: str, options: Options) -> Sample:
-    """One run of oidnBenchmark: the mean over the timed frames; the first of `-n` frames warms up."""
+    """Runs oidnBenchmark once: the mean over the timed frames; the first of the `-n` frames is a warm-up."""
     size = [str(options.width), str(options.height)]
     printed = _call([benchmark, "-d", device, "-r", "RT.hdr_alb_nrm.*", "-s", *size, "-q", quality,
                      "-n", str(1 + options.burst), "-v", "2"], options.timeout)

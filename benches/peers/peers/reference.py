@@ -44,7 +44,7 @@ def macs(tier: str) -> float:
 
 
 def _layer_macs(name: str, shape: list[int], levels: int) -> float:
-    """Multiply-accumulates of a layer, per pixel of the image; `level` is how often its output is halved."""
+    """A layer's multiply-accumulates per image pixel; `level` counts how often its output is halved."""
     level = levels if name.startswith("mid") else int((re.findall(r"\d+", name) or "0")[0])
     rows, columns, outputs, inputs = shape[2], shape[3], shape[0], shape[1]
     uses = 4 if name.startswith("dec_up") else 1  # each weight meets one output pixel in four
@@ -62,7 +62,8 @@ def network(tier: str):
 
 
 def of_input(model):
-    """The network as a function of its input alone: the light that it gathers is the input's first three channels."""
+    """The network as a function of only its input, whose first three channels also serve as the light that it
+    gathers."""
     import torch
 
     class OfInput(torch.nn.Module):
@@ -96,7 +97,7 @@ def _write_check(path: Path, model) -> None:
 
 
 def check_program(program: Path, tier: str, precision: str) -> str:
-    """Error of the program's image against PyTorch's, in the encoding of the network's output, through EXR files."""
+    """The program's error against PyTorch in the encoding of the network's output, using EXR files."""
     try:
         error = _program_error(program, tier, precision)
     except ImportError as e:

@@ -1,5 +1,5 @@
-"""wgdenoise itself, with its `bench`, in both precisions on the default adapter: every tier, and the networks of Open
-Image Denoise, whose results agreement.py checks."""
+"""wgdenoise itself, timed with its `bench` in both precisions on the default adapter: every tier, and Open Image
+Denoise's networks, whose results agreement.py checks."""
 
 import functools
 from pathlib import Path

@@ -1,1 +1,1 @@
-"""Programs, started by run.py, that run our network in a Python package and print one line of JSON."""
+"""Programs that run.py starts: each runs our network in a Python package and prints one line of JSON."""

@@ -1,8 +1,8 @@
-//! Runs wgdenoise's network on Burn's wgpu backend: first on a checked input, then on the clock.
+//! Runs wgdenoise's network on Burn's wgpu backend: first a check on known input, then the timing.
 //!
-//! Prints one line of JSON: the adapter, the compiler of its shaders, the largest difference from
-//! the expected output and the seconds of each run. The network alone is timed, its input and
-//! output on the device; the device is waited for after each run.
+//! Prints one line of JSON: the adapter, its shader compiler, the largest difference from the
+//! expected output and the seconds of each run. Only the network is timed, with input and output on
+//! the device; each run waits for the device.
 
 mod unet;
 mod weights;
@@ -75,14 +75,14 @@ fn run(args: &Args) -> Result<serde_json::Value> {
     }))
 }
 
-/// What `parse` makes of a file; an error names the file.
+/// Parses a file with `parse`; errors name the file.
 fn from_file<T>(path: &Path, parse: impl Fn(&[u8]) -> Result<T>) -> Result<T> {
     let named = |error: Box<dyn Error>| format!("{}: {error}", path.display());
     let data = std::fs::read(path).map_err(|error| named(error.into()))?;
     Ok(parse(&data).map_err(named)?)
 }
 
-/// How far the network's output is from what the file expects; NaN counts as infinitely far.
+/// The largest error of the network's output against the file's; NaN counts as infinite.
 fn largest_error(net: &UNet, file: &[u8], dtype: DType, device: &Device) -> Result<f32> {
     let file = SafeTensors::deserialize(file)?;
     let (input, shape) = weights::floats(&file, "input")?;
@@ -93,7 +93,8 @@ fn largest_error(net: &UNet, file: &[u8], dtype: DType, device: &Device) -> Resu
     Ok(differences.fold(0.0, |most, d| if d.is_nan() { f32::INFINITY } else { most.max(d) }))
 }
 
-/// Seconds per run. What the input holds does not matter: the network does the same work on all.
+/// Seconds per run. The input's values do not matter, because the network does the same work for
+/// all.
 fn time(net: &UNet, args: &Args, dtype: DType, device: &Device) -> Result<Vec<f64>> {
     let shape = [1, net.input_channels(), args.height, args.width];
     let input = Tensor::<4>::full(shape, 0.5, device).cast(dtype);

@@ -1,4 +1,4 @@
-//! The U-Net of `weights-format.md` as calls of Burn.
+//! The U-Net of `weights-format.md`, in Burn.
 
 use burn::tensor::activation::{relu, sigmoid};
 use burn::tensor::module::{conv_transpose2d, conv2d, max_pool2d};
@@ -21,13 +21,13 @@ struct Block([Conv; 2]);
 pub struct UNet {
     encoder: Vec<Block>,
     middle: Block,
-    /// From full resolution down, as the encoder.
+    /// From full resolution down, like the encoder.
     decoder: Vec<(Conv, Block)>,
     last: Conv,
 }
 
 impl UNet {
-    /// The network of a weights file, its batch norms folded into the convolutions.
+    /// Loads a network from a weights file, with batch norms folded into the convolutions.
     pub fn load(file: &[u8], dtype: DType, device: &Device) -> Result<Self> {
         let (widths, eps) = weights::metadata(file)?;
         let file = SafeTensors::deserialize(file)?;
@@ -89,7 +89,7 @@ impl Conv {
         conv2d(x, self.weight.clone(), Some(self.bias.clone()), options)
     }
 
-    /// The transposed convolution that doubles both sides.
+    /// Applies the transposed convolution that doubles both sides.
     fn double(&self, x: Tensor<4>) -> Tensor<4> {
         let options = ConvTransposeOptions::new([2, 2], [0, 0], [0, 0], [1, 1], 1);
         conv_transpose2d(x, self.weight.clone(), Some(self.bias.clone()), options)

@@ -1,18 +1,18 @@
-//! Weights files (`weights-format.md`) as lists of numbers, batch norms folded in.
+//! Weights files (`weights-format.md`) as lists of numbers, with batch norms folded in.
 
 use half::f16;
 use safetensors::{Dtype, SafeTensors};
 
 use crate::Result;
 
-/// What one convolution needs.
+/// The parameters of one convolution.
 pub struct Layer {
     pub weight: Vec<f32>,
     pub shape: [usize; 4],
     pub bias: Vec<f32>,
 }
 
-/// The widths of the levels and the ε of the norms.
+/// Reads the widths of the levels and the ε of the norms.
 pub fn metadata(file: &[u8]) -> Result<(Vec<usize>, f64)> {
     let (_, header) = SafeTensors::read_metadata(file)?;
     let all = header.metadata().as_ref().ok_or("the weights file has no metadata")?;
@@ -22,7 +22,7 @@ pub fn metadata(file: &[u8]) -> Result<(Vec<usize>, f64)> {
     Ok((widths, get("norm_eps")?.parse()?))
 }
 
-/// The numbers and the shape of a tensor of type F16 or F32.
+/// Reads values and shape of an F16 or F32 tensor.
 pub fn floats(file: &SafeTensors, name: &str) -> Result<(Vec<f32>, Vec<usize>)> {
     let tensor = file.tensor(name)?;
     let data = tensor.data();
@@ -34,7 +34,7 @@ pub fn floats(file: &SafeTensors, name: &str) -> Result<(Vec<f32>, Vec<usize>)> 
     Ok((values, tensor.shape().to_vec()))
 }
 
-/// A layer's weight and bias; a stored batch norm is folded into them.
+/// Reads a layer's weight and bias, and folds in its batch norm if there is one.
 pub fn layer(file: &SafeTensors, name: &str, eps: f64) -> Result<Layer> {
     let (weight, shape) = floats(file, &format!("{name}.weight"))?;
     let shape: [usize; 4] = shape.try_into().map_err(|_| format!("{name} has not four axes"))?;
