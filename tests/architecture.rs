@@ -1,5 +1,5 @@
-//! The engine's layers: imports only go down, files form no cycle, and every operator is complete.
-//! Reads the `use` lines and paths of `src/`, unit tests included.
+//! The engine's layers: imports only point downward, files form no cycle, and every operator is
+//! complete. Reads the `use` lines and paths in `src/`, including unit tests.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use wgdenoise::internals::model::Op;
 use wgdenoise_testing::{check_cases, run_cases};
 
-/// From the bottom up. Modules of one floor may not use each other.
+/// The layers from the bottom up. Modules of one layer must not use each other.
 const FLOORS: &[&[&str]] = &[
     &["error", "panics"],
     &["image"],
@@ -22,7 +22,7 @@ const FLOORS: &[&[&str]] = &[
     &["internals", "lib"],
 ];
 
-/// A file by its module path: `ops::conv3x3`, or `lib` for the root.
+/// A file as a module path: `ops::conv3x3`, or `lib` for the root.
 type Module = String;
 
 /// The engine's imports: for each module, the modules it uses.
@@ -50,7 +50,7 @@ impl Imports {
         Self(imports)
     }
 
-    /// Imports of a module on a higher floor or on the same one.
+    /// Imports from a higher layer or the same one.
     fn upward(&self) -> Vec<String> {
         let floor = |module: &str| {
             let room = module.split("::").next().unwrap_or(module);
@@ -67,7 +67,7 @@ impl Imports {
         found
     }
 
-    /// Modules that use themselves through others.
+    /// Modules that use themselves indirectly.
     fn circles(&self) -> Vec<String> {
         let reached = |from: &Module| {
             let mut seen: BTreeSet<&Module> = BTreeSet::new();
@@ -89,7 +89,7 @@ impl Imports {
     }
 }
 
-/// A file, or the unit tests in or next to it (`x_test.rs`), which belong to its module.
+/// A file, or the unit tests in it or next to it (`x_test.rs`), which belong to its module.
 struct Source {
     module: Module,
     /// The module that `super` and `self` refer to.
@@ -97,7 +97,7 @@ struct Source {
     text: String,
 }
 
-/// Every file below `src/`.
+/// All files below `src/`.
 fn sources(root: &Path) -> Vec<Source> {
     let mut sources = Vec::new();
     for path in files(root) {
@@ -129,7 +129,7 @@ fn files(folder: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The statements `use …;` and `pub use …;` of a text, one path each, and whether it is public.
+/// The statements `use …;` and `pub use …;` in a text, one path each, and whether each is public.
 fn uses(text: &str) -> Vec<(bool, String)> {
     let mut found = Vec::new();
     let mut lines = text.lines().map(|line| line.split("//").next().unwrap_or(""));
@@ -173,7 +173,7 @@ fn expand(tree: &str) -> Vec<String> {
     parts.flat_map(|part| expand(&format!("{prefix}{part}"))).collect()
 }
 
-/// All paths in a module's code, from the root: its imports, and paths in expressions that begin
+/// All paths in a module's code, from the root: its imports, and paths in expressions that start
 /// with `crate::`.
 fn paths(module: &str, text: &str) -> Vec<String> {
     let mut all: Vec<_> = uses(text).into_iter().map(|(_, path)| absolute(module, &path)).collect();
@@ -219,7 +219,7 @@ fn exports(module: &str, text: &str) -> BTreeMap<String, String> {
     named.collect()
 }
 
-/// The file in which a path ends, following re-exports.
+/// The file that a path leads to, following re-exports.
 fn file(
     path: &str,
     files: &BTreeSet<Module>,
@@ -254,7 +254,7 @@ fn files_form_no_circle() {
     });
 }
 
-/// The two tests above detect what they should.
+/// The checks above must detect violations.
 #[test]
 fn an_import_that_goes_up_and_a_circle_are_found() {
     let imports = Imports::of_engine();
@@ -273,7 +273,7 @@ fn an_import_that_goes_up_and_a_circle_are_found() {
     assert_eq!(paths("ops::x", text), ["a", "b", "b::c", "ops::d::E"]);
 }
 
-/// An operator consists of a shader, a host side, a reference and a test of the same name.
+/// An operator consists of a shader, a host side, a reference and a test with the same name.
 #[test]
 fn every_operator_has_its_four_files() {
     run_cases(Op::NAMES, |name| four_files(name));

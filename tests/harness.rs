@@ -1,4 +1,4 @@
-//! Proves that the comparisons of `wgdenoise_testing` fail when they should.
+//! Proves that the comparisons of `wgdenoise_testing` can fail.
 
 use wgdenoise::Image;
 use wgdenoise::internals::reference::Tensor;

@@ -1,4 +1,4 @@
-//! Compares the CPU reference with `PyTorch`, whose results `training/make_fixtures.py` stored.
+//! Compares the CPU reference with `PyTorch`'s results, stored by `training/make_fixtures.py`.
 //!
 //! Both compute in 64 bits and round to 32, so operators may differ by one rounding and no more.
 
@@ -14,8 +14,8 @@ const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
 /// The two 64-bit results may lie on either side of a 32-bit rounding boundary; near 0, sums of
 /// values around 1 differ by their own 64-bit rounding.
 const ONE_ROUNDING: Tolerance = Tolerance { absolute: 1e-14, relative: f32::EPSILON };
-/// Folding rounds each of the 45 weights of a sum to 32 bits, with an error of up to 2⁻²⁴ of a
-/// product of about 1; such errors add up with the square root of their number.
+/// Folding rounds each of a sum's 45 weights to 32 bits, with an error of up to 2⁻²⁴ of a product
+/// of about 1; such errors grow like the square root of their number.
 const FOLDED: Tolerance = Tolerance { absolute: 1e-6, relative: 0.0 };
 /// About ten layers, each of which rounds its folded weights and its results to 32 bits; the
 /// sigmoid then reduces the error to at most a quarter. It is below 1e-7 for this file.
@@ -82,8 +82,8 @@ fn sigmoid() {
     f.expect("expected", &reference::sigmoid(&f.tensor("input")), ONE_ROUNDING);
 }
 
-/// Holes, suns, fireflies and negative light. The mean of up to 24 values of 1e35 and less, and a
-/// scale, round a few times in either.
+/// Holes, suns, fireflies and negative light. In both implementations, the mean of up to 24 values
+/// of at most 1e35, and a scale, round a few times.
 #[test]
 fn repair() -> Result<()> {
     let f = Fixture::open("repair");
@@ -113,7 +113,7 @@ fn gather() {
     f.expect("expected", &flat(&reference::gather(&light, &logits, Some(&coarser))), ONE_ROUNDING);
 }
 
-/// The image and the valid pixels of `[4, h, w]`.
+/// The image and the valid pixels in `[4, h, w]`.
 fn color(light: &Tensor) -> (Image, Vec<bool>) {
     let pixels = light_pixels(light);
     let (colors, valid) = pixels.iter().map(|p| ([p[0], p[1], p[2]], p[3] == 1.0)).unzip();
@@ -181,11 +181,11 @@ fn a_whole_kernel_pyramid_from_its_weights_file() -> Result<()> {
     Ok(())
 }
 
-/// The gathered albedo is off by what light is, and so is the texture, at most.
+/// The gathered albedo has the same error as light, and so has the texture, at most.
 const DEMODULATING: Tolerance =
     Tolerance { absolute: 0.0, relative: 2.0 * KERNEL_PYRAMID.relative };
 
-/// Three levels, and sides that are no multiples of 4.
+/// Three levels, with sides that are not multiples of 4.
 #[test]
 fn a_demodulating_kernel_pyramid_from_its_weights_file() -> Result<()> {
     let weights = Weights::from_bytes(&Fixture::open("demodulating_tiny").bytes)?;
@@ -206,7 +206,7 @@ fn a_demodulating_kernel_pyramid_from_its_weights_file() -> Result<()> {
     Ok(())
 }
 
-/// The tensor with its last column and row repeated up to multiples of `alignment`.
+/// Pads a tensor to multiples of `alignment` by repeating its last column and row.
 fn padded(tensor: &Tensor, alignment: usize) -> Tensor {
     let [height, width] = [tensor.height, tensor.width];
     let [rows, columns] = [height, width].map(|side| side.next_multiple_of(alignment));

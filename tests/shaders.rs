@@ -20,7 +20,7 @@ use wgdenoise::{Factor, Layout, MatrixShape, Precision, wgpu};
 
 type Checked = (naga::Module, naga::valid::ModuleInfo);
 
-/// Allows only what the host requests from an adapter.
+/// Validates with only the capabilities that the host requests from an adapter.
 fn check(source: &str) -> Result<Checked, String> {
     let module = naga::front::wgsl::parse_str(source).map_err(|e| e.emit_to_string(source))?;
     let flags = naga::valid::ValidationFlags::all();
@@ -30,9 +30,9 @@ fn check(source: &str) -> Result<Checked, String> {
     Ok((module, info))
 }
 
-/// The features of `required_features`, of which only the half kernels and matrices of 16-bit floats
-/// use `SHADER_F16`, and for matrices those of their shape. Every backend converts 16-bit floats from
-/// and to words.
+/// The capabilities behind `required_features`. Only the half kernels and matrices of 16-bit floats
+/// use `SHADER_F16`, and only matrices use those of their shape. Every backend converts 16-bit
+/// floats from and to words.
 fn capabilities(source: &str) -> Capabilities {
     let mut all = Capabilities::SUBGROUP | Capabilities::SHADER_FLOAT16_IN_FLOAT32;
     all.set(Capabilities::COOPERATIVE_MATRIX, is_matrix(source));
@@ -127,7 +127,7 @@ fn workgroup_memory_is_within_what_every_device_has() {
     });
 }
 
-/// As much as can be tested of Metal and DX12 without them: naga can write every variant for both,
+/// Tests Metal and DX12 as far as possible without them: naga must write every variant for both,
 /// except matrices for DX12, where no adapter offers them, and 16×16 ones for Metal, which has
 /// none.
 #[test]
@@ -161,7 +161,7 @@ fn to_metal(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<(),
 }
 
 fn to_dx12(module: &naga::Module, info: &naga::valid::ModuleInfo) -> Result<(), String> {
-    // 16-bit floats need 6.2; wgpu asks DX12 for the highest that it has.
+    // 16-bit floats need 6.2; wgpu asks DX12 for the highest available.
     let shader_model = naga::back::hlsl::ShaderModel::V6_2;
     let options = naga::back::hlsl::Options { shader_model, ..Default::default() };
     let mut text = String::new();
@@ -316,7 +316,7 @@ fn constant(module: &naga::Module, name: &str) -> Option<f64> {
     }
 }
 
-/// The first variant whose name begins with the words of `shader`.
+/// The first variant whose name starts with the words of `shader`.
 fn spec(shader: &str) -> KernelSpec {
     let begins = |s: &KernelSpec| format!("{} ", s.name).starts_with(&format!("{shader} "));
     all_specs().into_iter().find(begins).unwrap_or_else(|| panic!("{shader} is not listed"))
@@ -334,7 +334,7 @@ fn every_shader_file_belongs_to_an_operator_with_a_reference_and_a_test() {
     shaders.retain(|name| !["common", "README"].contains(&name.as_str()));
     assert!(shaders.len() >= 16, "{shaders:?}");
     for shader in shaders {
-        // A variant has its operator's name plus its own: `conv3x3_tiled`.
+        // A variant's name is its operator's name plus its own suffix: `conv3x3_tiled`.
         let mut variants = ["_tiled", "_simd", "_matrix", "_layer"].into_iter();
         let operator = variants.find_map(|variant| shader.strip_suffix(variant));
         let operator = operator.unwrap_or(&shader).to_string();

@@ -1,5 +1,5 @@
-//! Reading and rejecting weights of Open Image Denoise. The files are small ones with random
-//! weights, made by `training/make_oidn_fixtures.py`.
+//! Reads and rejects Open Image Denoise's weights. The files are small ones with random weights,
+//! made by `training/make_oidn_fixtures.py`.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use wgdenoise_testing::fixture::Fixture;
 
 const NAMES: [&str; 3] = ["rt_hdr_alb_nrm", "rt_hdr_alb_nrm_large", "rt_alb"];
 
-/// About twenty layers that round their results to 32 bits. Measured: 1e-7.
+/// About twenty layers that round their results to 32 bits. Measured 1e-7.
 const WHOLE_NETWORK: Tolerance = Tolerance { absolute: 5e-7, relative: 0.0 };
 
 fn file(name: &str) -> Vec<u8> {
@@ -66,7 +66,7 @@ fn a_name_that_says_something_else_than_the_file_is_refused() {
 fn fewer_inputs_than_the_network_was_trained_with_are_refused() {
     let weights = Weights::from_tza(&file(NAMES[0]), NAMES[0]).unwrap();
     let [albedo, normal] = [true, false].map(|albedo| Inputs { albedo, normal: !albedo });
-    // No file serves color with normal alone.
+    // No file takes color with normals only.
     for (given, file) in [(Inputs::default(), "hdr"), (albedo, "hdr_alb"), (normal, "hdr")] {
         let message = weights.for_inputs(given).unwrap_err().to_string();
         let expected = format!(
@@ -134,8 +134,8 @@ fn wrong_widths_are_answered_with_how_many_there_must_be() {
     }
 }
 
-/// The file with other bytes at `offset` from the start of the last `text` in it, which is the one
-/// in the table.
+/// The file with bytes replaced at `offset` from the start of the last `text` in it, which is in
+/// the table.
 fn changed(text: &str, offset: usize, bytes: &[u8]) -> Vec<u8> {
     let mut file = file(NAMES[0]);
     let starts = (0..file.len()).rev().find(|&at| file[at..].starts_with(text.as_bytes()));
@@ -174,7 +174,7 @@ fn tensors_that_do_not_make_the_network_are_refused() {
     refused(&infinite, NAMES[0], "`enc_conv0.weight` has inf at element 0");
 }
 
-/// Open Image Denoise's own files are not ours to ship. `WGDENOISE_TZA` may name a folder with
+/// We may not distribute Open Image Denoise's own files. `WGDENOISE_TZA` may name a folder that has
 /// them.
 #[test]
 fn the_real_files_are_read_where_there_are_any() {

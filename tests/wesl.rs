@@ -52,8 +52,8 @@ fn library() -> VirtualResolver<'static> {
     modules
 }
 
-/// The WESL compiler's output for a kernel. The compiler does not know the functions of wgpu's
-/// cooperative matrices, so it does not look up functions in kernels that use them; naga does.
+/// The WESL compiler's output for a kernel. The compiler does not know wgpu's cooperative matrix
+/// functions, so it skips function lookup in kernels that use them; naga does it instead.
 fn kernel(spec: &KernelSpec, precision: Precision) -> Result<String, String> {
     let mut modules = library();
     let (root, is_matrix) = match &spec.source {
@@ -68,7 +68,7 @@ fn kernel(spec: &KernelSpec, precision: Precision) -> Result<String, String> {
     compile(&root, modules, &features, ManglerKind::None, !is_matrix)
 }
 
-/// Compiles a module with everything it imports, whether used or not.
+/// Compiles a module with all its imports, whether used or not.
 fn compile(
     root: &ModulePath,
     modules: VirtualResolver<'_>,
@@ -85,7 +85,7 @@ fn compile(
     compiler.compile(root).map(|module| module.to_string()).map_err(|e| e.to_string())
 }
 
-/// Names and kinds of everything a module declares, if naga can read it.
+/// Names and kinds of everything that a module declares, if naga can parse it.
 fn interface(text: &str) -> Result<BTreeSet<String>, String> {
     let module = naga::front::wgsl::parse_str(text).map_err(|e| e.emit_to_string(text))?;
     let ctx = module.to_ctx();

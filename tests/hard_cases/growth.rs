@@ -1,11 +1,11 @@
-//! How rounding grows through the layers.
+//! Growth of rounding errors through the layers.
 
 use wgdenoise::{Precision, Quality, Weights};
 use wgdenoise_testing::hard_cases::growth::{growth, inputs_to_grow, rounding};
 
-/// Each layer adds its own rounding to its input's error, as in a random walk, and passes the sum
-/// on at about the same size. Every layer may reach eight times the length of that walk, since
-/// sums that cancel pass on more than their own size.
+/// Each layer adds its own rounding to its input's error, as in a random walk, and passes on an
+/// error of about the same size. A layer may reach eight times the length of that walk, since sums
+/// that cancel amplify the relative error.
 #[test]
 fn rounding_grows_no_faster_than_a_random_walk() {
     let weights = Weights::builtin(Quality::Fast).expect("they are built in");

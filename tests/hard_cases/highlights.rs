@@ -1,4 +1,4 @@
-//! The outlier repair leaves the highlights of renders intact.
+//! The outlier repair preserves the highlights of renders.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ fn sample(name: &str, finished: bool) -> Image {
     Picture::open(&path, &choice).expect("the sample is shipped").first().color().clone()
 }
 
-/// The light in the pixels whose reference is brightest: one in a hundred.
+/// The light in the one percent of the pixels whose reference is brightest.
 fn light_of_highlights(image: &Image, reference: &Image) -> f64 {
     let mut brightest: Vec<usize> = (0..reference.pixels().len()).collect();
     brightest.sort_by(|&a, &b| {

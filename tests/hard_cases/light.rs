@@ -1,4 +1,4 @@
-//! Light of any hue, brightness and pattern is kept, by every built-in tier.
+//! Every built-in tier preserves light of any hue, brightness and pattern.
 
 use wgdenoise::{Precision, Quality};
 
@@ -18,7 +18,7 @@ fn every_tier_keeps_light() {
         run_cases(light(), |case| {
             let bound = case.bound(By::F16);
             let found = measure(case, &denoise(&case.color), &sound);
-            // `<=` rather than `>`, because every comparison with NaN is false.
+            // `<=` rather than `>`, because comparisons with NaN are false.
             let name = quality.name();
             if found <= bound {
                 Ok(())

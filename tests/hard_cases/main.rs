@@ -1,5 +1,5 @@
-//! Inputs that break denoisers, and bounds on the results. The table is in `cases.rs`;
-//! `docs/hard-cases.md` shows the results next to Open Image Denoise's.
+//! Inputs that break denoisers, with bounds on the results. The table is in `cases.rs`;
+//! `docs/hard-cases.md` compares the results with Open Image Denoise's.
 
 mod growth;
 mod highlights;
@@ -17,7 +17,7 @@ fn weights(quality: Quality) -> Weights {
     Weights::builtin(quality).expect("they are built in")
 }
 
-/// Every case stays within its bound.
+/// Asserts that every case stays within its bound.
 fn hold(by: By, denoise: impl Fn(&Image) -> Image) {
     hold_in(cases(), by, denoise);
 }
@@ -26,7 +26,7 @@ fn hold_in(cases: Vec<Case>, by: By, denoise: impl Fn(&Image) -> Image) {
     let sound = denoise(&noisy());
     run_cases(cases, |case| {
         let (found, bound) = (measure(case, &denoise(&case.color), &sound), case.bound(by));
-        // `<=` rather than `>`, because every comparison with NaN is false.
+        // `<=` rather than `>`, because comparisons with NaN are false.
         if found <= bound { Ok(()) } else { Err(format!("{found:e}, at most {bound:e}")) }
     });
 }
@@ -41,7 +41,7 @@ fn every_case_holds_with_32_bit_tensors() {
     hold(By::F32, engine(gpu(), &weights(Quality::Balanced), Precision::F32, None));
 }
 
-/// Of pictures with light that 16-bit floats cannot hold, or hardly.
+/// Uses images with light near or beyond the range of 16-bit floats.
 #[test]
 fn bright_cases_hold_in_16_bit_arithmetic() {
     let is_bright = |case: &Case| case.color.pixels().iter().flatten().any(|v| *v >= 65504.0);
@@ -52,7 +52,7 @@ fn bright_cases_hold_in_16_bit_arithmetic() {
     }
 }
 
-/// With the smallest weights, because the CPU reference is slow.
+/// Uses the smallest weights, because the CPU reference is slow.
 #[test]
 fn every_case_holds_in_the_reference() {
     hold(By::FastReference, |color| on_cpu(&weights(Quality::Fast), color));
@@ -74,7 +74,7 @@ fn tiles_make_the_same_bits_as_the_whole_image() {
     assert!(cut > 40, "only {cut} pictures are cut");
 }
 
-/// The picture repeated three by three, so that it needs several tiles.
+/// The image repeated three by three, to need several tiles.
 fn repeated(image: &Image) -> Image {
     let (width, height) = image.size();
     let pixels = (0..3 * height).flat_map(|y| image.row(y % height).repeat(3)).collect();

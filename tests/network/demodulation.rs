@@ -1,4 +1,4 @@
-//! What a demodulating kernel pyramid guarantees whatever its weights are.
+//! Guarantees of a demodulating kernel pyramid with any weights.
 
 use std::collections::HashMap;
 
@@ -17,7 +17,7 @@ use wgdenoise_testing::run_cases;
 /// Shape and bytes of a tensor.
 type Stored = (Dtype, Vec<usize>, Vec<u8>);
 
-/// The tiny network with its first logits changed: their weight and their bias, one row per logit.
+/// The tiny network after changing its first logits' weight and bias, with one row per logit.
 fn with_logits(change: impl Fn(&mut Stored)) -> Weights {
     let bytes = Fixture::open("demodulating_tiny").bytes;
     let (_, header) = SafeTensors::read_metadata(&bytes).expect("the fixture is safetensors");
@@ -38,7 +38,7 @@ fn with_logits(change: impl Fn(&mut Stored)) -> Weights {
         .expect("it is valid")
 }
 
-/// The same network without the logit of the power.
+/// The tiny network without the power's logit.
 fn undemodulated() -> Weights {
     with_logits(|(_, shape, bytes)| {
         bytes.truncate(bytes.len() / shape[0] * 11);
@@ -46,7 +46,7 @@ fn undemodulated() -> Weights {
     })
 }
 
-/// The same network with a power of 0 or 1 everywhere.
+/// The tiny network with a power of 0 or 1 everywhere.
 fn with_power(power: u8) -> Weights {
     let logit = f32::from(power) * 16.0 - 8.0;
     with_logits(|(dtype, shape, bytes)| {
@@ -86,7 +86,7 @@ fn without_albedo_or_with_a_constant_one_not_a_bit_differs_from_a_network_withou
             .map(|weights| run(weights, &options(kernels, precision), &frame(&all, inputs)));
         same_bits(&found, &expected)
     });
-    // A texture makes a difference.
+    // Texture must make a difference.
     let textured = images(41, 23);
     let [found, plain] = networks
         .each_ref()
@@ -111,12 +111,12 @@ proptest! {
     }
 }
 
-/// Albedo from 0.45 to 1, so that one pixel is at most 1.05/0.5 = 2.1 times as bright as another.
+/// Albedo from 0.45 to 1, which limits the brightness ratio of two pixels to 1.05/0.5 = 2.1.
 fn mild(albedo: &Image) -> Image {
     mapped(albedo, |_, pixel| pixel.map(|v| 0.45 + 0.55 * v))
 }
 
-/// Sums round by 10⁻⁵ of the brightest light around, and the texture, of at most 2.1, multiplies that.
+/// Sums round by 10⁻⁵ of the brightest light nearby, which the texture multiplies by up to 2.1.
 #[test]
 fn light_groups_add_up_to_the_color() {
     let mut all = images(77, 43);
@@ -141,7 +141,7 @@ fn light_groups_add_up_to_the_color() {
     });
 }
 
-/// The largest difference relative to the brightest channel within 8 pixels.
+/// The largest difference, relative to the brightest channel within 8 pixels.
 fn farthest(found: &Image, expected: &Image) -> f32 {
     let (width, height) = expected.size();
     let near = |at: u32, side: u32| at.saturating_sub(8)..(at + 9).min(side);
@@ -169,7 +169,7 @@ fn alpha_is_averaged_as_without_demodulation() {
             let denoiser = denoiser_of(weights, &options);
             denoiser.denoise_layers(&frame, &mut |_| {}).expect("the frame is fine")
         };
-        // The power is 1, so that alpha would not stay 1 if it had a texture.
+        // With a power of 1, alpha would not stay 1 if it were demodulated.
         let opaque = denoise(&with_power(1), &[1.0; 60 * 37], false);
         let alone = run(&with_power(1), &options, &frame(&all, Inputs::ALL));
         same_bits(&opaque.color, &alone)?;
@@ -185,8 +185,8 @@ fn alpha_is_averaged_as_without_demodulation() {
     });
 }
 
-/// The light of a lamp that shines evenly on a texture: with a power of 1, it is in proportion to the
-/// albedo and 0.05, whatever is gathered.
+/// Light of a lamp that shines evenly on a texture is proportional to albedo + 0.05. A power of 1
+/// must reproduce it, whatever is gathered.
 #[test]
 fn light_that_follows_the_texture_comes_back() {
     let [_, albedo, normal] = images(61, 45);
@@ -201,8 +201,9 @@ fn light_that_follows_the_texture_comes_back() {
         pairs.map(|(found, expected)| (found / expected - 1.0).abs()).fold(0.0_f32, f32::max)
     };
     run_cases(variants(), |&(kernels, precision)| {
-        // The texture is off by the rounding of contrasts up to 3.05. Light and albedo are gathered by
-        // different exponentials of the same logits only in their rounding: 10⁻⁵ of what is around.
+        // The texture is off by the rounding of contrasts up to 3.05. Light and albedo are gathered
+        // with the same logits, whose exponentials differ only in rounding: by 10⁻⁵ of the light
+        // nearby.
         let bound = match precision {
             Precision::F16 => 3.05 / 2048.0 + 1e-4,
             Precision::F32 => 1e-4,
@@ -234,8 +235,8 @@ fn huge_and_tiny_light_on_black_and_white_stays_finite() {
     });
 }
 
-/// Where the network is skipped, constant light on a texture and the layers keep their bits, but for a
-/// bad pixel, which is filled; all else is as without skipping.
+/// Where the network is skipped, constant light on a texture and the layers keep their bits, except
+/// for a bad pixel, which is filled; the rest is the same as without skipping.
 #[test]
 fn clean_blocks_keep_their_light_and_the_others_are_as_without_skipping() {
     let [noise, albedo, normal] = images(160, 144);
@@ -309,7 +310,7 @@ fn demodulation_takes_memory_only_where_it_is_used() {
             let bytes = [&demodulating, &plain].map(|d| d.memory_bytes(256, 256, inputs).unwrap());
             (bytes[0] - bytes[1]) / (256 * 256)
         };
-        // A quad of a tensor, and level 0 of a pyramid, which CPU drivers store anyway.
+        // Four channels of a tensor, plus level 0 of a pyramid, which CPU drivers store anyway.
         let texel = if precision == Precision::F16 { 8 } else { 16 };
         let level0 = if kernels.is_for_gpus() { 16 } else { 0 };
         let found = [more(Inputs::ALL), more(Inputs { albedo: false, normal: true })];
@@ -328,7 +329,7 @@ fn a_profile_has_the_gathering_of_the_albedo_where_there_is_one() {
     let of_albedo = |names: &[String]| names.iter().filter(|n| n.starts_with("albedo_")).count();
     let without = names(Inputs { albedo: false, normal: true });
     let with = names(Inputs::ALL);
-    // Down and up four levels.
+    // Down and up through four levels.
     assert_eq!((of_albedo(&without), of_albedo(&with)), (0, 8));
     assert_eq!(with.len(), without.len() + 8);
 }
@@ -336,7 +337,7 @@ fn a_profile_has_the_gathering_of_the_albedo_where_there_is_one() {
 #[test]
 fn the_reference_verifies_the_color_with_and_without_alpha() {
     let all = images(80, 60);
-    // The color depends on alpha where that is settled, as it is on the right.
+    // The color depends on alpha only where alpha is settled, as on the right.
     let noisy = |i: usize| (i * 29 % 11) as f32 / 10.0;
     let alpha: Vec<_> = (0..80 * 60).map(|i| if i % 80 < 20 { noisy(i) } else { 1.0 }).collect();
     for options in [Options::default(), Options::default().precision(Precision::F32)] {

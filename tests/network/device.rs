@@ -30,7 +30,7 @@ fn an_unknown_adapter_is_an_error_that_says_what_there_is() {
     assert!(error.contains(&gpu().info.name) && error.contains("mesa-vulkan-drivers"), "{error}");
 }
 
-/// Runs this test binary again where the Vulkan loader finds no driver.
+/// Runs this test binary again with no driver for the Vulkan loader to find.
 #[cfg(target_os = "linux")]
 #[test]
 fn without_an_adapter_the_tests_fail_instead_of_being_skipped() {

@@ -14,7 +14,7 @@ use crate::support::{denoiser, frame, images, run, same_bits, tiny};
 use wgdenoise_testing::gpu::{factors, gpu, has_halves, variants};
 use wgdenoise_testing::run_cases;
 
-/// A device of its own, which the test may lose.
+/// A separate device that the test may lose.
 fn device() -> Gpu {
     Gpu::open(None).expect("the tests need an adapter")
 }
@@ -73,7 +73,7 @@ fn work_that_is_too_long_is_an_error_and_the_device_can_be_used_on() {
     let images = images(600, 400);
     let frame = frame(&images, Inputs::ALL);
     let options = Options::default().timeout(Duration::from_micros(1));
-    // A second of work on a fast adapter: it cannot be done before the wait begins.
+    // A second of work on a fast adapter, so it cannot finish before the wait begins.
     let large = Weights::builtin(Quality::High).unwrap();
     let hasty = Denoiser::new(&device, &queue, &large, &options).unwrap();
     let error = hasty.denoise(&frame).map(drop).unwrap_err();
@@ -95,7 +95,7 @@ fn results_of_every_variant_are_verified() {
         let result = denoiser.denoise(&frame).map_err(|e| e.to_string())?;
         let verified = denoiser.verify(&frame, &result).map_err(|e| e.to_string())?;
         let verified = verified.ok_or("there is noise")?;
-        // Far below what would be rejected.
+        // Far below the error that is rejected.
         let is_exact = precision == Precision::F32 && factors(kernels, &[0.1]) == [0.1];
         let most = if is_exact { 1e-5 } else { 8e-4 };
         (verified.rms < most).then_some(()).ok_or_else(|| verified.to_string())
@@ -105,7 +105,7 @@ fn results_of_every_variant_are_verified() {
 const TILED_F32: (KernelSet, Precision) = (KernelSet::Tiled, Precision::F32);
 const TILED_F16: (KernelSet, Precision) = (KernelSet::Tiled, Precision::F16);
 
-/// A picture, its denoised result, and the denoiser.
+/// An image, its denoised result, and the denoiser.
 struct Case {
     denoiser: Denoiser,
     images: [Image; 3],
@@ -191,7 +191,7 @@ fn one_wrong_weight_is_found() {
     }
 }
 
-/// As after a pixel filter with negative lobes, or a render that is broken in places.
+/// Imitates a pixel filter with negative lobes, or a partly broken render.
 #[test]
 fn a_picture_with_bad_values_in_every_block_is_verified() {
     let [noise, ..] = images(70, 50);
@@ -217,7 +217,7 @@ fn a_block_without_bad_values_is_verified_if_there_is_one() {
     for (i, pixel) in (0..).zip(color.pixels_mut()) {
         let (x, y) = (i % 70, i / 70);
         let is_sound = (32..48).contains(&x) && (16..32).contains(&y);
-        // Elsewhere there is more noise.
+        // The other blocks are noisier.
         *pixel = if is_sound { pixel.map(|v| 4.0 + 0.1 * v) } else { *pixel };
         pixel[2] = if !is_sound && x % 5 == 0 { -0.1 } else { pixel[2] };
     }
@@ -279,7 +279,7 @@ fn a_hosts_handlers_stay_and_hear_nothing_of_what_is_told_as_an_error() {
     assert_eq!(counts(), (1, 1));
 }
 
-/// All sources in a folder of `src` and its subfolders, by path.
+/// All sources in a folder of `src`, recursively, by path.
 fn sources(folder: &str) -> Vec<(String, String)> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("src").join(folder);
     let of_entry = |entry: std::io::Result<std::fs::DirEntry>| {
@@ -306,6 +306,6 @@ fn the_engine_sets_no_handler_of_the_hosts_process() {
     let handlers = ["on_uncaptured_error", "device_lost_callback", "sigaction", "signal_hook"];
     assert_eq!(users(&handlers), [""; 0]);
     assert_eq!(users(&["set_hook"]), ["panics.rs"]);
-    // Offered to programs, and called by none of the engine's files.
+    // Programs may call it; the engine itself never does.
     assert_eq!(users(&["silence_caught"]), ["panics.rs"]);
 }

@@ -1,4 +1,4 @@
-//! What a kernel pyramid guarantees whatever its weights are.
+//! Guarantees of a kernel pyramid with any weights.
 
 use proptest::prelude::*;
 use wgdenoise::{Frame, Image, Inputs, KernelSet, Options, Precision};
@@ -11,7 +11,7 @@ fn run(options: &Options, frame: &Frame<'_>) -> Image {
     denoiser_of(&tiny_kernels(), options).denoise(frame).expect("the frame is fine")
 }
 
-/// Without skipping, so that the network works on every pixel.
+/// Disables skipping, so that the network processes every pixel.
 fn every_pixel(kernels: KernelSet, precision: Precision) -> Options {
     Options::default().kernels(kernels).precision(precision).skip_clean(false)
 }
@@ -35,7 +35,7 @@ fn a_constant_of_any_hue_and_brightness_stays_bit_for_bit() {
 
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(12))]
-    /// For a given exposure the weights are given too, whatever is in the other channels' light.
+    /// The exposed input is the same, hence the kernel weights too, so light scales exactly.
     #[test]
     fn a_gain_of_a_power_of_two_changes_no_bit_but_the_exponent(power in -40_i32..40) {
         let images = images(37, 22);
@@ -51,7 +51,7 @@ proptest! {
     }
 }
 
-/// The result of a constant is that constant, so leaving it out changes nothing at all.
+/// A constant's result is the same constant, so skipping it changes nothing.
 #[test]
 fn skipping_constant_blocks_changes_no_bit() {
     let [noise, albedo, normal] = images(320, 208);

@@ -1,4 +1,4 @@
-//! Further layers of a picture, denoised by the weights of its beauty.
+//! Further layers of an image, denoised with the weights of its beauty.
 
 use proptest::prelude::*;
 use wgdenoise::internals::reference;
@@ -8,8 +8,8 @@ use crate::support::{denoiser_of, frame, images, same_bits, tiny, tiny_kernels};
 use wgdenoise_testing::gpu::variants;
 use wgdenoise_testing::{Random, run_cases};
 
-/// Two layers that add up to the image, each with noise of its own. Subtraction of a share is exact
-/// enough: the sum differs by at most one unit in the last place.
+/// Two layers with their own noise that add up to the image. Subtracting a share is exact enough:
+/// the sum differs by at most one unit in the last place.
 fn split(image: &Image, seed: u64) -> [Image; 2] {
     let mut random = Random::new(seed);
     let mut layers = [image.clone(), image.clone()];
@@ -28,7 +28,7 @@ fn denoised(options: &Options, frame: &Frame<'_>, layers: &[&Image]) -> Vec<Imag
     [found.color].into_iter().chain(found.layers).collect()
 }
 
-/// The largest difference of two images relative to the largest value within 8 pixels.
+/// The largest difference of two images, relative to the largest value within 8 pixels.
 fn largest_difference(found: impl Fn(usize, usize) -> f32, expected: &Image) -> f32 {
     let (width, height) = expected.size();
     let near = |at: u32, side: u32| at.saturating_sub(8) as usize..(at + 9).min(side) as usize;
@@ -60,7 +60,8 @@ fn layers_equal_the_reference() {
         let found = denoised(&options, &plain.input_scale(scale), &[&first, &second]);
         for (found, expected) in found[1..].iter().zip(&expected) {
             let off = largest_difference(|i, c| found.pixels()[i][c], expected);
-            // Logits are rounded; measured 7e-3 and 2e-6. As for pixels, √19 times as far by `Half`.
+            // Logits are rounded; measured 7e-3 and 2e-6. `Half` is off by √19 times as much, as
+            // for pixels.
             let most = match (kernels, precision) {
                 (KernelSet::Half, _) => 8.7e-2,
                 (KernelSet::Matrix(_), _) | (_, Precision::F16) => 2e-2,
@@ -77,7 +78,7 @@ fn layers_equal_the_reference() {
 #[test]
 fn layers_of_a_picture_sum_to_it() {
     let mut all = images(77, 43);
-    // Missing pixels, a firefly and negative light, which the repair changes in every layer alike.
+    // Missing pixels, a firefly and negative light, which the repair changes in all layers alike.
     for (i, value) in [(200, f32::NAN), (500, 1e7), (900, f32::INFINITY)] {
         all[0].pixels_mut()[i] = [value, 1.0, 1.0];
     }
@@ -124,8 +125,8 @@ fn tiled_layers_equal_whole_ones_bit_for_bit() {
     });
 }
 
-/// The beauty is black but for a square; a layer with noise everywhere keeps it there, and what the
-/// network works on is denoised.
+/// The beauty is black except for a square. A layer with noise everywhere keeps it in the black
+/// part, and is denoised where the network runs.
 #[test]
 fn where_the_network_is_skipped_layers_keep_their_pixels_and_bad_ones_are_filled() {
     let [noise, ..] = images(320, 208);
@@ -194,7 +195,7 @@ fn layers_go_one_after_the_other_so_their_number_takes_no_memory_on_the_gpu() {
             let contents = Contents { inputs, layers };
             denoiser.memory_bytes(256, 256, contents).expect("it fits")
         };
-        // The layer and its copy in transit, and level 0 where it is not stored anyway, as for
+        // The layer and its copy for transfer, plus level 0 where it is not stored anyway, as for
         // demodulation.
         assert_eq!(bytes(true) - bytes(false), 256 * 256 * (24 + level0), "{kernels}");
     }
@@ -226,7 +227,7 @@ proptest! {
     }
 }
 
-/// The edge of a disc, blurred by motion, at eight samples: premultiplied color with noisy alpha.
+/// The edge of a motion-blurred disc at eight samples: premultiplied color with noisy alpha.
 struct Moving {
     noisy: Image,
     alpha: Vec<f32>,
@@ -251,21 +252,21 @@ impl Moving {
         Self { noisy: image(&alpha), truth: image(&cover), alpha, cover }
     }
 
-    /// Share of the shutter's time in which the disc covers a pixel.
+    /// The share of the shutter time in which the disc covers a pixel.
     fn cover(i: u32) -> f32 {
         let [x, y] = [i % Self::SIDE, i / Self::SIDE].map(|v| v as f32 - 80.0);
         let covers = (-16..=16).filter(|step| (x + *step as f32).hypot(y) < 40.0);
         covers.count() as f32 / 33.0
     }
 
-    /// Whether the noisy alpha is the same within three pixels.
+    /// Whether the noisy alpha is constant within three pixels.
     fn is_settled(&self, i: usize) -> bool {
         let side = Self::SIDE as usize;
         let near = |at: usize| at.saturating_sub(3)..(at + 4).min(side);
         near(i / side).all(|y| near(i % side).all(|x| self.alpha[y * side + x] == self.alpha[i]))
     }
 
-    /// The mean difference from the truth over a background, where the disc is blurred.
+    /// The mean difference from the truth over a background, along the blurred edge.
     fn error(&self, image: &Image, alpha: &[f32], background: f32) -> f32 {
         let over = |pixel: [f32; 3], alpha: f32| pixel.map(|v| v + (1.0 - alpha) * background);
         let edge = (0..self.cover.len()).filter(|&i| (0.05..0.95).contains(&self.cover[i]));
@@ -294,7 +295,7 @@ fn premultiplied_edges_get_better_over_any_background() {
             assert!(after < 0.7 * before, "{quality:?} over {background}: {before} to {after}");
         }
         for (i, pixel) in found.color.pixels().iter().enumerate() {
-            // Color and alpha are the same weighted mean, so where alpha is 0 there is no light.
+            // Color and alpha are the same weighted mean, so there is no light where alpha is 0.
             let expected = Moving::COLOR.map(|v| v * alpha[i]);
             let is_off = (0..3).any(|c| (pixel[c] - expected[c]).abs() > 1e-5);
             assert!(!is_off, "{quality:?}: {pixel:?} at {i}, alpha {}", alpha[i]);

@@ -1,4 +1,4 @@
-//! The whole network on the adapter: compared with the reference, tiled with whole, fewer inputs
+//! The whole network on the adapter, comparing GPU with reference, tiled with whole, fewer inputs
 //! with zeros, and the caller's encoder with the blocking call.
 
 mod demodulation;

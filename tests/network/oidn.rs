@@ -1,4 +1,4 @@
-//! Networks shaped like Open Image Denoise's, where the input is a skip too.
+//! Networks shaped like Open Image Denoise's, which also use the input as a skip.
 
 use wgdenoise::internals::model::tza;
 use wgdenoise::internals::reference;
@@ -17,7 +17,7 @@ fn networks() -> [Weights; 2] {
         .map(|(bytes, name)| Weights::from_tza(bytes, name).expect("the fixture is whole"))
 }
 
-/// A network for color alone; its name determines what the color is.
+/// A network for color only; its name determines the color's encoding.
 pub(crate) fn color_network(name: &str) -> Weights {
     let bytes = include_bytes!("../fixtures/oidn/rt_alb.tza");
     Weights::from_tza(bytes, name).expect("the fixture is whole")
@@ -64,7 +64,7 @@ fn results_in_every_encoding_are_verified_and_wrong_ones_refused() {
     for name in ["rt_hdr", "rtlightmap_hdr", "rt_ldr", "rt_nrm"] {
         let bytes = tza::to_safetensors(include_bytes!("../fixtures/oidn/rt_alb.tza"), name);
         let is_hdr = name.ends_with("hdr");
-        // Large enough for light that encodes beyond 1, as the input does.
+        // The factor brings light that encodes beyond 1, as the input does.
         let factor = if is_hdr { 1.3 } else { 1.0 };
         let weights = times(&bytes.expect("the fixture is whole"), factor);
         run_cases(variants(), |&(kernels, precision)| {
@@ -103,7 +103,7 @@ fn display_color_is_neither_exposed_nor_encoded_as_light() {
     run_cases(variants(), |&(kernels, precision)| {
         let found =
             run(&weights, &Options::default().kernels(kernels).precision(precision), &images);
-        // The curve back to linear light is at most 2.3 times as steep as a line.
+        // The curve back to linear light has a slope of at most 2.3.
         let encoded = tolerance(kernels, precision);
         let allowed = Tolerance { absolute: 2.3 * encoded.absolute, ..encoded };
         compare(&image_tensor(&found), &expected, allowed)

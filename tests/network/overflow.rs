@@ -1,4 +1,4 @@
-//! Finite weights can compute non-finite values: infinities of both signs meet in a sum.
+//! Finite weights can produce non-finite values when infinities of both signs meet in a sum.
 
 use half::f16;
 use safetensors::SafeTensors;
@@ -10,7 +10,8 @@ use crate::support::{frame, images};
 use wgdenoise_testing::gpu::{gpu, variants};
 use wgdenoise_testing::run_cases;
 
-/// Networks that end in a sigmoid and in a ReLU, with the brightest exposed light each accepts.
+/// Networks that end in a sigmoid and in a ReLU, with the brightest exposed light that each
+/// accepts.
 fn networks() -> [(Vec<u8>, f32); 2] {
     let unet = include_bytes!("../fixtures/unet_tiny.safetensors").to_vec();
     let oidn = include_bytes!("../fixtures/oidn/rt_hdr_alb_nrm.tza");
@@ -56,7 +57,7 @@ fn no_weights_make_a_pixel_that_is_no_number_or_brighter_than_what_goes_in() {
         let options = Options::default().kernels(kernels).precision(precision);
         let denoiser = Denoiser::new(&gpu().device, &gpu().queue, &times(file, factor), &options);
         let result = denoiser.expect("it fits").denoise(&frame).expect("it runs");
-        // With room for the rounding of the inverse transfer function.
+        // Leaves room for rounding in the inverse transfer function.
         let bad = |p: &&[f32; 3]| !p.iter().all(|v| (0.0..=most / 0.5 * 1.001).contains(v));
         match result.pixels().iter().filter(bad).count() {
             0 => Ok(()),

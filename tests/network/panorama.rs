@@ -1,4 +1,4 @@
-//! Frames whose left and right edges touch.
+//! Frames whose left and right edges join.
 
 use wgdenoise::internals::plan::halo::halo;
 use wgdenoise::{Image, Inputs, KernelSet, Options, Precision};
@@ -7,10 +7,10 @@ use crate::support::{
     denoiser_of, frame, images, same_bits, tiny, tiny_demodulation, tiny_kernels,
 };
 
-/// A multiple of the networks' alignment, so that turning it moves no pooling window.
+/// A multiple of the networks' alignment, so that rotation does not shift pooling windows.
 const SIZE: [u32; 2] = [96, 40];
 
-/// The image after a turn by some columns.
+/// The image rotated by some columns.
 fn turned(image: &Image, columns: usize) -> Image {
     let mut image = image.clone();
     let width = image.width() as usize;
@@ -33,7 +33,7 @@ fn a_turned_panorama_becomes_the_turned_result() {
         };
         let expected = turned(&denoise(&images, true), 48);
         same_bits(&denoise(&turned_images, true), &expected).unwrap();
-        // A picture with ends differs.
+        // Without `panorama`, the result differs.
         same_bits(&denoise(&turned_images, false), &expected).unwrap_err();
     }
 }

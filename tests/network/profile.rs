@@ -1,4 +1,4 @@
-//! The time of every kernel call.
+//! The time of each kernel call.
 
 use wgdenoise::{CallProfile, Inputs, KernelSet, Options, Precision, Quality, Weights};
 
@@ -37,8 +37,8 @@ fn check(kernels: KernelSet, profile: &[CallProfile]) {
         assert!(row.seconds.len() == 3 && row.seconds.is_sorted(), "{row:?}");
         assert!(row.seconds[0] > 0.0 && row.median() == row.seconds[1], "{row:?}");
     }
-    // As trained, less what folding the transposed convolutions saves per pixel of a level: of their
-    // c C products and the 9 c^2 behind them, for C channels below, 4 c C are left.
+    // As trained, minus what folding the transposed convolutions saves: with c channels at a level
+    // and C below it, c C + 9 c² products per pixel become 4 c C.
     let macs: f64 = profile.iter().map(|row| row.macs).sum();
     let weights = Weights::builtin(Quality::Balanced).unwrap();
     let widths: Vec<_> = weights.metadata().widths.iter().map(|&width| width as f64).collect();
@@ -59,7 +59,7 @@ fn a_convolution_too_wide_for_the_logits_stays_a_call_of_its_own() {
     let convs: Vec<_> = profile.iter().filter(|row| row.name.contains("conv")).collect();
     let ends: Vec<_> = convs.iter().rev().map(|row| row.name.as_str()).take(2).collect();
     assert_eq!(ends, ["kernel_conv0", "dec_conv0b"]);
-    // The 1×1 convolution of 24 channels to 12 logits, read and stored in 16 bits.
+    // The 1×1 convolution from 24 channels to 12 logits, read and stored in 16 bits.
     let logits = convs.last().expect("there are calls");
     let pixels = 32.0 * 16.0;
     assert_eq!((logits.macs, logits.bytes), (12.0 * 24.0 * pixels, (48.0 + 24.0) * pixels));

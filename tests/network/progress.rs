@@ -1,4 +1,4 @@
-//! Tiles handed out on the GPU while a frame is denoised.
+//! Tiles delivered on the GPU while a frame is denoised.
 
 use std::time::{Duration, Instant};
 
@@ -11,7 +11,7 @@ use wgdenoise_testing::gpu::{context, gpu, read_back};
 const SIZE: [u32; 2] = [133, 67];
 const PIXEL_BYTES: u64 = 12;
 
-/// An image on the GPU, put together from tiles.
+/// An image on the GPU, assembled from tiles.
 struct Canvas(wgpu::Buffer);
 
 impl Canvas {

@@ -9,7 +9,7 @@ use wgdenoise_testing::{Random, run_cases};
 
 const SIZE: [u32; 2] = [420, 260];
 
-/// Noise in a disc, on a constant background.
+/// A noisy disc on a constant background.
 fn disc() -> [Image; 3] {
     let [noise, albedo, normal] = images(SIZE[0], SIZE[1]);
     let mut color = noise;
@@ -25,7 +25,8 @@ fn is_in_disc([x, y]: [u32; 2]) -> bool {
     (f64::from(x) - 90.0).hypot(f64::from(y) - 100.0) <= 60.0
 }
 
-/// For each block of 16×16 pixels, whether a block that color may come from has pixels of the disc.
+/// For each pixel, whether its 16×16 block or one that its color may depend on has pixels of the
+/// disc.
 fn is_near_disc(i: usize) -> bool {
     let radius = constant_radius(tiny().network()) * 16;
     let block = [i as u32 % SIZE[0], i as u32 / SIZE[0]].map(|p| p / 16 * 16);
@@ -52,7 +53,7 @@ fn clean_blocks_keep_their_bits_and_the_others_get_the_same_as_without_skipping(
                 kept += usize::from(!near[i]);
                 changed += usize::from(full.pixels()[i] != images[0].pixels()[i]);
             }
-            // Both kinds must occur, and the network must not be the identity.
+            // Both kinds must occur, and the network must change pixels.
             let all = images[0].pixels().len();
             (kept > all / 2 && kept < all && changed > all / 2)
                 .then_some(())
@@ -74,7 +75,7 @@ fn tiles_skip_the_same_blocks_as_the_whole_image() {
     });
 }
 
-/// Bit for bit, whatever the sign of a channel, unless the light as a whole is negative.
+/// The result is bit-identical for channels of any sign, unless the light as a whole is negative.
 #[test]
 fn an_image_of_one_color_comes_back_as_it_was() {
     let [_, albedo, normal] = images(70, 51);

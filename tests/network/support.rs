@@ -6,7 +6,7 @@ use wgdenoise::{Denoiser, Frame, Image, Inputs, KernelSet, Options, Precision, W
 use wgdenoise_testing::gpu::gpu;
 use wgdenoise_testing::{Random, Tolerance, image_tensor};
 
-/// Three widths (two poolings, alignment 4), nine inputs, batch norm stored raw.
+/// A network with three widths (two poolings, alignment 4), nine inputs and unfolded batch norms.
 pub(crate) fn tiny() -> Weights {
     let bytes = include_bytes!("../fixtures/unet_tiny.safetensors");
     Weights::from_bytes(bytes).expect("the fixture follows the format")
@@ -54,7 +54,7 @@ pub(crate) fn run(options: &Options, frame: &Frame<'_>) -> Image {
     denoiser(options).denoise(frame).expect("the frame is fine")
 }
 
-/// The reference result of a frame, from pixels to pixels.
+/// The reference result of a frame, as an image.
 pub(crate) fn expected(weights: &Weights, frame: &Frame<'_>) -> Image {
     let encoding = weights.metadata().encoding();
     let is_hdr = encoding.transfer_function.is_hdr();
@@ -65,7 +65,7 @@ pub(crate) fn expected(weights: &Weights, frame: &Frame<'_>) -> Image {
     reference::denoise(&weights, reference::Images { color, albedo, normal }, scale)
 }
 
-/// An image in the transfer domain.
+/// Encodes an image in the transfer domain.
 pub(crate) fn encoded(image: &Image, scale: f32) -> Tensor {
     let mut tensor = image_tensor(image);
     let encode = |v: f32| reference::pu(f64::from(v) * f64::from(scale)) as f32;
@@ -73,16 +73,16 @@ pub(crate) fn encoded(image: &Image, scale: f32) -> Tensor {
     tensor
 }
 
-/// In the transfer domain, where the network works. Measured: 5e-7; plus the exposure, whose error
-/// of up to 5e-5 moves the logarithmic curve by 3e-6.
+/// In the transfer domain, where the network works. Measured 5e-7, plus the exposure's error of up
+/// to 5e-5, which shifts the logarithmic curve by 3e-6.
 pub(crate) const F32: Tolerance = Tolerance { absolute: 4e-6, relative: 0.0 };
 /// Each of twelve stores rounds a value of about 1 by 2⁻¹¹. Measured: 2e-3.
 pub(crate) const F16: Tolerance = Tolerance { absolute: 6e-3, relative: 0.0 };
-/// A chunk of 36 products that are added up in 16 bits is off by √(36/2) times 2⁻¹¹ of its sum (see
-/// `src/denoiser/verify.rs`), and its store by 2⁻¹¹: √19 times as much as the store alone.
+/// A 16-bit sum of a chunk of 36 products is off by √(36/2) times 2⁻¹¹ of its value (see
+/// `src/denoiser/verify.rs`), and its store by 2⁻¹¹: in total √19 times as much as the store alone.
 pub(crate) const HALF: Tolerance = Tolerance { absolute: 26e-3, relative: 0.0 };
 
-/// The tolerance for a set: 16-bit factors round a layer's input like 16-bit tensors.
+/// The tolerance for a kernel set: 16-bit factors round a layer's input like 16-bit tensors do.
 pub(crate) fn tolerance(kernels: KernelSet, precision: Precision) -> Tolerance {
     match (kernels, precision) {
         (KernelSet::Half, _) => HALF,

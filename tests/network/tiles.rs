@@ -1,4 +1,4 @@
-//! Tiled results compared with whole ones, and the memory of tiles.
+//! Tiled results compared with whole ones, and the memory that tiles take.
 
 use wgdenoise::{
     Denoiser, Element, Gpu, Inputs, Layout, Options, PassDescriptor, PassImage, Precision, Quality,
@@ -64,13 +64,13 @@ fn what_a_pass_allocates_is_what_was_planned() {
     allocates_what_was_planned(4 << 20, false);
 }
 
-/// Of 90000 pixels, 48 bytes each are for the history of frames.
+/// The history of frames takes 48 bytes for each of the 90000 pixels.
 #[test]
 fn what_a_pass_with_motion_allocates_is_what_was_planned() {
     allocates_what_was_planned(8 << 20, true);
 }
 
-/// On its own device, so that no other test allocates meanwhile.
+/// Uses its own device, so that no other test allocates meanwhile.
 fn allocates_what_was_planned(budget: u64, has_motion: bool) {
     let gpu = Gpu::open(None).unwrap();
     let allocated = || {
@@ -87,7 +87,7 @@ fn allocates_what_was_planned(budget: u64, has_motion: bool) {
     let descriptor = PassDescriptor::new(300, 300, image(&noisy), image(&clean)).motion(motion);
     let pass = denoiser.pass(&descriptor).unwrap();
     let used = allocated() - before;
-    // The plan leaves out uniforms, exposure bins and alignment: a few kilobytes.
+    // The plan omits uniforms, exposure bins and alignment: a few kilobytes.
     assert!(used > budget / 2 && used < budget + (budget >> 4), "{used} of {budget} bytes");
     let frame = || {
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
@@ -95,7 +95,7 @@ fn allocates_what_was_planned(budget: u64, has_motion: bool) {
         gpu.queue.submit([encoder.finish()]);
         allocated() - before
     };
-    // The first submission also frees the memory for uploading the uniforms.
+    // The first submission also frees the staging memory for the uniforms.
     let frames = [(); 3].map(|()| frame());
     assert!(frames[0] <= used && frames[1..] == [frames[0]; 2], "{frames:?} after {used}");
 }

@@ -42,8 +42,8 @@ fn absent_inputs_count_as_zeros() {
         for kernels in kernel_sets(Precision::F32) {
             let few = first_layer(&sliced, kernels, &cut);
             let many = first_layer(&all, kernels, &zeros);
-            // Matrices add up several inputs at a time, and which ones depends on their number. So does
-            // by what the weights are divided for sums in 16 bits.
+            // Matrices add several inputs at a time; their grouping depends on the number of
+            // inputs. So does the divisor of the weights for 16-bit sums.
             let allowed = match kernels {
                 KernelSet::Matrix(_) | KernelSet::Half => {
                     convolution_tolerance(9 * 9, (kernels, Precision::F32))

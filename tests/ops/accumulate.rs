@@ -1,4 +1,4 @@
-//! The operator against its reference.
+//! The operator, compared with its reference.
 
 use wgdenoise::internals::ops::image::ImageFormat;
 use wgdenoise::internals::ops::tile::Layout;
@@ -9,13 +9,13 @@ use crate::film::{F16, F32, Formats, Frame, Sequence, sizes_and_features, textur
 use wgdenoise_testing::image::{Pixel, cpu_image};
 use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
-/// Light is between 0 and 2. Sums of 16 to 27 terms round the differences that agreement is made of
-/// by up to 2⁻²¹; over the smallest scale, 0.1, and times the steepest slope of exp(−x²), 0.86, that
-/// is 4e-6, and 3e-5 of the eight frames of the history. WGSL allows exp 3 + 2 |x| units in the last
-/// place, which is less.
+/// Light is in [0, 2]. Sums of 16 to 27 terms round the differences that determine agreement by up
+/// to 2⁻²¹; divided by the smallest scale, 0.1, and times the steepest slope of exp(−x²), 0.86,
+/// that is 4e-6, or 3e-5 over the history's eight frames. WGSL allows exp an error of 3 + 2 |x|
+/// units in the last place, which is less.
 const TOLERANCE: Tolerance = Tolerance { absolute: 6e-5, relative: 0.0 };
 
-/// The results of all frames by the reference: the color and then each layer.
+/// The reference's results for all frames: the color and then each layer.
 fn expected(
     frames: &[Frame],
     size: [u32; 2],
@@ -49,7 +49,7 @@ fn expected(
     results
 }
 
-/// Compares every frame, its layers included.
+/// Compares every frame, including its layers.
 pub(crate) fn check(
     frames: &[Frame],
     size: [u32; 2],

@@ -1,4 +1,4 @@
-//! Further layers in the mean of frames, against the reference and what they must keep.
+//! Further layers in the mean of frames, compared with the reference and with required properties.
 
 use wgdenoise::internals::ops::tile::Layout;
 use wgdenoise::wgpu::TextureFormat as Texture;
@@ -50,7 +50,7 @@ fn where_motion_is_no_number_layers_stand_alone() {
     check(&frames, size, Formats::all(13), 1.0).unwrap();
 }
 
-/// A wall of waves that moves by parts of a pixel, seen in `count` frames.
+/// A wall of waves that moves by fractions of a pixel, seen in `count` frames.
 fn waves(size: [u32; 2], count: usize) -> Vec<Frame> {
     let frame = |k: usize| {
         let at = |i: u32| (i % size[0]) as f32 - 0.3 * k as f32;
@@ -67,7 +67,7 @@ fn results(frames: &[Frame], size: [u32; 2]) -> Vec<Vec<Vec<Pixel>>> {
     frames.iter().map(|frame| sequence.next_with_layers(frame)).collect()
 }
 
-/// Where light is 0 or constant, such as full alpha, sums only round.
+/// Where light is 0 or constant, such as full alpha, sums do nothing but round.
 #[test]
 fn constant_layers_leave_the_color_alone_and_stay_as_they_are() {
     let size = [24, 9];
@@ -83,7 +83,7 @@ fn constant_layers_leave_the_color_alone_and_stay_as_they_are() {
     }
 }
 
-/// One light ends where the other begins, so the color has no edge there. Splines would leave the
+/// One light ends where the other begins, so the color has no edge there. Splines would exceed the
 /// range of both.
 #[test]
 fn layers_stay_between_what_they_were_beside_edges_that_the_color_lacks() {
@@ -118,8 +118,8 @@ fn sums(found: &[Vec<Pixel>], most: f32) -> Result<(), String> {
     if off <= most { Ok(()) } else { Err(format!("the sum is off by {off}")) }
 }
 
-/// Light below 2.8 is read with roundings of at most 3e-6 (`ROUNDING` in `spline.wgsl`), mostly of
-/// less than a tenth of that, which up to nine frames add up.
+/// Light below 2.8 is read with rounding errors of at most 3e-6 (`ROUNDING` in `spline.wgsl`),
+/// mostly less than a tenth of that, which add up over at most nine frames.
 #[test]
 fn layers_that_add_up_to_the_color_still_do() {
     let size = [33, 21];
@@ -138,7 +138,7 @@ fn layers_that_add_up_to_the_color_still_do() {
     });
 }
 
-/// A broken pixel of a layer is its own in the next frame, too; the others go on.
+/// A layer's broken pixel starts anew in the next frame; the other layers continue.
 #[test]
 fn a_layer_that_is_broken_neither_spreads_nor_breaks_the_others() {
     let size = [9, 9];
@@ -156,7 +156,8 @@ fn a_layer_that_is_broken_neither_spreads_nor_breaks_the_others() {
     assert_eq!(found[2][40], [1.125, 1.125, 1.125, 1.5]);
 }
 
-/// Where the color is broken, nothing is kept of the layers either: beside it, both read what is left.
+/// Where the color is broken, the layers keep no history either; next to it, both read what is
+/// left.
 #[test]
 fn layers_have_no_history_where_the_color_has_none() {
     let size = [9, 9];

@@ -11,10 +11,11 @@ use wgdenoise_testing::{Random, run_cases};
 
 const RADIUS: u32 = 7;
 
-/// Sizes of single-tile images: below, at and above one block; one with room for every distance.
+/// Sizes of single-tile images: below, at and above one block, and one with room for every
+/// distance.
 const SIZES: [[u32; 2]; 6] = [[1, 1], [2, 40], [17, 33], [100, 70], [19, 50], [400, 290]];
 
-/// A name and a function for pixels.
+/// The name of a pattern and a function for its pixels.
 type Paint = (&'static str, fn([u32; 2], &mut Random) -> [f32; 3]);
 const PAINTS: [Paint; 13] = [
     ("black", |_, _| [0.0; 3]),
@@ -53,7 +54,7 @@ fn activity_equals_the_reference_for_every_picture_size_and_radius() {
     assert!(clean > blocks / 5 && clean < blocks * 4 / 5, "{clean} of {blocks} are clean");
 }
 
-/// What is nearly constant is the network's business: a threshold would show as squares.
+/// Nearly constant areas must run through the network: a threshold would show as squares.
 #[test]
 fn noise_of_any_contrast_and_ramps_are_never_skipped() {
     let size = [400, 290];
@@ -74,7 +75,8 @@ fn noise_of_any_contrast_and_ramps_are_never_skipped() {
     });
 }
 
-/// A picture of 400×290 with bars of six rows of blocks: the three at its side are not clean.
+/// A 400×290 image with letterbox bars of six block rows, of which the three next to the picture
+/// are not clean.
 #[test]
 fn letterboxes_are_skipped_up_to_the_radius_around_the_picture() {
     let bars = image([400, 290], PAINTS[12].1);
@@ -131,7 +133,7 @@ fn distances_grow_by_one_from_what_is_active() {
     let found = three_spots();
     let seen: BTreeSet<u32> = found.map[0].iter().flatten().copied().collect();
     assert_eq!(Vec::from_iter(seen), [0, 1, 2, 3, 4, 5, 6, 7, FAR]);
-    // Beyond the radius there is one more step, as far as neighbors are concerned.
+    // As seen by neighbors, distances beyond the radius are one step more than it.
     let d = |[x, y]: [usize; 2]| found.map[0][y][x].min(RADIUS + 1);
     for ([x, y], clean) in blocks().zip(&found.clean) {
         assert_eq!(d([x, y]) == 0, !clean, "{x}, {y}");
@@ -155,7 +157,7 @@ fn every_further_layer_has_the_minima_of_the_first() {
     }
 }
 
-/// An image of 25×19 blocks, three of them with a bright pixel.
+/// An image of 25×19 blocks, three of which have a bright pixel.
 fn three_spots() -> reference::Activity {
     let image = image([400, 290], |at, _| match at {
         [30, 40] | [31, 250] | [130, 5] => [9.0; 3],
@@ -168,7 +170,7 @@ fn blocks() -> impl Iterator<Item = [usize; 2]> {
     (0..25 * 19).map(|i| [i % 25, i / 25])
 }
 
-/// One tile of an image, and the settings to run it with.
+/// One tile of an image, and its settings.
 #[derive(Clone, Copy)]
 struct Setup {
     placed: PlacedTile,
@@ -228,7 +230,7 @@ fn run(image: &Image, setup: &Setup) -> reference::Activity {
     reference::Activity { clean: clean(&activity), map: map(&activity) }
 }
 
-/// The image's elements, NaN in every gap.
+/// The image's elements, with NaN in every gap.
 fn laid_out(image: &Image, layout: Layout) -> Vec<f32> {
     let (width, height) = image.size();
     let mut elements = vec![f32::NAN; layout.elements(width, height) as usize];
@@ -250,7 +252,7 @@ fn clean(activity: &Activity) -> Vec<bool> {
     flags.into_iter().map(|flag| flag == 1).collect()
 }
 
-/// The part of each layer that belongs to blocks.
+/// The part of each layer that holds blocks.
 fn map(activity: &Activity) -> Vec<Vec<Vec<u32>>> {
     let texture = activity.map.texture();
     let (columns, rows) = (texture.width() as usize, texture.height() as usize);

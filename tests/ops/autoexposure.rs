@@ -6,7 +6,7 @@ use wgdenoise::{Image, Precision};
 use wgdenoise_testing::gpu::{buffer, context, read_back, submit};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// Sums of up to 256 values in f32 (1e-5) under a logarithm, whose mean is an exponent.
+/// Sums of up to 256 values in f32 (1e-5), followed by a logarithm whose mean is an exponent.
 const TOLERANCE: Tolerance = Tolerance { absolute: 0.0, relative: 5e-5 };
 
 /// Width, height, exposure.
@@ -34,7 +34,7 @@ fn autoexposure_equals_the_reference_at_any_exposure() {
 fn bad_and_lone_pixels_do_not_count_and_black_is_left_alone() {
     let mut image = image(40, 24, |v| v + 0.5);
     image.pixels_mut()[7] = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    // An outlier in a bin of its own, among noise.
+    // An outlier in its own bin, surrounded by noise.
     image.pixels_mut()[45] = [f32::MAX, -1e20, 1e-40];
     // The last bin has a lone lit pixel; the one before it is very dark.
     for y in 12..24 {
@@ -64,7 +64,7 @@ fn bands_of_rows_make_the_same_bits_as_the_whole_image() {
     }
 }
 
-/// Bins from 2⁻²⁴ to 2¹⁶: above, within and below the transition, up to 15 360 bins.
+/// Bins from 2⁻²⁴ to 2¹⁶: above, within and below the transition, up to 15 360 of them.
 #[test]
 fn the_bright_bins_are_found_among_many_of_any_level() {
     run_cases([[16_u32, 16], [48, 16], [320, 16], [400, 290], [2048, 1920]], |&[width, height]| {
@@ -81,7 +81,7 @@ fn the_bright_bins_are_found_among_many_of_any_level() {
     });
 }
 
-/// Borders of whole bins: a bin that is half scene and half background is neither.
+/// The borders are whole bins: a bin that is half scene and half background would be neither.
 #[test]
 fn a_dark_background_leaves_the_scale_that_the_scene_has_alone() {
     let scenes = [[32, 16], [48, 64], [160, 112]];
@@ -106,7 +106,7 @@ fn a_dark_background_leaves_the_scale_that_the_scene_has_alone() {
     });
 }
 
-/// The log average over bins moves by the lamps' share of the bins times their distance from it.
+/// The log average over bins moves by the lamps' share of the bins, times their distance from it.
 #[test]
 fn lamps_move_the_scale_no_further_than_the_log_average_would() {
     let scene = image(160, 160, |v| 0.5 * (6.0 * v).exp2());
@@ -125,7 +125,7 @@ fn lamps_move_the_scale_no_further_than_the_log_average_would() {
 }
 
 /// As 40 of 100 bins fade by 2¹⁶, the mean falls with them at first, then rises again as they lose
-/// weight, at up to 0.4 · 6.5 / 0.6 times their pace. A limit would make it jump by 0.4 · 11.
+/// weight, at up to 0.4 · 6.5 / 0.6 times their rate. A hard limit would make it jump by 0.4 · 11.
 #[test]
 fn a_part_that_gets_dark_never_makes_the_scale_jump() {
     const STEP: f32 = 1.0 / 16.0;
@@ -156,7 +156,7 @@ fn compare_scale(found: f32, expected: f32) -> Result<(), String> {
     compare(&scalar(found), &scalar(expected), TOLERANCE)
 }
 
-/// The scale, computed from bands one after another.
+/// The scale, computed from consecutive bands.
 fn run(image: &Image, bands: &[Band]) -> f32 {
     let context = context(Precision::F32);
     let scale = buffer(context, &[0; 4]);

@@ -10,7 +10,7 @@ use wgdenoise::{KernelSet, Precision};
 use wgdenoise_testing::gpu::{context, download, submit, upload};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// Convolving with the identity multiplies by 1 and adds 0, so nothing is rounded.
+/// Convolution with the identity multiplies by 1 and adds 0, so nothing is rounded.
 const EXACT: Tolerance = Tolerance { absolute: 0.0, relative: 0.0 };
 
 /// Two kernels write to their layer ranges of one texture. Read through the channel map, its
@@ -44,7 +44,7 @@ fn check(first: usize, second: usize) -> Result<(), String> {
     compare(&found, &reference::concat(&parts[0], &parts[1]), EXACT)
 }
 
-/// Writes a tensor through a kernel, as the network does.
+/// Copies a tensor with a kernel, as the network does.
 fn copy(
     context: &wgdenoise::internals::gpu::kernel::Context,
     tensor: &reference::Tensor,

@@ -1,4 +1,4 @@
-//! The albedo's contrast, from the albedo in every format through a pyramid of two levels.
+//! The albedo's contrast, computed from albedo in every format through a two-level pyramid.
 
 use proptest::prelude::*;
 use proptest::sample;
@@ -20,12 +20,12 @@ use wgdenoise_testing::gpu::{PRECISIONS, buffer, context, download, submit};
 use wgdenoise_testing::image::{GpuImage, Pixel, cpu_image, quantized};
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// The gathered albedo is off by what a level is. So is its logarithm, with 0.05 added, by that over
-/// 0.05, and by 2⁻²¹ of 1 or three units in the last place of up to 4.
+/// The gathered albedo has a level's error. Its logarithm, after adding 0.05, is off by that
+/// relative to 0.05, plus 2⁻²¹ near 1, or three units in the last place for values of up to 4.
 fn tolerance(precision: Precision) -> Tolerance {
     let Tolerance { absolute, relative } = gather::TOLERANCE;
     let absolute = 2.0 * (relative + absolute / 0.05) + 32.0 * f32::EPSILON / 2.0;
-    // A store rounds by 2⁻¹¹ of the value, and below 2⁻¹⁴ by 2⁻²⁴.
+    // A store rounds by 2⁻¹¹ of the value, or by 2⁻²⁴ below 2⁻¹⁴.
     match precision {
         Precision::F32 => Tolerance { absolute, relative: 0.0 },
         Precision::F16 => Tolerance { absolute, relative: 1.0 / 1024.0 },
@@ -57,7 +57,7 @@ fn contrast_equals_the_reference_in_every_format_with_bad_pixels() {
             scene.albedo[300] = [0.5, 0.5, f32::INFINITY, 1.0];
             scene.albedo[400] = [6e4, -5.0, 0.5, 1.0];
         }
-        // The color of a square is missing, too large a one to be filled.
+        // The color is missing in a square too large to be filled.
         (0..37 * 23).filter(|i| i % 37 < 12 && i / 37 < 12).for_each(|i| {
             scene.color[i] = [f32::NAN; 4];
         });
@@ -99,7 +99,7 @@ proptest! {
     }
 }
 
-/// The images of one tile and the logits of two levels.
+/// One tile's images, and the logits of two levels.
 struct Scene {
     size: [u32; 2],
     color: Vec<Pixel>,

@@ -18,8 +18,8 @@ use wgdenoise_testing::{Random, compare, run_cases};
 /// Channels in and out, rows, columns, ReLU.
 type Case = (usize, usize, usize, usize, bool);
 
-/// Channels at, below and above multiples of 4, 8 and 16. Sizes below, at and above the 8 of a
-/// workgroup, the 16 of a tile and the 32 of a row of eight lanes with four pixels each.
+/// Channels at, below and above multiples of 4, 8 and 16. Sizes around the workgroup's 8, the
+/// tile's 16, and the 32 of a row of eight lanes with four pixels each.
 const CASES: [Case; 13] = [
     (1, 1, 1, 1, false),
     (1, 1, 3, 2, true),
@@ -33,7 +33,7 @@ const CASES: [Case; 13] = [
     (33, 20, 18, 4, true),
     (64, 32, 3, 34, true),
     (12, 40, 1, 1, false),
-    // All nine weights of an output are large here.
+    // With one input channel, all nine weights of an output are large.
     (1, 19, 31, 34, false),
 ];
 
@@ -69,8 +69,8 @@ fn check(case: Case, (kernels, precision): (KernelSet, Precision)) -> Result<(),
     compare(&found, &expected, convolution_tolerance(inputs * 9, (kernels, precision)))
 }
 
-/// The reference on the values that the kernels multiply. Products of 16-bit factors are exact in
-/// 32 bits, so the tolerance of a 32-bit sum fits all sets that have one.
+/// The reference, using the values that the kernels multiply. Products of 16-bit factors are exact
+/// in 32 bits, so the tolerance of a 32-bit sum fits all sets that have one.
 fn multiplied(kernels: KernelSet, input: &Tensor, params: &Params, relu: bool) -> Tensor {
     let input = Tensor { data: factors(kernels, &input.data), ..*input };
     reference::conv3x3(&input, &factors(kernels, &params.weight), &params.bias, relu)
@@ -165,8 +165,8 @@ fn with_a_max_pool_both_outputs_equal_the_references() {
     });
 }
 
-/// Each output's weights are divided by a power of two of its own, so that the chunks' sums stay
-/// within 16 bits: here 2¹⁸, 2⁴ and 2⁻¹¹. Values beyond the range of 16 bits count as its ends.
+/// Each output's weights are divided by their own power of two, so that the chunks' sums stay
+/// within 16 bits: here 2¹⁸, 2⁴ and 2⁻¹¹. Values beyond the 16-bit range are clamped to it.
 #[test]
 fn chunks_in_16_bits_neither_overflow_nor_vanish() {
     if !has_halves() {
@@ -189,8 +189,8 @@ fn chunks_in_16_bits_neither_overflow_nor_vanish() {
     }
 }
 
-/// Above 2048, 16-bit floats are 2 apart: a 1 is lost in the sum of its chunk of four input channels,
-/// but not in the sum of chunks.
+/// Above 2048, 16-bit floats are 2 apart: a 1 is lost in the sum of its chunk of four input
+/// channels, but not in the sum of chunks.
 #[test]
 fn half_kernels_add_up_a_chunk_in_16_bits_and_chunks_in_32() {
     if !has_halves() {
@@ -208,7 +208,7 @@ fn half_kernels_add_up_a_chunk_in_16_bits_and_chunks_in_32() {
     }
 }
 
-/// A plain store may round towards 0, as lavapipe's does.
+/// A plain store may round towards 0, as on lavapipe.
 #[test]
 fn values_are_stored_in_16_bits_as_the_nearest() {
     // Above 1, 16-bit floats are 2⁻¹⁰ apart.

@@ -18,8 +18,8 @@ use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 /// Channels, logits, height, width.
 type Case = (usize, usize, usize, usize);
 
-/// Channels at, below and above multiples of 4, up to 16. Sizes around the 16 of a tile and the 32
-/// of a row of eight lanes with four pixels each.
+/// Channels at, below and above multiples of 4, up to 16. Sizes around the tile's 16, and the 32 of
+/// a row of eight lanes with four pixels each.
 const CASES: [Case; 6] = [
     (1, 1, 1, 1),
     (8, 11, 17, 33),
@@ -67,8 +67,8 @@ fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
     }
 }
 
-/// The first channel reaches 9·10⁵, which 16 bits would store as 65504; the second exceeds 32 bits,
-/// and times 0 must still be 0.
+/// The first channel reaches 9·10⁵, which 16 bits would store as 65504; the second overflows 32
+/// bits, and times 0 must still be 0.
 #[test]
 fn what_stays_in_registers_has_the_range_of_32_bits() {
     for variant in variants_of(fused_sets) {
@@ -83,16 +83,16 @@ fn what_stays_in_registers_has_the_range_of_32_bits() {
     }
 }
 
-/// Only the middle one of five blocks is needed. A layer that computes one block less around it
-/// than [`halo::reach`] requires leaves pixels unwritten that the 3×3 convolution reads.
+/// Only the middle of five blocks is needed. If a layer computes one block less around it than
+/// [`halo::reach`] requires, it leaves pixels unwritten that the 3×3 convolution reads.
 #[test]
 fn the_tensor_that_it_reads_is_needed_as_far_as_the_plan_says() {
     let network = Network::unet(3, &[4]);
     let reach = halo::reach(&network)[1];
     for kernels in fused_sets(Precision::F32) {
         let mut problem = Problem::new((4, 3, 16, 80), Precision::F32);
-        // Multiples of ¼ and ⅛, so that 16-bit factors hold the tensor in between exactly: 36
-        // products and a bias make multiples of 1/32 below 64.
+        // Multiples of ¼ and ⅛, so that the intermediate tensor is exact in 16-bit factors: 36
+        // products and a bias give multiples of 1/32 below 64.
         let in_steps = |values: &[f32], step: f32| -> Vec<f32> {
             values.iter().map(|v| (v / step).round() * step).collect()
         };
@@ -121,7 +121,7 @@ fn the_tensor_that_it_reads_is_needed_as_far_as_the_plan_says() {
     }
 }
 
-/// The middle one of five blocks.
+/// The middle of five blocks.
 fn middle(tensor: &Tensor) -> Tensor {
     Tensor::from_fn(tensor.channels, 16, 16, |c, y, x| tensor.at(c, y, x + 32))
 }
@@ -141,7 +141,7 @@ impl Problem {
         Self { input, params, logits }
     }
 
-    /// The reference on the values that the kernels multiply. The 1×1 convolution has none rounded.
+    /// The reference, using the values that the kernels multiply. The 1×1 convolution rounds none.
     fn expected(&self, kernels: KernelSet) -> Tensor {
         let channels = self.input.channels;
         let (conv, logits) = self.params.weight.split_at(9 * channels * channels);
@@ -157,9 +157,9 @@ impl Problem {
         run(context, &operator, input, &map, [*logits, input.height, input.width])
     }
 
-    /// A channel between the convolutions may be off by the rounding of its sum, and is as large as
-    /// a sum of that many products. The errors of `c` channels add up like `√c`, and the 1×1
-    /// convolution rounds a sum of `c` such channels.
+    /// A channel between the convolutions is off by the rounding of its sum, and as large as a sum
+    /// of that many products. The errors of `c` channels add up like `√c`, and the 1×1 convolution
+    /// rounds a sum of `c` such channels.
     fn tolerance(&self, (kernels, precision): (KernelSet, Precision)) -> Tolerance {
         let channels = self.input.channels;
         let channel = convolution_tolerance(9 * channels, (kernels, Precision::F32)).absolute;

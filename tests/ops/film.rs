@@ -1,4 +1,4 @@
-//! Sequences of denoised frames, of any scene and in any format, and what the GPU makes of them.
+//! Sequences of denoised frames of any scene and format, and the GPU's results for them.
 
 use wgdenoise::internals::gpu::kernel::Dispatch;
 use wgdenoise::internals::ops::accumulate::{Features, FrameImages, History, accumulate};
@@ -18,14 +18,14 @@ use wgdenoise_testing::image::{GpuImage, Pixel, quantized};
 pub(crate) const F32: ImageFormat = ImageFormat::Buffer(Element::F32);
 pub(crate) const F16: ImageFormat = ImageFormat::Buffer(Element::F16);
 
-/// A format, and its layout in a buffer.
+/// A format, with its layout if it is in a buffer.
 pub(crate) type Stored = (ImageFormat, Layout);
 
 pub(crate) fn texture(format: Texture) -> Stored {
     (ImageFormat::Texture(format), Layout::default())
 }
 
-/// A frame of any scene: its denoised light and what is known of its surfaces.
+/// A frame of any scene: its denoised light and its surfaces' features.
 #[derive(Clone)]
 pub(crate) struct Frame {
     pub(crate) denoised: Vec<Pixel>,
@@ -37,7 +37,7 @@ pub(crate) struct Frame {
     pub(crate) layers: Vec<Vec<Pixel>>,
 }
 
-/// How a frame's images are stored. Those without a format are absent.
+/// The storage formats of a frame's images; those without a format are absent.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Formats {
     pub(crate) motion: Stored,
@@ -46,18 +46,18 @@ pub(crate) struct Formats {
     pub(crate) unorm: bool,
     pub(crate) depth: Option<Stored>,
     pub(crate) output: Stored,
-    /// Of each layer's result.
+    /// Format of each layer's result.
     pub(crate) layer: Stored,
 }
 
-/// Sizes of small pictures, each with every set of features for [`Formats::with_features`].
+/// Sizes of small images, each with every set of features for [`Formats::with_features`].
 pub(crate) fn sizes_and_features() -> impl Iterator<Item = ([u32; 2], u32)> {
     let sizes = [[1, 1], [2, 5], [8, 8], [17, 9]];
     sizes.into_iter().flat_map(|size| (0..8).map(move |set| (size, set)))
 }
 
 impl Formats {
-    /// As [`all`](Self::all), but of albedo, normal and depth only those whose bit is set.
+    /// [`all`](Self::all), but of albedo, normal and depth only those whose bit is set.
     pub(crate) fn with_features(width: u32, set: u32) -> Self {
         let all = Self::all(width);
         Self {
@@ -87,13 +87,14 @@ impl Formats {
     }
 }
 
-/// Steps of eight bits, whose means of nine are far from the ties of rounding.
+/// Rounds to 8-bit steps; means of nine are far from rounding ties.
 fn byte(v: f32) -> f32 {
     (v * 127.0).round()
 }
 
 impl Frame {
-    /// Smooth enough that frames agree in part: Δ around the scales of agreement.
+    /// A random frame that partly agrees with others: its differences are around the scales of
+    /// agreement.
     pub(crate) fn random(random: &mut Random, [width, height]: [u32; 2]) -> Self {
         let mut pixels = |value: &mut dyn FnMut(&mut Random) -> Pixel| -> Vec<Pixel> {
             (0..width * height).map(|_| value(random)).collect()
@@ -109,7 +110,7 @@ impl Frame {
         frame.before_a_sky(width)
     }
 
-    /// With layers of light between −1 and 1.
+    /// Adds layers of light in [−1, 1).
     pub(crate) fn with_layers(mut self, random: &mut Random, count: usize) -> Self {
         let pixels = self.denoised.len();
         let mut layer = || (0..pixels).map(|_| [0; 4].map(|_| random.value())).collect();
@@ -117,14 +118,14 @@ impl Frame {
         self
     }
 
-    /// Nothing is hit in the right third.
+    /// Makes rays hit nothing in the right third.
     fn before_a_sky(mut self, width: u32) -> Self {
         let rows = self.depth.chunks_exact_mut(width as usize);
         rows.for_each(|row| row[2 * width as usize / 3..].fill([f32::INFINITY; 4]));
         self
     }
 
-    /// Pixel by pixel what no renderer should store, but some do.
+    /// Adds pixels that no renderer should store, but some do.
     pub(crate) fn with_broken_pixels(mut self) -> Self {
         let broken = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, 1e30];
         for (i, v) in broken.into_iter().enumerate() {
@@ -137,7 +138,7 @@ impl Frame {
         self
     }
 
-    /// What the formats leave of it.
+    /// The frame after rounding to the formats.
     pub(crate) fn stored(&self, formats: &Formats) -> Self {
         let of = |pixels: &[Pixel], stored: Option<Stored>| {
             stored.map_or(Vec::new(), |(format, _)| quantized(pixels, format))
@@ -165,7 +166,7 @@ fn decoded(normals: &[Pixel]) -> Vec<Pixel> {
     normals.iter().map(|normal| normal.map(|v| 2.0 * v - 1.0)).collect()
 }
 
-/// A sequence of frames on the GPU: its histories, from frame to frame.
+/// A sequence of frames on the GPU, with the histories between frames.
 pub(crate) struct Sequence {
     size: [u32; 2],
     formats: Formats,
@@ -255,7 +256,7 @@ impl Sequence {
         submit_frame(&call, &calls, (history, layers));
     }
 
-    /// Those of the last frame, or new ones.
+    /// The last frame's histories, or new ones.
     fn histories(&mut self, frame: &Frame) -> &(History, Vec<LayerHistory>) {
         let device = &context(Precision::F32).device;
         let pixels = self.size.into_iter().map(u64::from).product();
@@ -293,7 +294,7 @@ fn submit_frame(
     context.queue.submit([encoder.finish()]);
 }
 
-/// An image, if there is one, and its view, if it is a texture.
+/// An optional image, with its view if it is a texture.
 struct Bound<'a> {
     image: Option<PassImage<'a>>,
     view: Option<wgpu::TextureView>,

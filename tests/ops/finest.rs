@@ -1,5 +1,5 @@
-//! Full resolution: the kernels of a kernel pyramid that read the noisy color, in every format, and
-//! the one that stores the image.
+//! Full resolution: a kernel pyramid's kernels that read the noisy color, in every format, and the
+//! one that stores the image.
 
 use wgdenoise::internals::model::Encoding;
 use wgdenoise::internals::ops::activity::Activity;
@@ -24,15 +24,15 @@ use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 const TOLERANCE: Tolerance =
     Tolerance { absolute: 1e-5, relative: 2.0 * gather::TOLERANCE.relative };
 
-/// Multiplying by the texture is off by an exponential's error, 9 units in the last place, and by up
-/// to 3 times the power's, 16 units of 1. What is dark among brighter colors is off by a share of
-/// those, which the texture multiplies by up to 21.
+/// Multiplication by the texture is off by an exponential's error, 9 units in the last place, and
+/// by up to 3 times the power's, 16 units of 1. A dark value among brighter ones is off by a share
+/// of those, which the texture multiplies by up to 21.
 const DEMODULATED: Tolerance = Tolerance {
     absolute: 21.0 * TOLERANCE.absolute,
     relative: TOLERANCE.relative + (9.0 + 3.0 * 16.0) * f32::EPSILON,
 };
 
-/// The formats of the color, each with a precision of the logits. Every pair compiles five kernels.
+/// Formats of the color, each with a precision of the logits. Every pair compiles five kernels.
 const FORMATS: [(ImageFormat, Precision); 4] = [
     (ImageFormat::Buffer(Element::F32), Precision::F32),
     (ImageFormat::Buffer(Element::F16), Precision::F16),
@@ -40,8 +40,8 @@ const FORMATS: [(ImageFormat, Precision); 4] = [
     (ImageFormat::Texture(Texture::Rgba32Float), Precision::F32),
 ];
 
-/// Width and height: a pixel, few blocks, and room for a hole in which even pixels of level 1 have
-/// nothing to be filled from.
+/// Width and height: one pixel, a few blocks, and room for a hole so large that even some pixels of
+/// level 1 cannot be filled.
 const SIZES: [[u32; 2]; 3] = [[1, 1], [13, 20], [50, 39]];
 
 const ENCODING: Encoding = Encoding {
@@ -104,12 +104,12 @@ fn cases() -> impl Iterator<Item = Case> {
 struct Scene {
     pixels: Vec<Pixel>,
     format: ImageFormat,
-    /// As stored in the format.
+    /// The color as stored in the format.
     color: Image,
     repaired: Repaired,
     levels: [Level; 2],
     precision: Precision,
-    /// Of a textured albedo, with its values.
+    /// The contrast of a textured albedo, with its values.
     contrast: Option<(Contrast, Tensor)>,
 }
 
@@ -124,7 +124,7 @@ impl Scene {
             [([height, width], 11 + usize::from(demodulates)), ([height / 2, width / 2], 11)];
         let mut levels = [fine, coarse]
             .map(|(size, logits)| Level::logits(&mut random, logits, size, precision));
-        // Powers of all sizes.
+        // Scaled to give powers of all sizes.
         levels[0].logits.data[11 * height * width..].iter_mut().for_each(|v| *v *= 0.05);
         levels[0].logits = stored(&levels[0].logits, precision);
         let contrast = demodulates.then(|| textured(&mut random, &levels));
@@ -145,7 +145,7 @@ impl Scene {
         reference::finest(color, valid, &self.levels[0].logits)
     }
 
-    /// The result of level 1, as if it were the coarsest.
+    /// The result of level 1, treated as the coarsest.
     fn coarser(&self) -> Level {
         let logits = &self.levels[1].logits;
         let level = reference::pyramid(&self.finest(), logits);
@@ -153,7 +153,7 @@ impl Scene {
         Level { light, ..self.levels[1].clone() }
     }
 
-    /// The image with the noisy color in the first block.
+    /// The image, with the noisy color in the first block.
     fn image(&self, coarser: &Level) -> Image {
         let (logits, coarser) = (&self.levels[0].logits, coarser.premultiplied());
         let light = reference::gather(&self.finest(), logits, Some(&coarser));
@@ -166,14 +166,14 @@ impl Scene {
         reference::keep_clean(image.unwrap(), &self.color, &self.clean(), columns)
     }
 
-    /// Only the first of several blocks, which has no missing pixels.
+    /// Only the first block is clean, if there are more than two; it has no missing pixels.
     fn clean(&self) -> Vec<bool> {
         let (width, height) = self.color.size();
         let blocks = width.div_ceil(16) * height.div_ceil(16);
         (0..blocks).map(|block| block == 0 && blocks > 2).collect()
     }
 
-    /// What the kernel stores for level 0, or for level 1 without level 0 being stored.
+    /// The kernel's output for level 0, or for level 1 if level 0 is not stored.
     fn run_level(&self, l: usize) -> Tensor {
         let context = context(self.precision);
         let logits = self.levels.each_ref().map(Level::upload_logits);
@@ -188,7 +188,7 @@ impl Scene {
         Level::download(&output)
     }
 
-    /// What the kernel stores as the image; with level 0 `stored`, it reads that.
+    /// The kernel's output image; with level 0 `stored`, it reads that.
     fn store_image(&self, coarser: &Level, stored: bool) -> Image {
         let context = context(self.precision);
         let flags: Vec<_> = self.clean().into_iter().map(u32::from).collect();
@@ -213,7 +213,7 @@ impl Scene {
         Image::new(width, height, bytemuck::pod_collect_to_vec(&bytes)).expect("the count is right")
     }
 
-    /// Calls `run` with the color on the GPU, as one tile.
+    /// Calls `run` with the color on the GPU as a single tile.
     fn with_color(&self, run: impl FnOnce(&NoisyColor<'_>)) {
         let context = context(self.precision);
         let (width, height) = self.color.size();

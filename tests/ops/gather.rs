@@ -10,12 +10,12 @@ use wgdenoise_testing::gpu::{PRECISIONS, context, download, stored, submit, uplo
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
 /// WGSL allows `exp(x)` an error of 3 + 2 |x| units in the last place: 19 for the largest weights,
-/// 11 for typical odds. A mean of positive colors is off by no more than its weights are, which are
-/// products of two exponentials over a sum of such; a dark color among brighter ones is off by a share
-/// of those.
+/// 11 for typical odds. A mean of positive colors is off by at most the error of its weights, each
+/// a product of two exponentials over a sum of such products; a dark color among brighter ones is
+/// off by a share of those.
 pub(crate) const TOLERANCE: Tolerance = Tolerance { absolute: 1e-6, relative: 1e-5 };
 
-/// Rows and columns: single pixels, around the 8 of a workgroup, and long ones.
+/// Rows and columns: single pixels, around the workgroup's 8, and elongated ones.
 const CASES: [[usize; 2]; 5] = [[1, 1], [2, 2], [8, 8], [10, 18], [4, 40]];
 
 #[test]
@@ -50,7 +50,7 @@ proptest! {
         prop_assert!(colors(&found).iter().all(|found| *found == color), "{found:?}");
     }
 
-    /// However large the colors and logits, a weighted mean stays among them.
+    /// A weighted mean stays within the range of its inputs, however large colors and logits are.
     #[test]
     fn no_color_leaves_the_range_of_those_around(seed in any::<u64>(), scale in 0_i32..30) {
         let mut random = Random::new(seed);
@@ -70,8 +70,8 @@ proptest! {
     }
 }
 
-/// Bright light of little weight in this level, beside dim light of much weight in the coarser one:
-/// the bright part must be as exact as its weight.
+/// Bright light with little weight in this level meets dim light with much weight in the coarser
+/// one: the bright part must be as exact as its weight.
 #[test]
 fn a_small_share_of_bright_light_is_exact() {
     let mut random = Random::new(11);
@@ -94,17 +94,17 @@ fn a_wrong_logit_fails_the_comparison() {
     for channel in 0..11 {
         let mut random = Random::new(5);
         let mut level = Level::random(&mut random, [6, 6], Precision::F32);
-        // Within the limits of confidence and share.
+        // Stays within the limits of confidence and share.
         level.logits.data[channel * 36 + 14] = 0.5;
         let mut coarser = Level::random(&mut random, [3, 3], Precision::F32);
-        // Where one weight outweighs all others, nothing else matters.
+        // Equal weights: if one outweighed all others, nothing else would matter.
         level.light.data[3 * 36..].fill(1.0);
         coarser.light.data[3 * 9..].fill(1.0);
         let expected = expected(&level, Some(&coarser));
         let mut wrong = level.clone();
         wrong.logits.data[channel * 36 + 14] += 0.01;
         let compared = compare(&run(&wrong, Some(&coarser)), &expected, TOLERANCE);
-        // The confidence belongs to the pyramid.
+        // The confidence is applied by the pyramid, not here.
         assert_eq!(compared.is_err(), channel != 9, "channel {channel}");
     }
 }
@@ -141,7 +141,7 @@ fn run(level: &Level, coarser: Option<&Level>) -> Tensor {
 /// A level of a kernel pyramid and its logits.
 #[derive(Clone, Debug)]
 pub(crate) struct Level {
-    /// `[4, h, w]`: a color, not multiplied, and its weight.
+    /// `[4, h, w]`: a color, not premultiplied, and its weight.
     pub(crate) light: Tensor,
     pub(crate) logits: Tensor,
     pub(crate) precision: Precision,
@@ -161,7 +161,7 @@ impl Level {
         Self { light, ..Self::logits(random, 11, size, precision) }
     }
 
-    /// Logits as stored, some beyond the limits of confidence and share, and a black level.
+    /// Logits as stored, some beyond the limits of confidence and share, with black light.
     pub(crate) fn logits(
         random: &mut Random,
         channels: usize,
@@ -175,7 +175,7 @@ impl Level {
         Self { logits, precision, ..Self::empty([height, width]) }
     }
 
-    /// Black, and no logits.
+    /// Black light and zero logits.
     pub(crate) fn empty([height, width]: [usize; 2]) -> Self {
         let zeros = |channels| Tensor::from_fn(channels, height, width, |_, _, _| 0.0);
         Self { light: zeros(4), logits: zeros(11), precision: Precision::F32 }
@@ -190,7 +190,7 @@ impl Level {
         Light { width, height, pixels: (0..width * height).map(pixel).collect() }
     }
 
-    /// The light of the reference as the GPU stores it: black where nothing has any weight.
+    /// The reference's light as the GPU stores it: black where all weights are 0.
     pub(crate) fn light_of(light: &Light) -> Tensor {
         Tensor::from_fn(4, light.height, light.width, |c, y, x| {
             let pixel = light.at(x as i64, y as i64);
@@ -199,7 +199,7 @@ impl Level {
         })
     }
 
-    /// Light has 32 bits in either precision.
+    /// Light has 32 bits in both precisions.
     pub(crate) fn upload_light(&self) -> GpuTensor {
         upload(context(Precision::F32), &self.light, &channel_map(4))
     }
@@ -213,7 +213,7 @@ impl Level {
     }
 }
 
-/// A level of one color with weights over the whole range.
+/// A level of a single color, with weights over the whole range.
 pub(crate) fn constant(random: &mut Random, size: [usize; 2], color: [f32; 3]) -> Level {
     let mut level = Level::random(random, size, Precision::F32);
     for (c, value) in color.into_iter().enumerate() {

@@ -69,7 +69,7 @@ fn run(
     Image::new(width, height, bytemuck::pod_collect_to_vec(&output)).expect("the count is right")
 }
 
-/// The output buffer of `count` elements, all −1 before, for an input scale of 2.5.
+/// The output buffer of `count` elements, initially all −1, for an input scale of 2.5.
 pub(crate) fn store(
     context: &Context,
     head: &Head,

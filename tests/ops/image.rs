@@ -1,4 +1,4 @@
-//! Images of every format, as the first and the last kernel read and write them.
+//! Images in every format, as the first and the last kernel read and write them.
 
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::Encoding;
@@ -36,12 +36,12 @@ fn pixels() -> Vec<Pixel> {
         [r, g, b, (i % 5) as f32 / 4.0]
     };
     let mut pixels: Vec<_> = (0..SIZE[0] * SIZE[1]).map(&mut pixel).collect();
-    // A subnormal 16-bit number, and values that are not numbers.
+    // A subnormal 16-bit number, and non-finite values.
     pixels[20] = [3e-6, f32::NAN, f32::INFINITY, 0.5];
     pixels
 }
 
-/// A binding for an image of a pass.
+/// The binding of a pass's image.
 pub(crate) fn binding<'a>(
     image: &PassImage<'a>,
     view: Option<&'a wgpu::TextureView>,

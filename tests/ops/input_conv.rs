@@ -1,4 +1,4 @@
-//! The first convolution of the kernels for GPUs, which reads the images.
+//! The GPU kernels' first convolution, which reads the images.
 
 use wgdenoise::internals::gpu::tensor::GpuTensor;
 use wgdenoise::internals::model::{Encoding, Params};
@@ -21,8 +21,8 @@ use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 /// The input scale.
 const SCALE: f32 = 0.7;
 
-/// Size of the images, channels out, and the auxiliary images. Sizes around the 16 of a workgroup;
-/// channels at, below and above multiples of 4, up to 16.
+/// Image size, output channels, and the auxiliary images. Sizes around the workgroup's 16; channels
+/// at, below and above multiples of 4, up to 16.
 const CASES: [([u32; 2], usize, Inputs); 6] = [
     ([1, 1], 1, Inputs::ALL),
     ([16, 16], 16, Inputs { albedo: true, normal: false }),
@@ -32,7 +32,7 @@ const CASES: [([u32; 2], usize, Inputs); 6] = [
     ([70, 20], 13, Inputs::ALL),
 ];
 
-/// A convolution and the images it reads.
+/// A convolution and its input images.
 struct Problem {
     color: Image,
     auxiliary: [Option<Image>; 2],
@@ -58,7 +58,7 @@ impl Problem {
         self.params.bias.len()
     }
 
-    /// The kernel's output in a tensor that was all −77, computed according to `need`.
+    /// The kernel's output as required by `need`, in a tensor that was all −77.
     fn run(&self, (kernels, precision): (KernelSet, Precision), need: &Need<'_>) -> Tensor {
         self.record(precision, |context, sources, sides| {
             let map = channel_map(self.outputs());
@@ -71,7 +71,7 @@ impl Problem {
         })
     }
 
-    /// The output of the two kernels it replaces.
+    /// The output of the two kernels that this one replaces.
     fn run_apart(&self, kernels: KernelSet) -> Tensor {
         let input = self.record(Precision::F32, |context, sources, [width, height]| {
             let map = input_process::channel_map(sources.inputs().channels());
@@ -87,7 +87,7 @@ impl Problem {
         run(context, &conv, &input, &map, [self.outputs(), input.height, input.width])
     }
 
-    /// Binds the images for `make`, with the sides of the tensor.
+    /// Binds the images and calls `make`, with the sides of the tensor.
     fn record<T>(
         &self,
         precision: Precision,
@@ -113,7 +113,7 @@ impl Problem {
         make(context, &sources, [width, height].map(|side| side.next_multiple_of(16) as usize))
     }
 
-    /// With the weights as the kernels of a set multiply them.
+    /// The reference, using the weights as the kernels of a set multiply them.
     fn expected(&self, kernels: KernelSet) -> Tensor {
         let auxiliary = self.auxiliary.each_ref().map(Option::as_ref);
         let Params { weight, bias } = &self.params;
@@ -121,9 +121,9 @@ impl Problem {
         reference::input_conv(&self.color, auxiliary, &params, SCALE, 16)
     }
 
-    /// Each input may be off by 2e-6, as in `input_process`; where factors have 16 bits, one below 2
-    /// by 2⁻¹¹ more. The errors of a sum of `n` products with weights up to 1 add up like `√n`, and
-    /// then the sum is rounded.
+    /// Each input is off by up to 2e-6, as in `input_process`; with 16-bit factors, inputs below 2
+    /// are off by 2⁻¹¹ more. The errors of a sum of `n` products with weights up to 1 add up like
+    /// `√n`, and then the sum is rounded.
     fn tolerance(&self, (kernels, precision): (KernelSet, Precision)) -> Tolerance {
         let terms = self.params.weight.len() / self.outputs();
         let sum = convolution_tolerance(terms, (kernels, precision));
@@ -133,7 +133,7 @@ impl Problem {
     }
 }
 
-/// The kernel sets that have this operator.
+/// The kernel sets with this operator.
 fn sets(precision: Precision) -> Vec<KernelSet> {
     kernel_sets(precision).into_iter().filter(|set| set.is_for_gpus()).collect()
 }
@@ -174,7 +174,7 @@ fn a_kernel_with_a_wrong_weight_fails_the_comparison() {
     }
 }
 
-/// Blocks further away than the reach are left unchanged.
+/// Blocks beyond the reach are left unchanged.
 #[test]
 fn blocks_that_nobody_needs_are_not_computed() {
     run_cases(sets(Precision::F32), |&kernels| {

@@ -46,7 +46,7 @@ fn input_process_equals_the_reference_for_every_input_set() {
     });
 }
 
-/// Values over the whole range, along with everything that is not a valid color.
+/// Values over the whole range, and every kind of invalid color.
 fn images(width: u32, height: u32) -> [Image; 3] {
     let mut random = Random::new(u64::from(width * 100 + height));
     let mut image = |scale: fn(f32) -> f32| {
@@ -62,14 +62,14 @@ fn images(width: u32, height: u32) -> [Image; 3] {
             let count = image.pixels().len();
             image.pixels_mut()[(k * 5 + i) % count][k % 3] = value;
         }
-        // The center pixel of these has good neighbors only two steps away.
+        // The center pixel has good neighbors only two steps away.
         for (x, y) in (0..9).map(|k| (3 + k % 3, 3 + k / 3)) {
             if x < width && y < height {
                 image.pixels_mut()[(y * width + x) as usize] = [f32::NAN; 3];
             }
         }
     }
-    // A lamp that overflowed in one channel, whose others are beyond a small gamut.
+    // A lamp that overflows in one channel, and is outside a small gamut in the others.
     for (x, y) in [(11, 12), (12, 12), (12, 13)] {
         if x < width && y < height {
             let lamp = [f32::INFINITY, 3e4, -8e3];

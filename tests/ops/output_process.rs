@@ -8,11 +8,11 @@ use wgdenoise::internals::reference;
 use wgdenoise_testing::gpu::{buffer, context, read_back, stored, submit, upload};
 use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 
-/// The bright part of the curve is `exp(16.3·x)`: an error of 1e-7 in `x`, plus the few units that
-/// WGSL allows `exp`, come to a few 1e-6 of the result.
+/// The bright part of the curve is `exp(16.3·x)`: an error of 1e-7 in `x` and the few units that
+/// WGSL allows `exp` amount to a few 1e-6 of the result.
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-9, relative: 2e-5 };
 
-/// For curves without a logarithm's range: the largest result is 1, or 0 is a difference of ones.
+/// For curves without a logarithmic range: the largest result is 1, or 0 is a difference of ones.
 const EVEN: Tolerance = Tolerance { absolute: 5e-7, relative: 2e-5 };
 
 /// Width, height, precision.
@@ -30,7 +30,7 @@ fn output_process_equals_the_reference_and_crops() {
         let context = context(precision);
         let sides = [width, height].map(|side| side.next_multiple_of(16) as usize);
         let mut tensor = Random::new(11).tensor(3, sides[1], sides[0]);
-        // Beyond 1 too: light above 65504.
+        // Exceeds 1, for light above 65504.
         tensor.data.iter_mut().for_each(|v| *v = 1.5 * v.abs());
         let tensor = stored(&tensor, precision);
         let bounds = [false, true];
@@ -83,7 +83,7 @@ fn run(
     reference::Tensor::from_fn(3, height, width, |c, y, x| values[(y * width + x) * 3 + c])
 }
 
-/// The output buffer of `count` elements, all −1 before.
+/// The output buffer of `count` elements, initially all −1.
 fn store(
     context: &wgdenoise::internals::gpu::kernel::Context,
     encoding: Encoding,

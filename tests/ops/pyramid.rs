@@ -63,7 +63,7 @@ fn check([height, width]: [usize; 2], precision: Precision, seed: u64) -> Result
     compare(&run(&finer, &level).light, &Level::light_of(&expected), TOLERANCE)
 }
 
-/// The level with `logits` over the finer one.
+/// Computes the level with `logits` above the finer one.
 fn run(finer: &Level, level: &Level) -> Level {
     let [height, width] = [level.logits.height, level.logits.width];
     let output = Level::empty([height, width]);

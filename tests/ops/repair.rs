@@ -1,5 +1,5 @@
-//! The repaired color by itself: of what its kernels store, negative channels and missing pixels
-//! show in only some.
+//! The repaired color alone: only some of the kernels' outputs reveal negative channels and missing
+//! pixels.
 
 use wgdenoise::internals::gpu::kernel::{Binding, KernelSpec};
 use wgdenoise::internals::gpu::tensor::GpuTensor;
@@ -52,7 +52,8 @@ fn repaired_color_equals_the_reference() {
     assert!(negative > 100 && invalid > 10, "{negative} negative values, {invalid} invalid pixels");
 }
 
-/// Random color, this share of it replaced by everything that needs a repair, with holes and lamps.
+/// Random color, with this share of pixels replaced by everything that needs repair, plus holes and
+/// lamps.
 fn picture([width, height]: [u32; 2], share: f32) -> Image {
     let mut random = Random::new(u64::from(width));
     let mut pixel = || [0; 3].map(|_| random.value() + 0.8);
@@ -74,7 +75,7 @@ fn picture([width, height]: [u32; 2], share: f32) -> Image {
     image
 }
 
-/// The color's channels and, as a fourth, whether it is valid.
+/// The color's channels, with its validity as a fourth.
 fn tensor(repaired: &Repaired) -> Tensor {
     let Repaired { color, valid } = repaired;
     let (width, height) = color.size();

@@ -5,7 +5,7 @@ use wgdenoise::{KernelSet, Precision};
 use wgdenoise_testing::gpu::{context, kernel_sets, variants_of};
 use wgdenoise_testing::run_cases;
 
-/// The sets whose sums have 32 bits, as those of the matrices that the test is for.
+/// The sets with 32-bit sums, like those of the matrices, which the self-test is for.
 fn sets(precision: Precision) -> Vec<KernelSet> {
     kernel_sets(precision).into_iter().filter(|&set| set != KernelSet::Half).collect()
 }
@@ -31,7 +31,7 @@ fn a_kernel_that_computes_something_else_fails() {
     let kinds = [("conv3x3", false), ("conv3x3", true), ("up_conv", false), ("conv_logits", false)];
     for kernels in sets(Precision::F16) {
         for (i, kind) in kinds.into_iter().enumerate() {
-            // The ReLU inside `conv_logits` cannot be left out.
+            // The ReLU inside `conv_logits` cannot be removed.
             let count = if i == 3 { 2 } else { 3 };
             for fault in &faults[..count] {
                 let error = with_fault(kernels, kind, *fault);
@@ -42,8 +42,8 @@ fn a_kernel_that_computes_something_else_fails() {
     }
 }
 
-/// The error of a self-test in which one kind of layer, given by its operator and whether it pools,
-/// has a fault.
+/// The error of a self-test with a fault in one kind of layer, given by its operator and whether it
+/// pools.
 fn with_fault(
     kernels: KernelSet,
     kind: (&str, bool),

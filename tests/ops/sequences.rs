@@ -1,4 +1,4 @@
-//! What the mean of frames must be over a whole sequence.
+//! Properties of the mean of frames over a whole sequence.
 
 use proptest::prelude::*;
 
@@ -6,7 +6,7 @@ use crate::film::{Formats, Frame, Sequence};
 use wgdenoise_testing::Random;
 use wgdenoise_testing::image::Pixel;
 
-/// Where the denoised frame is broken, the next one stands alone, and the pixels around read what is
+/// Where the denoised frame is broken, the next one stands alone; pixels around it read what is
 /// left.
 #[test]
 fn a_broken_result_does_not_spread() {
@@ -29,7 +29,7 @@ fn a_broken_result_does_not_spread() {
     }
 }
 
-/// Beside a broken pixel, light is the mean of what is left, neither darker nor sharpened.
+/// Next to a broken pixel, light is the mean of what is left, neither darker nor sharpened.
 #[test]
 fn what_is_left_beside_a_broken_pixel_is_averaged() {
     let size = [9, 9];
@@ -42,7 +42,7 @@ fn what_is_left_beside_a_broken_pixel_is_averaged() {
     second.motion.fill([0.5, 0.5, 0.0, 0.0]);
     sequence.next(&first);
     let found = sequence.next(&second)[40][1];
-    // The history is 1.02, and three quarters of a frame, nearly all of which agree.
+    // The history is 1.02 and counts as three quarters of a frame, nearly all of which agrees.
     let expected = (1.04 + 0.75 * 0.97 * 1.02) / (1.0 + 0.75 * 0.97);
     assert!((found - expected).abs() < 1e-3, "{found} is not {expected}");
 }
@@ -79,7 +79,7 @@ proptest! {
     }
 }
 
-/// The results of frames by 32-bit floats, in the light alone.
+/// The results of frames from light alone, in 32-bit floats.
 fn results(frames: &[Frame], size: [u32; 2]) -> Vec<Vec<Pixel>> {
     let mut sequence = Sequence::new(size, Formats::light_alone(size[0]), 1.0);
     frames.iter().map(|frame| sequence.next(frame)).collect()
@@ -93,7 +93,7 @@ fn rms(found: &[Pixel], expected: impl Fn(usize) -> f32) -> f32 {
     (squares.sum::<f32>() / (3 * found.len()) as f32).sqrt()
 }
 
-/// Independent noise in each frame, of a thirtieth of the light.
+/// Noise of about 3 % RMS of the light, independent in each frame.
 fn noise(random: &mut Random, light: f32) -> Pixel {
     [0; 4].map(|_| light * (1.0 + 0.05 * random.value()))
 }
@@ -110,22 +110,22 @@ fn noise_falls_as_that_of_a_mean() {
     let first = rms(&found[0], |_| 1.0);
     let mut variance = 1.0_f32;
     for (i, result) in found.iter().enumerate() {
-        // A frame's share is at least a ninth, as eight of the last ones count.
+        // A frame's share is at least a ninth, because at most eight earlier ones count.
         let share = 1.0 / (i.min(8) + 1) as f32;
         variance = variance * (1.0 - share).powi(2) + share.powi(2);
         let ratio = rms(result, |_| 1.0) / first / variance.sqrt();
-        // 12288 values have a spread of 0.6 %; noise that is taken for a change costs a little.
+        // 12288 values have a spread of 0.6 %; noise mistaken for change costs a little.
         assert!((0.97..1.05).contains(&ratio), "frame {i}: {ratio} of the expected noise");
     }
 }
 
-/// A pattern of waves of eight pixels moves, and noise is averaged along.
+/// A pattern of waves eight pixels long moves, and noise is averaged along its motion.
 #[test]
 fn a_moving_pattern_is_followed() {
     let size = [48, 32];
     let wave = |x: f32, y: f32| 1.0 + 0.4 * (0.8 * x).sin() * (0.5 * y).cos();
     for (right, down) in [(1.0, -2.0), (0.5, 0.25), (-1.75, 1.0)] {
-        // The light of pixel `i` in the frame `k` frames before the last.
+        // The light at pixel `i` of the frame `k` frames before the last.
         let at = |k: usize, i: usize| {
             let [x, y, k] = [i % 48, i / 48, k].map(|v| v as f32);
             wave(x - k * right, y - k * down)

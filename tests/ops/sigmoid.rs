@@ -8,10 +8,10 @@ use wgdenoise_testing::gpu::{context, stored};
 use wgdenoise_testing::run::run;
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// WGSL allows `exp` an error of 3 + 2·|x| units in the last place. Below 30 that is 4e-6 of a
-/// result of at most 1, and a small result inherits the same relative error.
+/// WGSL allows `exp` an error of 3 + 2·|x| units in the last place. For |x| below 30, that is 4e-6
+/// of a result of at most 1; small results have the same relative error.
 const F32: Tolerance = Tolerance { absolute: 1e-12, relative: 8e-6 };
-/// A store rounds by 2⁻¹¹, and below 6e-5 (the smallest normal number) by 3e-8.
+/// A store rounds by 2⁻¹¹ of the value, or by 3e-8 below 6e-5, the smallest normal number.
 const F16: Tolerance = Tolerance { absolute: 6e-8, relative: 1.0 / 1024.0 };
 
 #[test]

@@ -13,12 +13,12 @@ use wgdenoise_testing::gpu::{
 use wgdenoise_testing::run::run_where;
 use wgdenoise_testing::{Random, Tolerance, compare, run_cases};
 
-/// Channels of skip, low-resolution tensor, upsampled tensor and output, low-resolution rows and
-/// columns, ReLU.
+/// Channels of the skip, the low-resolution tensor, the upsampled tensor and the output;
+/// low-resolution rows and columns; ReLU.
 type Case = (usize, usize, usize, usize, usize, usize, bool);
 
-/// Channels at, below and above multiples of 4, 8 and 16. Low-resolution sizes around the 8 of a
-/// tile and the 32 of a row of eight lanes with eight pixels each.
+/// Channels at, below and above multiples of 4, 8 and 16. Low-resolution sizes around the tile's 8,
+/// and the 32 of a row of eight lanes with eight pixels each.
 const CASES: [Case; 9] = [
     (1, 1, 1, 1, 1, 1, false),
     (2, 3, 1, 4, 1, 2, true),
@@ -58,9 +58,9 @@ struct Problem {
     params: Params,
 }
 
-/// Values that the kernels multiply without rounding. Where factors have 16 bits, weights are
-/// multiples of ¼: each folded weight is a sum of at most 4 · 20 products of two of them, a multiple
-/// of 1/16 below 80, which 16-bit floats hold.
+/// Values that the kernels multiply without rounding. For 16-bit factors, weights are multiples of
+/// ¼: each folded weight is a sum of at most 4 · 20 products of two of them, a multiple of 1/16
+/// below 80, which is exact in 16-bit floats.
 fn problem(case: Case, (kernels, precision): (KernelSet, Precision)) -> Problem {
     let (skips, lows, ups, outputs, height, width, _) = case;
     let mut random = Random::new((skips * 1000 + lows * 100 + outputs) as u64);
@@ -77,9 +77,9 @@ fn problem(case: Case, (kernels, precision): (KernelSet, Precision)) -> Problem 
     Problem { skip, low, params }
 }
 
-/// The plain operators round the upsampled tensor, and the kernel the folded weights, both sums of
-/// `ups` products; together as many terms as both convolutions have. In a chunk of `Half`, a product
-/// with a folded weight stands for `ups` of them.
+/// The plain operators round the upsampled tensor, sums over `lows` channels, and the kernel rounds
+/// the folded weights, sums over `ups` channels: together as many terms as both convolutions have.
+/// In a chunk of `Half`, a product with a folded weight stands for `ups` products.
 fn tolerance(case: Case, (kernels, precision): (KernelSet, Precision)) -> Tolerance {
     let (skips, lows, ups, ..) = case;
     let terms = 9 * (skips + ups * (1 + lows));

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use safetensors::tensor::{Dtype, TensorView, serialize};
 
-/// A file before it is written: metadata, plus type, shape and bytes of every tensor.
+/// A file before writing: metadata, and the type, shape and bytes of every tensor.
 #[derive(Clone)]
 pub(crate) struct File {
     pub(crate) metadata: HashMap<String, String>,
@@ -42,7 +42,7 @@ impl File {
         file
     }
 
-    /// The same with logits instead of a color, with albedo.
+    /// [`valid`](Self::valid) with logits instead of color, and with albedo.
     pub(crate) fn kernel_pyramid() -> Self {
         let mut file = Self::valid();
         file.metadata.extend(
@@ -92,7 +92,7 @@ impl File {
     }
 }
 
-/// A file with this header, which may be anything, and these tensor bytes.
+/// A file with this header, which can be anything, and these tensor bytes.
 pub(crate) fn raw(header: &[u8], data: &[u8]) -> Vec<u8> {
     [&(header.len() as u64).to_le_bytes(), header, data].concat()
 }
@@ -105,7 +105,7 @@ pub(crate) fn with_header(change: impl FnOnce(String) -> String) -> Vec<u8> {
     raw(change(String::from_utf8(header.to_vec()).expect("JSON")).as_bytes(), data)
 }
 
-/// The valid file with a text in its header replaced.
+/// The valid file with text in its header replaced.
 #[track_caller]
 pub(crate) fn replaced(from: &str, to: &str) -> Vec<u8> {
     with_header(|header| {

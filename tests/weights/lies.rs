@@ -1,14 +1,14 @@
-//! A table of false statements in weights files, grouped by where they appear.
+//! A table of false claims in weights files, grouped by location.
 
 use safetensors::Dtype;
 use wgdenoise::Weights;
 
 use crate::file::{File, raw, replaced, with_header};
 
-/// What is wrong, the file, and a fragment of the error.
+/// The fault, the file, and a fragment of the error.
 type Lie = (&'static str, Vec<u8>, &'static str);
 
-/// Longest error text in bytes.
+/// Maximum length of an error text in bytes.
 const LONGEST: usize = 1000;
 
 const NO_FILE: &str = "not a whole safetensors file";

@@ -1,4 +1,4 @@
-//! What changes from frame to frame: the blend, and the caller's exposure.
+//! What can change from frame to frame: the blend, and the caller's exposure.
 
 use wgdenoise::{Image, InputScale, Inputs, KernelSet, Layout, Options, Precision};
 
@@ -40,7 +40,7 @@ fn mixture(denoised: &Image, noisy: &Image, share: f32) -> Image {
     mixture
 }
 
-/// At a full share, nothing of the network remains: no bias.
+/// At full blend, nothing of the network remains, not even its bias.
 fn same_numbers(found: &Image, noisy: &Image) -> Result<(), String> {
     let pairs = found.pixels().iter().flatten().zip(noisy.pixels().iter().flatten());
     match pairs.filter(|(found, noisy)| noisy.is_finite() && found != noisy).count() {

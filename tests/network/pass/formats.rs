@@ -1,4 +1,4 @@
-//! Every format of every image, mixed.
+//! All formats of all images, mixed.
 
 use wgdenoise::internals::reference;
 use wgdenoise::wgpu::TextureFormat as Texture;
@@ -16,7 +16,7 @@ use wgdenoise_testing::{Tolerance, compare, run_cases};
 const SIZE: [u32; 2] = [45, 31];
 const F16: ImageFormat = ImageFormat::Buffer(Element::F16);
 
-/// A format, the pixel layout if it is a buffer's, and how a normal is stored.
+/// A format, the pixel layout for buffers, and the encoding of normals.
 type Stored = (ImageFormat, Layout, NormalEncoding);
 
 fn texture(format: Texture) -> Stored {
@@ -61,17 +61,17 @@ fn every_format_gives_what_its_values_give_as_floats() {
         buffer(F16, Layout::packed(SIZE[0])),
         unorm(F32),
     ];
-    // Every format of each image once, combined with others of the other images.
+    // Uses every format of each image once, in combination with others of the other images.
     let images = |i| [floats()[i], albedos[i], normals[i], floats()[(i + 2) % 6]];
     let sets = kernel_sets(Precision::F32);
     let cases = sets.iter().flat_map(|&set| (0..6).map(move |i| (images(i), set)));
     run_cases(cases, |&(images, kernels)| check(images, kernels));
 }
 
-/// In the transfer domain, whose bright part is `log(v) / 16.3`: a 16-bit output rounds by 2⁻¹¹, or
-/// a driver truncates it by 2⁻¹⁰, which is 6e-5 there.
+/// In the transfer domain, whose bright part is `log(v) / 16.3`. A 16-bit output rounds by 2⁻¹¹, or
+/// a driver truncates by 2⁻¹⁰, which is 6e-5 there.
 const TOLERANCE: Tolerance = Tolerance { absolute: 1e-4, relative: 0.0 };
-/// Vulkan lets drivers decode sRGB with an error of half an 8-bit step.
+/// Vulkan allows drivers to decode sRGB with an error of half an 8-bit step.
 const SRGB: Tolerance = Tolerance { absolute: 2e-3, relative: 0.0 };
 
 fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Result<(), String> {
@@ -99,7 +99,8 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
     let expected = held_by(&expected, output.0);
     let srgb = albedo.0 == ImageFormat::Texture(Texture::Rgba8UnormSrgb);
     let tolerance = match (srgb, kernels) {
-        // After other inputs, sums in 16 bits round otherwise: as far off as from the reference.
+        // With other inputs, 16-bit sums round differently, so the error is as large as against the
+        // reference.
         (true, KernelSet::Half) => HALF,
         (true, _) => SRGB,
         (false, _) => TOLERANCE,
@@ -113,7 +114,7 @@ fn check([color, albedo, normal, output]: [Stored; 4], kernels: KernelSet) -> Re
     if scene.output.gaps_are_untouched() { Ok(()) } else { Err("a gap was written to".into()) }
 }
 
-/// An image whose values the format stores without clamping.
+/// Clamps an image to values that the format can store.
 fn held_by(image: &Image, format: ImageFormat) -> Image {
     let half = [F16, ImageFormat::Texture(Texture::Rgba16Float)].contains(&format);
     let largest = if half { 65504.0 } else { f32::MAX };
@@ -136,12 +137,13 @@ fn decode_normal(value: f32, encoding: NormalEncoding) -> f32 {
     if encoding == NormalEncoding::Unorm { 2.0 * value - 1.0 } else { value }
 }
 
-/// NaN and ±∞ are filled and four +∞ together are bright, in every format that can hold them.
+/// NaN and ±∞ are filled, and a group of four +∞ becomes bright, in every format that can store
+/// them.
 #[test]
 fn bad_pixels_are_repaired_in_every_format() {
     let mut pixels = with_alpha(&images(SIZE[0], SIZE[1])[0]);
     let values = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY];
-    // Eight neighbors each, whose mean every format stores exactly and no division rounds.
+    // The eight neighbors' mean is exact in every format, and no division rounds.
     pixels[..45 * 5].fill([0.5, 2.0, 1.0, 1.0]);
     pixels[51][0] = 1.5;
     for (i, value) in values.into_iter().enumerate() {
@@ -168,7 +170,7 @@ fn bad_pixels_are_repaired_in_every_format() {
             let normal_encoding = NormalEncoding::Signed;
             let scene =
                 Scene { size: SIZE, color, albedo: None, normal: None, normal_encoding, output };
-            // The measured exposure would skip bad pixels but count the ones that replace them.
+            // A measured exposure would skip bad pixels but count their replacements.
             let input_scale = InputScale::Value(0.3);
             let descriptor = scene.descriptor().input_scale(input_scale);
             let pass = denoiser.pass(&descriptor).expect("the images fit");
@@ -179,7 +181,7 @@ fn bad_pixels_are_repaired_in_every_format() {
     });
 }
 
-/// A 16-bit output saturates: brighter values become its largest one, not infinity.
+/// A 16-bit output saturates: brighter values become its maximum, not infinity.
 #[test]
 fn what_is_too_bright_for_the_output_is_clamped() {
     let pixels = vec![[3e5, 1.0, 1e-3, 1.0]; 48];
@@ -201,7 +203,7 @@ fn what_is_too_bright_for_the_output_is_clamped() {
     }
 }
 
-/// Without a surface, all of these mean the same.
+/// All of these mean that there is no surface.
 #[test]
 fn no_normal_is_no_normal_in_both_encodings() {
     let mut images = images(SIZE[0], SIZE[1]);

@@ -27,7 +27,7 @@ fn the_output_may_be_the_albedo() {
     run_cases(formats(), |&case| check(case, |scene| scene.albedo.as_ref().expect("it is there")));
 }
 
-/// In tiles, so that one tile would read what another has overwritten.
+/// Uses tiles, so that one tile would read what another has overwritten.
 fn check(
     (format, layout): (ImageFormat, Layout),
     place: fn(&Scene) -> &GpuImage,
@@ -42,7 +42,7 @@ fn check(
     if bits(&found) == bits(&expected) { Ok(()) } else { Err("the result differs".into()) }
 }
 
-/// A second frame denoises the output of the first.
+/// The second frame denoises the output of the first.
 #[test]
 fn a_pass_in_place_reads_what_stands_there_in_each_frame() {
     let images = images(90, 70);

@@ -1,4 +1,4 @@
-//! Further layers of a picture in a pass.
+//! Further layers of an image in a pass.
 
 use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{
@@ -14,7 +14,7 @@ use wgdenoise_testing::run_cases;
 
 const SIZE: [u32; 2] = [90, 70];
 
-/// A picture and two layers of it, rounded to what a format can hold.
+/// An image and two of its layers, rounded to a format.
 struct Picture {
     images: [Image; 3],
     layers: [Image; 2],
@@ -49,14 +49,14 @@ fn empty(format: (ImageFormat, Layout)) -> GpuImage {
     on_gpu(&Image::filled(SIZE[0], SIZE[1], [0.0; 3]).expect("a valid image"), format)
 }
 
-/// Each layer has a format and a layout of its own, and so has its output.
+/// Each layer and its output have their own format and layout.
 #[test]
 fn layers_in_a_pass_have_the_bits_of_the_blocking_call() {
     let picture = Picture::new();
     let float = (ImageFormat::Texture(Texture::Rgba32Float), Layout::default());
     let gaps = (F32, Layout::new(7, 380, 4));
     let packed = (F32, Layout::packed(90));
-    // The color's first: where it lies in a buffer matters to the layers too.
+    // The color's is first: its position in a buffer matters to the layers too.
     let cases = [[float, packed, float, gaps, packed], [gaps, packed, gaps, float, float]];
     run_cases(cases.into_iter().flat_map(|case| [None, Some(80)].map(|t| (case, t))), |case| {
         let &([color, noisy0, output0, noisy1, output1], tile) = case;
@@ -77,7 +77,7 @@ fn layers_in_a_pass_have_the_bits_of_the_blocking_call() {
     });
 }
 
-/// Layers and the color in every format: 16-bit ones round.
+/// Layers and color in every format; 16-bit ones round.
 #[test]
 fn layers_of_16_bits_come_back_within_their_rounding() {
     let picture = Picture::new();
@@ -96,7 +96,7 @@ fn layers_of_16_bits_come_back_within_their_rounding() {
         let found = cpu_image(&output.read(|encoder| pass.encode(encoder)), SIZE);
         let values = |image: &Image| image.pixels().as_flattened().to_vec();
         let off = values(&found).into_iter().zip(values(&first));
-        // Inputs and weights are rounded too, by 2^-11 each.
+        // Inputs and weights are rounded too, by 2⁻¹¹ each.
         let off = off.map(|(found, expected)| (found - expected).abs() / expected.abs().max(0.1));
         let most = off.fold(0.0_f32, f32::max);
         if most < 1e-2 { Ok(()) } else { Err(format!("off by {most}")) }
@@ -110,7 +110,7 @@ fn outputs_may_be_the_layer_itself_or_an_image_that_a_later_layer_needs() {
     let denoiser = denoiser_of(&tiny_kernels(), &Options::default().tile(80));
     let scene = Scene::new(&frame(&picture.images, Inputs::ALL), format.0, format.1);
     let noisy = [on_gpu(&picture.layers[0], format), on_gpu(&picture.layers[1], format)];
-    // The color is overwritten by the first layer, and the first layer by the second.
+    // The first layer overwrites the color, and the second overwrites the first.
     let outputs = [scene.color.as_pass(), noisy[0].as_pass()];
     let layers = [0, 1].map(|i| PassLayer::new(noisy[i].as_pass(), outputs[i]));
     let descriptor = scene.descriptor().output(noisy[1].as_pass()).layers(&layers);
@@ -138,7 +138,7 @@ fn alpha_of_a_layer_and_the_share_of_noisy_color_are_the_layers_own() {
     assert_eq!(found, pixels);
 }
 
-/// Light is demodulated as in the blocking call, and what is no light as alpha is.
+/// Light is demodulated as in the blocking call; other layers are treated like alpha.
 #[test]
 fn layers_of_a_demodulating_pass_are_light_or_not() {
     let picture = Picture::new();

@@ -21,7 +21,7 @@ use wgdenoise_testing::run_cases;
 /// 32-bit floats in a buffer.
 const F32: ImageFormat = ImageFormat::Buffer(Element::F32);
 
-/// The images of a pass on the GPU.
+/// The images of a pass, on the GPU.
 struct Scene {
     size: [u32; 2],
     color: GpuImage,
@@ -32,7 +32,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// A frame with all images in one format, and an output of zeros in the same.
+    /// A frame with all images in one format, and a zeroed output in the same.
     fn new(frame: &Frame<'_>, format: ImageFormat, layout: Layout) -> Self {
         let (width, height) = frame.color.size();
         let size = [width, height];
@@ -55,7 +55,7 @@ impl Scene {
             .normal_encoding(self.normal_encoding)
     }
 
-    /// The contents of the output after the pass.
+    /// Runs the pass and returns the output.
     fn run(&self, denoiser: &Denoiser) -> Vec<Pixel> {
         let pass = denoiser.pass(&self.descriptor()).expect("the images fit");
         self.output.read(|encoder| pass.encode(encoder))

@@ -15,10 +15,10 @@ use wgdenoise_testing::{Random, Tolerance, compare, image_tensor, run_cases};
 pub(super) const SIZE: [u32; 2] = [90, 70];
 const SCALE: f32 = 0.7;
 
-/// Each frame's images: color, albedo, normal, motion and depth.
+/// A frame's images: color, albedo, normal, motion and depth.
 pub(super) type Contents = [Vec<Pixel>; 5];
 
-/// Frames of a scene whose features stay, with other noise in each.
+/// Frames of a scene with fixed albedo and normals, and new noise in each.
 pub(super) fn sequence(count: usize) -> Vec<Contents> {
     let [color, albedo, normal] = images(SIZE[0], SIZE[1]);
     let mut random = Random::new(21);
@@ -39,7 +39,7 @@ pub(super) fn sequence(count: usize) -> Vec<Contents> {
     (0..count).map(|_| frame()).collect()
 }
 
-/// The images of a pass with motion, to be filled frame by frame.
+/// The images of a pass with motion, filled frame by frame.
 pub(super) struct Film {
     pub(super) scene: Scene,
     pub(super) motion: GpuImage,
@@ -69,7 +69,7 @@ impl Film {
         self.depth.write(depth);
     }
 
-    /// Without motion.
+    /// A pass without motion.
     pub(super) fn alone(&self) -> PassDescriptor<'_> {
         self.scene.descriptor().input_scale(InputScale::Value(SCALE))
     }
@@ -78,7 +78,7 @@ impl Film {
         self.alone().motion(self.motion.as_pass()).depth(self.depth.as_pass())
     }
 
-    /// The output of the pass over one frame after the other.
+    /// The pass's outputs for consecutive frames.
     fn run(&self, pass: &Pass, frames: &[Contents]) -> Vec<Vec<Pixel>> {
         frames.iter().map(|frame| self.next(pass, frame)).collect()
     }
@@ -89,7 +89,7 @@ impl Film {
     }
 }
 
-/// What passes over a sequence make, each of a film of its own.
+/// The outputs for a sequence of a new pass on a new film.
 fn run(denoiser: &Denoiser, frames: &[Contents], with_motion: bool) -> Vec<Vec<Pixel>> {
     let film = Film::in_buffers();
     let descriptor = if with_motion { film.descriptor() } else { film.alone() };
@@ -105,7 +105,7 @@ pub(super) fn same(found: &[Pixel], expected: &[Pixel]) -> Result<(), String> {
     if differ == 0 { Ok(()) } else { Err(format!("{differ} pixels differ")) }
 }
 
-/// What the reference makes of denoised frames: each has a color, and then its layers.
+/// The reference's averages of denoised frames, each with its color and then its layers.
 pub(super) fn averaged(denoised: &[Vec<Vec<Pixel>>], frames: &[Contents]) -> Vec<Vec<Image>> {
     let mut history: Option<reference::History> = None;
     let mut means = Vec::new();
@@ -136,8 +136,8 @@ pub(super) fn averaged(denoised: &[Vec<Vec<Pixel>>], frames: &[Contents]) -> Vec
     means
 }
 
-/// As for the operator, with albedo and normals of 32 bits: a mean of nine may be rounded to the other
-/// of two steps, which changes its difference by 1/3 · 1/255.
+/// As for the operator, but albedo and normals have 32 bits: the mean of nine may round to the
+/// adjacent step, which changes its difference by 1/3 · 1/255.
 pub(super) const TOLERANCE: Tolerance = Tolerance { absolute: 1e-4, relative: 1e-3 };
 
 #[test]
@@ -169,7 +169,7 @@ fn a_pass_with_motion_averages_what_one_without_denoises() {
     });
 }
 
-/// The mean change of a color, relative.
+/// The mean relative change of a color.
 fn change(a: &[Pixel], b: &[Pixel]) -> f32 {
     let of = |(a, b): (&Pixel, &Pixel)| (a[0] - b[0]).abs() / a[0].abs().max(0.1);
     a.iter().zip(b).map(of).sum::<f32>() / a.len() as f32
@@ -264,7 +264,7 @@ fn two_passes_have_histories_of_their_own() {
     }
 }
 
-/// The left half shows another surface in the last frame, or none that was in the picture.
+/// In the left half, the last frame shows another surface, or the surface was outside the image.
 #[test]
 fn where_a_surface_was_hidden_the_frame_stands_alone() {
     type Change = fn(&mut Contents, usize);
@@ -279,7 +279,7 @@ fn where_a_surface_was_hidden_the_frame_stands_alone() {
     let denoiser = denoiser(&Options::default());
     run_cases(cases, |(_, change)| {
         let mut frames = sequence(2);
-        // Smooth, so that the change is that of the means of 3×3 pixels.
+        // Constant features, so that the 3×3 means change as much as the pixels.
         for frame in &mut frames {
             frame[1].fill([0.4; 4]);
             frame[2].fill([0.5; 4]);
@@ -288,7 +288,7 @@ fn where_a_surface_was_hidden_the_frame_stands_alone() {
             change(&mut frames[1], i);
         }
         let [alone, found] = [false, true].map(|motion| run(&denoiser, &frames, motion).remove(1));
-        // The last columns of the half see both in their 3×3 pixels.
+        // The last columns of the half see both sides in their 3×3 pixels.
         let is_alone = |i: &usize| bits(&found[*i..=*i]) == bits(&alone[*i..=*i]);
         let count = |from: usize, to: usize| {
             let columns = (0..90 * 70).filter(|i| (from..to).contains(&(i % 90)));
@@ -301,10 +301,10 @@ fn where_a_surface_was_hidden_the_frame_stands_alone() {
     });
 }
 
-/// One of a film's images.
+/// Selects one of a film's images.
 type Place = fn(&Film) -> &GpuImage;
 
-/// The output overwrites an image that the mean of frames reads around each pixel.
+/// The output overwrites an image that averaging reads around each pixel.
 #[test]
 fn the_output_may_be_any_of_the_inputs() {
     let frames = sequence(3);
@@ -331,7 +331,7 @@ fn the_output_may_be_any_of_the_inputs() {
     });
 }
 
-/// The history has 32 bits whatever the output has.
+/// The history has 32 bits for any output format.
 #[test]
 fn outputs_of_16_bits_round_once() {
     let frames = sequence(4);

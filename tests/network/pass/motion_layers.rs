@@ -15,13 +15,13 @@ use wgdenoise_testing::{Random, compare, image_tensor, run_cases};
 const WIDTH: usize = SIZE[0] as usize;
 const PIXELS: usize = WIDTH * SIZE[1] as usize;
 
-/// With or without motion.
+/// Describes a pass with or without motion.
 type Choose = fn(&Film) -> PassDescriptor<'_>;
 
 /// A frame, and its layers.
 type Layered = (Contents, Vec<Vec<Pixel>>);
 
-/// The images of a pass with motion and layers, each with its output.
+/// The images of a pass with motion and layers, with an output per layer.
 struct LayeredFilm {
     film: Film,
     layers: Vec<[GpuImage; 2]>,
@@ -38,7 +38,7 @@ impl LayeredFilm {
         Self::new(layers, F32, Layout::packed_rgba(SIZE[0]))
     }
 
-    /// A pass with what `choose` makes of the film.
+    /// A pass as described by `choose`, plus the layers.
     fn pass(&self, denoiser: &Denoiser, choose: Choose) -> Pass {
         let layers = self
             .layers
@@ -48,7 +48,7 @@ impl LayeredFilm {
         denoiser.pass(&choose(&self.film).layers(&layers)).expect("the images fit")
     }
 
-    /// The color and then each layer, of a frame.
+    /// The denoised color and layers of a frame.
     fn next(&self, pass: &Pass, (contents, layers): &Layered) -> Vec<Vec<Pixel>> {
         self.film.write(contents);
         for ([noisy, _], pixels) in self.layers.iter().zip(layers) {
@@ -68,15 +68,15 @@ fn pyramid() -> Denoiser {
     denoiser_of(&tiny_kernels(), &Options::default())
 }
 
-/// What a pass over a sequence makes, of a film of its own.
+/// The outputs for a sequence of a new pass on a new film.
 fn run(denoiser: &Denoiser, frames: &[Layered], with_motion: bool) -> Vec<Vec<Vec<Pixel>>> {
     let film = LayeredFilm::in_buffers(frames[0].1.len());
     let pass = film.pass(denoiser, if with_motion { Film::descriptor } else { Film::alone });
     film.run(&pass, frames)
 }
 
-/// Frames and three light groups that add up to them, of which one is negative in places. Content
-/// moves by a third of a pixel, and the surface on the left is another one in every other frame.
+/// Frames, each with three light groups that add up to it, one of them negative in places. Content
+/// moves by a third of a pixel, and the left shows a different surface in every other frame.
 fn groups(count: usize) -> Vec<Layered> {
     let mut random = Random::new(77);
     let mut frames = sequence(count);
@@ -107,8 +107,8 @@ fn brightest(color: &[Pixel], i: usize) -> f32 {
     pixels.flat_map(|i| color[i][..3].to_vec()).fold(f32::MIN_POSITIVE, |a, v| a.max(v.abs()))
 }
 
-/// As far as a value may be from the color's, relative to the brightest pixel around: as in a frame
-/// that is denoised alone (`tests/network/layers.rs`), and once more for the mean of frames
+/// Maximum difference from the color, relative to the brightest pixel nearby: once as in a frame
+/// that is denoised alone (`tests/network/layers.rs`), and once more for averaging frames
 /// (`tests/ops/accumulate_layer.rs`).
 const ROUNDING: f32 = 2e-5;
 
@@ -202,7 +202,7 @@ fn without_a_history_layers_are_as_without_motion() {
     });
 }
 
-/// The history has 32 bits whatever the output has.
+/// The history has 32 bits for any output format.
 #[test]
 fn layers_of_16_bits_round_once() {
     let frames = groups(4);
@@ -252,7 +252,7 @@ fn after_a_reset_layers_start_anew_and_a_dropped_encoder_leaves_no_trace() {
     run_cases(0..12, |&i| same(&found[i], &expected[i]));
 }
 
-/// In textures and buffers: a layer in place of itself, and in place of the motion, which the later
+/// In textures and buffers, one layer overwrites itself, and one overwrites the motion, which later
 /// layers read.
 #[test]
 fn outputs_of_averaged_layers_may_be_inputs() {

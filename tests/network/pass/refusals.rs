@@ -1,5 +1,5 @@
-//! Whatever a pass cannot use is an error of `pass()` that explains what to change, never a panic
-//! in the caller's frame. The tests' device panics on any validation error.
+//! Anything a pass cannot use is an error from `pass()` that explains what to change, never a panic
+//! in the caller's frame. The test device panics on any validation error.
 
 use wgdenoise::wgpu::{self, BufferUsages, TextureFormat as Texture, TextureUsages};
 use wgdenoise::{

@@ -1,4 +1,4 @@
-//! Compiling ahead of time.
+//! Compiles kernels ahead of time.
 
 use wgdenoise::wgpu::TextureFormat as Texture;
 use wgdenoise::{ImageFormat, NormalEncoding, Options, PassFormats};
