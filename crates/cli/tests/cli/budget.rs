@@ -1,4 +1,4 @@
-//! On Linux only, a variable moves the cache.
+//! Runs only on Linux, where an environment variable relocates the cache.
 #![cfg(target_os = "linux")]
 
 use exr::meta::attribute::EnvironmentMap;
@@ -7,7 +7,7 @@ use serde_json::{Value, json};
 
 use crate::support::{Folder, Run, data, read_exr};
 
-/// Runs with a cache in the folder.
+/// Runs with a cache inside the folder.
 fn run(folder: &Folder, args: &[&str]) -> Run {
     run_on(folder, "plain_rgb.exr", args)
 }
@@ -17,13 +17,13 @@ fn run_on(folder: &Folder, image: &str, args: &[&str]) -> Run {
     Run::of(&command.env("XDG_CACHE_HOME", folder.path("cache")).output().unwrap())
 }
 
-/// The image has 37×23 pixels, in a tile of 48×32: 1.5, 3.1 and 4.6 ms.
+/// Predictions for the 37×23 image in its 48×32 tile: 1.5, 3.1 and 4.6 ms.
 fn made_up() -> Value {
     let cost = |ns: f64| json!({"fixed": 0.0, "per_pixel": ns * 1e-9});
     json!({"date": "2001-02-03", "fast": cost(1e3), "balanced": cost(2e3), "high": cost(3e3)})
 }
 
-/// One measurement, which takes a CPU driver half a minute, serves all cases.
+/// All cases share one measurement, which takes a CPU driver half a minute.
 #[test]
 fn a_budget_chooses_the_weights_by_what_was_measured_once() {
     let folder = Folder::new();
@@ -50,7 +50,7 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
     for (budget, said) in [
         ("4.7ms", "high: predicted 4.61 ms of 4.70 ms on "),
         ("4.5ms", "balanced: predicted 3.07 ms of 4.50 ms on "),
-        // Without the margin that the tile adds, it would be 1.70 ms and within the budget.
+        // Without the tile's margin, `balanced` would take 1.70 ms, within the budget.
         ("2.5ms", "fast: predicted 1.54 ms of 2.50 ms on "),
         ("1ms", "fast: predicted 1.54 ms; no weights meet 1.00 ms, so the fastest is used on "),
     ] {
@@ -59,7 +59,7 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
         let (count, known) = (run.stderr.lines().count(), "(calibrated 2001-02-03)");
         assert!(count == 3 && run.stderr.contains(said) && run.stderr.contains(known), "{run:?}");
     }
-    // At this size, 1800 KiB hold the tensors of the smaller networks only.
+    // At this size, only the smaller networks' tensors fit in 1800 KiB.
     image::RgbImage::new(128, 64).save(folder.path("large.png")).unwrap();
     let large = run_on(&folder, "large.png", &["--budget", "9999ms", "--memory", "1800KiB"]);
     large.assert_done();
@@ -69,7 +69,7 @@ fn a_budget_chooses_the_weights_by_what_was_measured_once() {
     panorama(&folder);
 }
 
-/// The 128 columns repeated on each side make a tile of 304×32.
+/// With 128 columns repeated on each side, the tile is 304×32.
 fn panorama(folder: &Folder) {
     let mut image = read_exr(&data("plain_rgb.exr"));
     let layer = &mut image.layer_data[0];

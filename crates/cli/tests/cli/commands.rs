@@ -25,7 +25,7 @@ fn help_is_a_command_that_takes_another() {
     folder.run(&["render"]).assert_failed(2, &["`render` is neither a file nor a command"]);
 }
 
-/// clap would give a default a paragraph of its own.
+/// By default, clap puts a default in a paragraph of its own.
 #[test]
 fn defaults_stand_in_the_line_of_their_flag() {
     let folder = Folder::new();
@@ -158,7 +158,7 @@ fn compare_reads_the_result_and_measures_it() {
     assert!(text.code == 0 && text.stdout.contains("SSIM"), "{text:?}");
 }
 
-/// As from a variable of a script that is not set.
+/// As passed by a script with an unset variable.
 #[test]
 fn an_empty_name_is_no_layer() {
     let folder = Folder::new();
@@ -185,7 +185,7 @@ fn images_of_different_sizes_cannot_be_compared() {
     folder.run(&["compare", a.to_str().unwrap(), b.to_str().unwrap()]).assert_failed(1, &["37×23"]);
 }
 
-/// A device on which every write fails, as when a disk or a pipe is gone.
+/// On a device that fails every write, like a full disk or a broken pipe.
 #[cfg(target_os = "linux")]
 #[test]
 fn messages_that_cannot_be_written_do_not_lose_the_result() {
@@ -218,7 +218,8 @@ fn kernels_are_what_the_flag_names() {
     }
 }
 
-/// On an adapter with matrices they run; elsewhere one sentence explains that it has none.
+/// Matrix kernels run where the adapter has matrices; elsewhere, one sentence says that it has
+/// none.
 #[test]
 fn matrix_kernels_run_or_are_refused() {
     let folder = Folder::new();
@@ -238,7 +239,7 @@ fn matrix_kernels_run_or_are_refused() {
     }
 }
 
-/// With vectors of 128 bits lavapipe has subgroups of 4, too few for the simd kernels.
+/// With 128-bit vectors, lavapipe's subgroups of 4 are too small for the simd kernels.
 #[test]
 fn kernels_that_do_not_run_on_the_adapter_are_one_sentence() {
     let folder = Folder::new();

@@ -2,10 +2,10 @@ use crate::support::{AnyImage, Folder, data, read_exr, take};
 
 struct Case {
     file: &'static str,
-    /// The part that is written, and its three channels.
+    /// Index of the written part; `layer` prefixes its three channels.
     part: usize,
     layer: &'static str,
-    /// The notice, and part of the longer one with `--verbose`.
+    /// The notice; `said` is part of the longer one with `--verbose`.
     summary: &'static str,
     said: &'static [&'static str],
 }
@@ -107,7 +107,7 @@ fn the_header_is_copied_byte_for_byte() {
     let (before, after) = (std::fs::read(input), std::fs::read(folder.path("out.exr")));
     let (before, after) = (before.unwrap(), after.unwrap());
     let same = before.iter().zip(&after).take_while(|(a, b)| a == b).count();
-    // Custom attributes are part of what stays the same.
+    // Custom attributes must stay the same, too.
     let shot = before.windows(14).position(|w| w == b"still life 010").unwrap();
     assert!(same > shot + 14, "the files differ at byte {same}");
 }
@@ -178,7 +178,7 @@ fn albedo_and_normal_may_come_from_separate_files() {
     assert!(run.stderr.contains("albedo from the file mitsuba_like.exr"), "{run:?}");
     let red = |name| take(&mut read_exr(&folder.path(name)), 0, "R").values_as_f32().collect();
     let (a, b): (Vec<f32>, Vec<f32>) = (red("a.exr"), red("b.exr"));
-    // The same render, but one stores the albedo as half.
+    // The renders are the same, but one stores the albedo as half.
     let close = |(a, b): (&f32, &f32)| (a - b).abs() <= 1e-2 * a.abs().max(0.1);
     assert!(a.iter().zip(&b).all(close));
 

@@ -34,7 +34,7 @@ fn an_input_that_cannot_be_read_is_one_sentence_and_leaves_nothing_behind() {
     }
 }
 
-/// Reading a device may never end, and weights are files.
+/// Reading a device may never end; weights must be regular files.
 #[cfg(unix)]
 #[test]
 fn a_device_is_refused_wherever_a_file_is_read_and_a_pipe_for_weights() {
@@ -43,7 +43,7 @@ fn a_device_is_refused_wherever_a_file_is_read_and_a_pipe_for_weights() {
     image::RgbImage::new(37, 23).save(folder.path("a.png")).unwrap();
     let pipe = folder.path("pipe");
     assert!(Command::new("mkfifo").arg(&pipe).status().unwrap().success());
-    // Answers a program that does open it, so that the test fails rather than waits.
+    // Unblocks a program that opens the pipe, so that the test fails instead of hanging.
     thread::spawn(move || while fs::write(&pipe, "").is_ok() {});
     for args in [
         &["/dev/zero", "out.exr"][..],
@@ -65,7 +65,7 @@ fn a_device_is_refused_wherever_a_file_is_read_and_a_pipe_for_weights() {
     assert_eq!(folder.names(), ["a.png", "pipe", "plain_rgb.exr"]);
 }
 
-/// The decoder panics with checked arithmetic only, and the user must not see it.
+/// The decoder panics only with overflow checks; the user must not see the panic.
 #[cfg(debug_assertions)]
 #[test]
 fn a_block_that_the_decoder_panics_at_is_one_sentence() {
@@ -85,7 +85,7 @@ fn a_block_that_the_decoder_panics_at_is_one_sentence() {
     folder.denoise(&["b44.exr", "out.exr"]).assert_failed(1, &["b44.exr: is damaged: a block"]);
 }
 
-/// The file holds neither the 3 GiB of its pixels nor its table.
+/// The file contains neither the 3 GiB of pixels nor the table.
 #[test]
 fn a_header_that_claims_a_huge_picture_is_refused_before_memory_is_taken() {
     let folder = Folder::new();
@@ -182,7 +182,7 @@ fn a_missing_adapter_has_exit_code_3_and_a_hint_how_to_get_one() {
     assert_eq!(folder.names(), ["plain_rgb.exr"]);
 }
 
-/// All adapters can be hidden only where Vulkan is the only backend.
+/// Only where Vulkan is the only backend can all adapters be hidden.
 #[cfg(target_os = "linux")]
 #[test]
 fn a_machine_without_any_adapter_has_exit_code_3_and_is_told_the_package() {

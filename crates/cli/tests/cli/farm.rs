@@ -1,4 +1,4 @@
-//! The job template of `docs/farm.md`: its command, run here as a farm's workers run it.
+//! The job template of `docs/farm.md`: runs its command as a farm's workers do.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -7,7 +7,7 @@ use crate::support::{Folder, WEIGHTS, data};
 
 const TEMPLATE: &str = include_str!("../../../../docs/farm/wgdenoise.openjd.yaml");
 
-/// The arguments of the template's command with the values of its parameters.
+/// The arguments of the template's command, with its parameters replaced by these values.
 fn arguments(values: &[(&str, &str)]) -> Vec<String> {
     let lines = TEMPLATE.lines().skip_while(|line| line.trim() != "args:").skip(1);
     let items = lines.map_while(|line| line.trim().strip_prefix("- "));
@@ -34,7 +34,7 @@ fn the_command_of_the_job_template_denoises_the_frames_of_a_task_once() {
         ];
         let mut args = arguments(&values);
         assert!(args.iter().all(|arg| !arg.contains("{{")), "{args:?}");
-        // The built-in weights are slow here.
+        // The built-in weights would be slow here.
         let quality = args.iter().position(|arg| arg == "--quality=fast").unwrap();
         args[quality] = format!("--weights={WEIGHTS}");
         args
@@ -57,7 +57,7 @@ fn the_command_of_the_job_template_denoises_the_frames_of_a_task_once() {
     assert_eq!(names().len(), 4);
 }
 
-/// Each parameter that the template uses is one that it defines, and the other way around.
+/// The template uses exactly the parameters that it defines.
 #[test]
 fn the_job_template_defines_what_it_uses() {
     let defined = TEMPLATE.lines().filter_map(|line| line.strip_prefix("  - name: "));

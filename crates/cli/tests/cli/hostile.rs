@@ -1,5 +1,5 @@
-//! Files that are meant to do harm or use unsupported features: the program refuses each in one
-//! sentence, within 256 MiB of address space, and leaves no file behind.
+//! Malicious files and files with unsupported features: the program rejects each in one sentence,
+//! within 256 MiB of address space, and leaves no file behind.
 
 use std::fs::File;
 use std::io::Write;
@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::{Folder, Run};
 
-/// A release build on a quiet machine takes a second; tests run unoptimized and in parallel.
+/// A release build on an idle machine takes a second; tests run unoptimized and in parallel.
 const PATIENCE: Duration = Duration::from_secs(30);
 
 const TILED: u32 = 0x200;
@@ -23,7 +23,7 @@ fn ints(values: &[i32]) -> Vec<u8> {
     values.iter().flat_map(|v| v.to_le_bytes()).collect()
 }
 
-/// Half channels, each with one sample for `step` × `step` pixels.
+/// Half channels with one sample per `step` × `step` pixels.
 fn channels(names: &[String], step: i32) -> Vec<u8> {
     let channel = |name: &String| [name.as_bytes(), b"\0", &ints(&[1, 0, step, step])].concat();
     [names.iter().flat_map(channel).collect(), vec![0]].concat()
@@ -41,7 +41,7 @@ fn tiles(side: u32, mode: u8) -> Vec<u8> {
     )
 }
 
-/// What every header has, without its end.
+/// The attributes that every header has, without the terminator.
 fn part(width: i32, height: i32, channels: &[u8], compression: u8) -> Vec<u8> {
     let window = ints(&[0, 0, width - 1, height - 1]);
     [
@@ -61,7 +61,7 @@ fn exr(flags: u32, rest: &[u8]) -> Vec<u8> {
     [&[0x76, 0x2f, 0x31, 0x01][..], &(2 | flags).to_le_bytes(), rest].concat()
 }
 
-/// An image of one pixel with its only block.
+/// A one-pixel image with its only block.
 fn one_pixel(channels: &[u8], more: &[u8]) -> Vec<u8> {
     let head = exr(0, &[&part(1, 1, channels, 0), more, &[0]].concat());
     let table = (head.len() as u64 + 8).to_le_bytes();
@@ -71,7 +71,7 @@ fn one_pixel(channels: &[u8], more: &[u8]) -> Vec<u8> {
 struct Case {
     name: &'static str,
     bytes: Vec<u8>,
-    /// Zeros after them, which take no space on the disk.
+    /// Zeros appended to the bytes; they take no disk space.
     zeros: u64,
     words: &'static [&'static str],
 }
@@ -101,7 +101,7 @@ impl Case {
     }
 }
 
-/// The others are not refused for what they share with it.
+/// Shows that the other files are not rejected for what they share with this one.
 #[test]
 fn the_picture_that_the_others_are_made_from_is_valid() {
     let folder = Folder::new();
@@ -137,7 +137,7 @@ fn small_files_that_claim_to_be_large_are_refused() {
     }
 }
 
-/// Names that a terminal obeys, that forge a message, and that reorder a line.
+/// Names with terminal commands, with a forged message, and with reordered text.
 #[test]
 fn names_of_layers_are_escaped_wherever_they_are_shown() {
     const NAMES: [&str; 3] = ["a\u{1b}[2Jb", "c\nwgdenoise: wrote out.exr", "d\u{202e}gnp\u{2066}"];
@@ -170,7 +170,7 @@ fn names_of_layers_are_escaped_wherever_they_are_shown() {
     }
 }
 
-/// The zeros take no space on a disk, and no memory.
+/// The zeros take neither disk space nor memory.
 #[test]
 fn files_of_many_zeros_are_refused() {
     let tiled = exr(TILED, &[&part(16384, 16384, &rgb(), 3)[..], &tiles(1, 0), &[0]].concat());

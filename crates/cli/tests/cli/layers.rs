@@ -6,7 +6,7 @@ use crate::support::{Folder, data, read_exr, take};
 
 const GROUPS: [&str; 3] = ["Combined_key", "Combined_lamp", "Combined_sky"];
 
-/// The red, green and blue of a layer, channel by channel.
+/// A layer's red, green and blue values, channel by channel.
 fn layer(path: &std::path::Path, name: &str) -> Vec<f32> {
     let mut file = read_exr(path);
     let values = ["R", "G", "B"].map(|c| take(&mut file, 0, &format!("ViewLayer.{name}.{c}")));
@@ -14,8 +14,8 @@ fn layer(path: &std::path::Path, name: &str) -> Vec<f32> {
     values.iter().flat_map(floats).collect()
 }
 
-/// The largest difference between the picture and the sum of its light groups, relative to the
-/// picture's mean.
+/// The largest difference between the image and the sum of its light groups, relative to the pixel
+/// or to the image's mean, whichever is larger.
 fn off(path: &std::path::Path) -> f32 {
     let picture = layer(path, "Combined");
     let groups = GROUPS.map(|group| layer(path, group));
@@ -25,7 +25,7 @@ fn off(path: &std::path::Path) -> f32 {
     off.fold(0.0, f32::max)
 }
 
-/// Settled alpha scales the color, which the reference must do too.
+/// The color is scaled by settled alpha, which the reference must do too.
 #[test]
 fn color_that_was_denoised_with_its_alpha_is_verified() {
     let folder = Folder::new();
@@ -36,7 +36,7 @@ fn color_that_was_denoised_with_its_alpha_is_verified() {
     assert!(run.stderr.contains("verified 16×16 pixels"), "{run:?}");
 }
 
-/// A render by Cycles, as it wrote it.
+/// A Cycles render, unmodified.
 #[test]
 fn denoised_light_groups_add_up_to_the_denoised_picture() {
     let noisy = data("light_groups.exr");

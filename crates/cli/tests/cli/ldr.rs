@@ -6,7 +6,7 @@ fn noise(x: u32, y: u32, c: u32) -> u32 {
     (x * 7919 + y * 104_729 + c * 1_299_709).wrapping_mul(2_654_435_761) >> 16
 }
 
-/// 16 bits, with a different alpha in every pixel.
+/// A 16-bit image with a different alpha in every pixel.
 fn rgba16() -> DynamicImage {
     let pixel = |x, y| Rgba([0, 1, 2, 3].map(|c| noise(x, y, c) as u16));
     DynamicImage::from(image::ImageBuffer::from_fn(33, 21, pixel))
@@ -49,7 +49,7 @@ fn jpeg_goes_in_and_out() {
 fn an_exr_can_be_written_as_png_to_look_at_and_a_png_as_exr() {
     let folder = Folder::new();
     folder.copy("plain_rgb.exr");
-    // 37×23 pixels, of which the display window shows 64×48.
+    // The 37×23 pixels lie inside a display window of 64×48.
     let run = folder.denoise(&["plain_rgb.exr", "out.png"]);
     run.assert_done();
     assert!(run.stderr.contains("clipped to [0, 1], sRGB-encoded, in 8 bits"), "{run:?}");
@@ -92,7 +92,7 @@ fn a_png_has_no_layers_and_says_so() {
     assert!(info.stdout.contains("alpha from the pixels"), "{info:?}");
 }
 
-/// A disc with noisy edges, of which no two pixels have the same color.
+/// A disc with noisy edges, in which no two pixels share a color.
 fn disc() -> image::RgbaImage {
     image::RgbaImage::from_fn(48, 48, |x, y| {
         let distance = (x as f32 - 23.5).hypot(y as f32 - 23.5);
@@ -142,7 +142,7 @@ fn alpha_goes_from_png_to_exr_and_back() {
     let back = image::open(folder.path("back.png")).unwrap().to_rgba8();
     for (old, new) in disc().pixels().zip(back.pixels()) {
         assert_eq!(old.0[3], new.0[3]);
-        // No color but the disc's own: dark rims come from color that is divided by nothing.
+        // Only the disc's own colors: color that is not divided by its alpha would give dark rims.
         assert!(new.0[3] < 60 || new.0[..3].iter().all(|&v| v > 80), "{old:?} {new:?}");
     }
 }
@@ -162,7 +162,7 @@ fn alpha_that_cannot_be_denoised_is_told_when_asked_for() {
     }
 }
 
-/// What is hidden under an alpha of 0 must not change a bit of what is seen.
+/// Color hidden under an alpha of 0 must not affect visible pixels.
 #[test]
 fn hidden_color_does_not_bleed_into_edges() {
     let folder = Folder::new();
@@ -187,7 +187,7 @@ fn hidden_color_does_not_bleed_into_edges() {
     }
 }
 
-/// An albedo and an input that are turned by EXIF are what a viewer shows.
+/// Images rotated by EXIF are used as a viewer shows them, as input and as albedo.
 #[test]
 fn a_turned_jpeg_becomes_an_upright_exr_and_a_fitting_albedo() {
     let folder = Folder::new();

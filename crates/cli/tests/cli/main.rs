@@ -1,4 +1,5 @@
-//! The real binary on files as renderers write them; `tests/data` has the script that made them.
+//! Runs the real binary on files as renderers write them; `tests/data` has the script that made
+//! them.
 
 mod budget;
 mod commands;

@@ -1,4 +1,4 @@
-//! Names of files and frames: below zero, between frames, with `#` and `%`, and not in Unicode.
+//! Names of files and frames: negative and fractional frames, `#` and `%`, and non-Unicode names.
 
 use std::ffi::{OsStr, OsString};
 use std::fs;
@@ -6,7 +6,7 @@ use std::os::unix::ffi::{OsStrExt, OsStringExt};
 
 use crate::support::{Folder, Run, WEIGHTS, data};
 
-/// One image under several names in `in`, and an empty folder `out`.
+/// A folder with one image under several names in `in`, and an empty folder `out`.
 fn sequence(names: &[&str]) -> Folder {
     let folder = Folder::new();
     for inner in ["in", "out"] {
@@ -44,7 +44,7 @@ fn frames_below_zero_are_frames() {
     run.assert_failed(1, &["frames -9--8 are missing"]);
 }
 
-/// As C and Python pad them.
+/// C and Python pad numbers this way.
 #[test]
 fn a_sign_may_count_as_a_digit_of_an_input() {
     let folder = sequence(&["b.-002.exr", "b.0001.exr"]);

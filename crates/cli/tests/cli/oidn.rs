@@ -11,7 +11,7 @@ mod refused;
 
 const WITH_ALL: &str = "blender4_single_part.exr";
 
-/// Puts a fixture into the folder `weights` by this name.
+/// Copies a fixture into the folder `weights` under this name.
 fn put(folder: &Folder, fixture: &str, name: &str) {
     let from =
         Path::new(env!("CARGO_MANIFEST_DIR")).join("../../tests/fixtures/oidn").join(fixture);
@@ -19,7 +19,7 @@ fn put(folder: &Folder, fixture: &str, name: &str) {
     fs::copy(from, folder.path("weights").join(name)).unwrap();
 }
 
-/// A folder of weights and two images.
+/// A folder with weights and two images.
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.copy(WITH_ALL);

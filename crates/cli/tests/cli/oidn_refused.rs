@@ -1,4 +1,4 @@
-//! Refusals and notices about Open Image Denoise's weights.
+//! Errors and notices about Open Image Denoise's weights.
 
 use std::fs;
 
@@ -34,11 +34,11 @@ fn a_file_is_judged_by_its_name_before_its_content() {
     let folder = folder();
     let pointer = "version https://git-lfs.github.com/spec/v1\noid sha256:4d7a";
     fs::write(folder.path("rt_hdr.tza"), pointer).unwrap();
-    // A safetensors file whose header has 16855 bytes begins as TZA files do.
+    // A safetensors file with a 16855-byte header starts like a TZA file.
     let begin = [&16855_u64.to_le_bytes()[..], b"{\"__metadata__\":{}}"].concat();
     fs::write(folder.path("w.safetensors"), begin).unwrap();
     let words = "rt_hdr.tza: weights: TZA file: the signature is missing; get";
-    // Of a file that all pictures need, one line for all.
+    // Two images need the file, but the error is reported once.
     fs::create_dir(folder.path("clean")).unwrap();
     let run =
         |weights| folder.run(&["plain_rgb.exr", WITH_ALL, "clean", "-q", "--weights", weights]);

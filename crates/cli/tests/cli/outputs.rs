@@ -1,17 +1,17 @@
-//! Outputs that cannot be written, or only in part, and folders that do not exist.
+//! Outputs that cannot be written, or only partly, and missing folders.
 
 use std::fs;
 use std::os::unix::process::ExitStatusExt;
 
 use crate::support::{Folder, Run, WEIGHTS};
 
-/// Makes a shell refuse files of over 16 KiB, as a full disk does.
+/// Makes a shell reject files larger than 16 KiB, like a full disk.
 const FULL: &str = "trap '' XFSZ; ulimit -f 32";
-/// The same, but the system ends the program while it writes.
+/// The same limit, but the system kills the program while it writes.
 const DEADLY: &str = "ulimit -c 0; ulimit -f 32";
 const SIGXFSZ: i32 = 25;
 
-/// A file that a result of over 60 KiB would replace.
+/// A folder with `out.exr`, which a result of more than 60 KiB would replace.
 fn old_result() -> Folder {
     let folder = Folder::new();
     folder.copy("blender4_single_part.exr");
@@ -42,7 +42,7 @@ fn a_program_that_is_ended_while_it_writes_leaves_the_old_file_and_nothing_else(
     assert_eq!(folder.names(), ["blender4_single_part.exr", "out.exr"]);
 }
 
-/// Even root cannot create a file in this folder, which is noticed before a GPU is opened.
+/// Even root cannot create a file in this folder; the error comes before a GPU is opened.
 #[test]
 fn a_folder_that_takes_no_file_is_refused_before_the_work() {
     let folder = Folder::new();
@@ -51,7 +51,7 @@ fn a_folder_that_takes_no_file_is_refused_before_the_work() {
     folder.denoise(&args).assert_failed(1, &["/proc/out.exr: cannot be written: "]);
 }
 
-/// No file system takes a name of over 255 bytes, which is noticed before a GPU is opened.
+/// No file system accepts a name longer than 255 bytes; the error comes before a GPU is opened.
 #[test]
 fn a_name_that_is_too_long_is_refused_before_the_work() {
     let folder = Folder::new();
@@ -88,7 +88,7 @@ fn missing_folders_are_created_only_if_asked() {
     folder.denoise(&several).assert_failed(1, &["c/d: ", "--parents"]);
     let preview = ["preview", "plain_rgb.exr", "e/look.png"];
     folder.run(&preview).assert_failed(1, &["the folder e does not exist", "--parents"]);
-    // An output that is refused for another reason leaves no folder behind.
+    // An output rejected for another reason leaves no folder behind.
     folder
         .denoise(&["plain_rgb.exr", "a/out.tiff", "--parents"])
         .assert_failed(2, &["its name must end in"]);

@@ -1,4 +1,5 @@
-//! On Linux only, a variable moves the cache; and only Vulkan has one.
+//! Runs only on Linux, where an environment variable relocates the cache; and only Vulkan has this
+//! cache.
 #![cfg(target_os = "linux")]
 
 use std::fs;
@@ -6,7 +7,7 @@ use std::path::PathBuf;
 
 use crate::support::{Folder, Run, WEIGHTS};
 
-/// Runs with a cache in the folder and returns the output.
+/// Runs with a cache inside the folder and returns the output.
 fn run(folder: &Folder) -> Vec<u8> {
     let args = ["plain_rgb.exr", "out.exr", "--force", "--quiet", "--weights", WEIGHTS];
     let mut command = folder.command(&args);
@@ -15,7 +16,7 @@ fn run(folder: &Folder) -> Vec<u8> {
     fs::read(folder.path("out.exr")).unwrap()
 }
 
-/// The one file with compiled pipelines.
+/// The only file with compiled pipelines.
 fn kept(folder: &Folder) -> PathBuf {
     let entries = fs::read_dir(folder.path("cache/wgdenoise")).expect("the first run made it");
     let paths: Vec<_> = entries.map(|entry| entry.unwrap().path()).collect();

@@ -7,7 +7,7 @@ use std::thread;
 
 use crate::support::{Folder, Run, WEIGHTS, data};
 
-/// A result that was written into a file, and the same in each format.
+/// A folder with an image and its denoised result in each format.
 fn folder() -> Folder {
     let folder = Folder::new();
     folder.copy("karma_like.exr");
@@ -23,13 +23,13 @@ fn folder() -> Folder {
 }
 
 impl Folder {
-    /// Runs with the quick weights and with these bytes on standard input.
+    /// Runs with the fast test weights and these bytes on standard input.
     fn pipe(&self, input: &[u8], args: &[&str]) -> Output {
         let mut command = self.command(&[args, &["--weights", WEIGHTS]].concat());
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
         let mut child = command.spawn().unwrap();
         let (mut stdin, input) = (child.stdin.take().unwrap(), input.to_vec());
-        // A program that stops reading is no failure here.
+        // It is fine if the program stops reading.
         let writer = thread::spawn(move || stdin.write_all(&input));
         let output = child.wait_with_output().unwrap();
         let _ = writer.join().unwrap();
@@ -125,7 +125,7 @@ fn what_no_pipe_can_do_is_one_sentence() {
     assert_eq!(folder.names(), before);
 }
 
-/// A reader that goes away is a failure, for the picture is lost.
+/// If the reader goes away, the program fails, because the image is lost.
 #[cfg(unix)]
 #[test]
 fn a_missing_temporary_folder_is_named() {

@@ -1,4 +1,4 @@
-//! Looking at layers without denoising, and the exposure of PNG and JPEG outputs.
+//! Previews of layers without denoising, and the exposure of PNG and JPEG outputs.
 
 use std::fs;
 
@@ -8,7 +8,7 @@ use crate::support::{Folder, WEIGHTS};
 
 const SIZE: (usize, usize) = (5, 3);
 
-/// Plain color, a normal, a depth and two channels of motion, each of one value.
+/// A color, a normal, a depth and two channels of motion, each constant.
 fn layers() -> Folder {
     let folder = Folder::new();
     let values = [
@@ -31,7 +31,7 @@ fn layers() -> Folder {
     folder
 }
 
-/// IEC 61966-2-1 in 8 bits, written independently.
+/// 8-bit sRGB (IEC 61966-2-1), written independently.
 fn srgb(linear: f64) -> u8 {
     let x = linear.clamp(0.0, 1.0);
     let encoded = if x <= 0.0031308 { 12.92 * x } else { 1.055 * x.powf(1.0 / 2.4) - 0.055 };
@@ -97,7 +97,7 @@ fn several_beauty_layers_are_chosen_among_with_layer() {
     assert!(info.stdout.contains("cannot be denoised") && info.stdout.contains("with --color"));
 }
 
-/// The denoised PNG is the preview of the denoised EXR at the same exposure.
+/// The denoised PNG equals the preview of the denoised EXR at the same exposure.
 #[test]
 fn exposure_brightens_denoised_pngs_as_it_does_previews() {
     let folder = Folder::new();

@@ -40,7 +40,7 @@ fn every_configuration_is_measured_and_drawn() {
     assert_eq!(run.stdout.matches("| yes |").count(), front);
     assert!(front > 0 && read("report.md").starts_with(&run.stdout), "{}", read("report.md"));
     let plot = read("report.svg");
-    // Three markers of the legend and those of nine configurations are circles, twice or more.
+    // The legend has three circles, and nine configurations have circles too, each at least twice.
     assert!(plot.trim_end().ends_with("</svg>") && plot.matches("<circle").count() >= 24);
     for text in ["karma_like.exr, 40×30", "balanced", "color, albedo, normal", "milliseconds"] {
         assert!(plot.contains(text), "no `{text}` in {plot}");
@@ -60,7 +60,7 @@ fn the_errors_are_those_that_compare_finds() {
         let chosen =
             ["--quality", quality.as_str().unwrap(), "--precision", precision.as_str().unwrap()];
         folder.run(&[&denoise[..], &chosen].concat()).assert_done();
-        // The output has 8 bits: it differs by half a step at most.
+        // The 8-bit output differs by at most half a step.
         let found = compare("out.png")["l1"].as_f64().unwrap();
         assert!((found - row["l1"].as_f64().unwrap()).abs() < 0.5 / 255.0, "{row}: {found}");
     }
@@ -69,7 +69,7 @@ fn the_errors_are_those_that_compare_finds() {
 #[test]
 fn a_configuration_that_fails_is_a_row_with_the_reason() {
     let folder = Folder::new();
-    // At this size, 1 MiB holds the tensors of all configurations but one.
+    // At this size, 1 MiB holds the tensors of all but one configuration.
     let picture = image::RgbImage::from_fn(64, 40, |x, y| image::Rgb([x as u8, y as u8, 90]));
     picture.save(folder.path("picture.png")).unwrap();
     let files = ["report", "picture.png", "picture.png"];

@@ -4,7 +4,7 @@ use std::fs;
 
 use crate::support::{Folder, data};
 
-/// Images of several sizes and layers as frames 1, 2 and 10, and an empty folder.
+/// A folder with images of several sizes and layers as frames 1, 2 and 10, and an empty folder.
 fn animation() -> Folder {
     let folder = Folder::new();
     for (frame, file) in [(1, "plain_rgb.exr"), (2, "rgba_zips.exr"), (10, "karma_like.exr")] {
@@ -47,7 +47,7 @@ fn one_denoiser_serves_all_frames_and_each_comes_out_as_if_alone() {
     }
 }
 
-/// What is told, without the times, of which there is one per step.
+/// The messages without their times.
 fn told(stderr: &str) -> Vec<String> {
     let line = |line: &str| match line.split_once(" in ") {
         Some((before, _)) if line.contains("written in") => before.into(),
@@ -133,7 +133,7 @@ fn albedo_and_normals_may_be_sequences_too() {
     }
 }
 
-/// `clean` stays empty.
+/// The folder `clean` must stay empty.
 #[test]
 fn what_cannot_be_done_in_whole_is_refused_before_the_first_image() {
     let folder = animation();

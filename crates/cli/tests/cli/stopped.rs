@@ -1,4 +1,4 @@
-//! Runs that are stopped, and runs that go on where those were.
+//! Stopping runs, and continuing stopped ones.
 
 use std::fs;
 use std::process::{Child, Command, Stdio};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 
 use crate::support::{Folder, Run, WEIGHTS, data};
 
-/// Frames 1 to 60, which take a while, and a folder for their results.
+/// A folder with frames 1 to 60, which take a while, and a folder for the results.
 fn animation() -> Folder {
     let folder = Folder::new();
     for frame in 1..=FRAMES {
@@ -26,7 +26,7 @@ fn results(folder: &Folder) -> Vec<String> {
     names
 }
 
-/// Runs until `is_time` and sends a signal.
+/// Waits until `is_time`, then sends a signal.
 fn stop(mut child: Child, signal: &str, is_time: impl Fn(u32) -> bool) -> Run {
     let (id, start) = (child.id(), Instant::now());
     while !is_time(id) {
@@ -92,7 +92,7 @@ fn a_stopped_run_that_replaces_files_does_not_advise_to_skip_them() {
     assert!(fs::read(folder.path("b.60.exr")).unwrap() == before);
 }
 
-/// Whether a process catches SIGINT, the second bit of its mask.
+/// Whether a process catches SIGINT, the second bit of its signal mask.
 fn is_ready(id: u32) -> bool {
     let status = fs::read_to_string(format!("/proc/{id}/status")).unwrap();
     let mask = status.lines().find_map(|line| line.strip_prefix("SigCgt:")).unwrap();
@@ -100,7 +100,7 @@ fn is_ready(id: u32) -> bool {
     u64::from_str_radix(mask.trim(), 16).unwrap() & 2 != 0 && threads > 2
 }
 
-/// It waits for the end of its input.
+/// The program waits for the end of its input.
 #[test]
 fn a_stop_before_the_first_result_leaves_nothing_and_has_the_code_of_its_signal() {
     for (signal, code) in [("INT", 130), ("TERM", 143)] {

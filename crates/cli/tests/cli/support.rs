@@ -1,17 +1,17 @@
-//! Running the binary in a folder of its own.
+//! Runs the binary in a temporary folder.
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
 use exr::prelude::*;
 
-/// Weights that are quick to run; the quality of their results does not matter here.
+/// Fast weights; the quality of their results does not matter here.
 pub(crate) const WEIGHTS: &str =
     concat!(env!("CARGO_MANIFEST_DIR"), "/../../tests/fixtures/unet_tiny.safetensors");
 
 pub(crate) type AnyImage = Image<Layers<AnyChannels<FlatSamples>>>;
 
-/// A folder that goes away with the test.
+/// A temporary folder, removed when the test ends.
 pub(crate) struct Folder(tempfile::TempDir);
 
 impl Folder {
@@ -23,14 +23,14 @@ impl Folder {
         self.0.path().join(name)
     }
 
-    /// A copy of a file of `tests/data`.
+    /// Copies a file from `tests/data`.
     pub(crate) fn copy(&self, name: &str) -> PathBuf {
         let path = self.path(name);
         std::fs::copy(data(name), &path).unwrap();
         path
     }
 
-    /// The names of all files, sorted.
+    /// All file names, sorted.
     pub(crate) fn names(&self) -> Vec<String> {
         let entries = std::fs::read_dir(self.0.path()).unwrap();
         let mut names: Vec<_> =
@@ -39,8 +39,8 @@ impl Folder {
         names
     }
 
-    /// The command in this folder, without a desktop session, about which drivers complain, and on
-    /// Linux with a cache that is not the user's.
+    /// The command in this folder, without a desktop session, which makes drivers complain, and on
+    /// Linux with a cache other than the user's.
     pub(crate) fn command(&self, args: &[&str]) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_wgdenoise"));
         command.current_dir(self.0.path()).env_remove("XDG_RUNTIME_DIR").args(args);
@@ -48,7 +48,7 @@ impl Folder {
         command
     }
 
-    /// The command as a shell starts it after a `ulimit` or the like.
+    /// The command as run by a shell after `ulimit` or the like.
     #[cfg(target_os = "linux")]
     pub(crate) fn command_after(&self, words: &str, args: &[&str]) -> Command {
         let direct = self.command(args);
@@ -64,7 +64,7 @@ impl Folder {
         Run::of(&self.command(args).output().unwrap())
     }
 
-    /// `wgdenoise` with the quick weights.
+    /// Runs `wgdenoise` with the fast test weights.
     pub(crate) fn denoise(&self, args: &[&str]) -> Run {
         self.run(&[args, &["--weights", WEIGHTS]].concat())
     }
@@ -91,13 +91,13 @@ impl Run {
         }
     }
 
-    /// Exit code 0 and nothing on stdout.
+    /// Asserts exit code 0 and nothing on stdout.
     #[track_caller]
     pub(crate) fn assert_done(&self) {
         assert_eq!((self.code, self.stdout.as_str()), (0, ""), "{self:?}");
     }
 
-    /// This exit code, and one sentence with all of `words`.
+    /// Asserts this exit code, and one sentence with all of `words`.
     #[track_caller]
     pub(crate) fn assert_failed(&self, code: i32, words: &[&str]) {
         assert_eq!((self.code, self.stdout.as_str()), (code, ""), "{self:?}");
@@ -115,7 +115,7 @@ impl Run {
     }
 }
 
-/// Everything that an EXR file holds.
+/// Reads everything in an EXR file.
 pub(crate) fn read_exr(path: &Path) -> AnyImage {
     let reader = read().no_deep_data().largest_resolution_level().all_channels();
     reader.all_layers().all_attributes().from_file(path).unwrap()

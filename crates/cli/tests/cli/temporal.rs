@@ -8,22 +8,22 @@ use exr::prelude::*;
 use crate::support::{Folder, read_exr, take};
 
 const SIZE: [usize; 2] = [96, 64];
-/// Pixels right and down from frame to frame.
+/// Pixels to the right and down per frame.
 const STEP: [f32; 2] = [3.0, -2.0];
 /// A step that ends between pixels.
 const BETWEEN: [f32; 2] = [2.4, -1.3];
 
-/// A patterned wall that slides by, under noise.
+/// A noisy patterned wall that slides past.
 #[derive(Clone, Copy)]
 struct Wall {
     frame: usize,
     step: [f32; 2],
-    /// Which pattern.
+    /// Selects the pattern.
     scene: f32,
     size: [usize; 2],
-    /// The columns left of the file's first one.
+    /// X position of the file's first column.
     left: i32,
-    /// The name of the second group of light.
+    /// Name of the second light group.
     group: &'static str,
 }
 
@@ -32,7 +32,7 @@ impl Wall {
         Self { frame, step: STEP, scene: 1.0, size: SIZE, left: 0, group: "fill" }
     }
 
-    /// Moved right and down by so many pixels.
+    /// A wall moved right and down by this many pixels since frame 0.
     fn moved(frame: usize, pixels: [f32; 2]) -> Self {
         Self { step: pixels.map(|pixels| pixels / frame as f32), ..Self::at(frame) }
     }
@@ -48,7 +48,7 @@ impl Wall {
         0.5 + 0.4 * (x * 0.21 + channel as f32).sin() * (y * 0.17 - x * 0.03).cos()
     }
 
-    /// From 0 to 2 with mean 1, different in every pixel of every frame.
+    /// Noise in [0, 2] with mean 1, different in every pixel of every frame.
     fn noise(&self, (x, y): (usize, usize), channel: usize) -> f32 {
         let seed = ((self.frame * 4 + channel) * 1_000_003 + y * 7919 + x) as u32;
         let mixed = (seed ^ (seed >> 15)).wrapping_mul(0x2c1b_3c6d);
@@ -61,15 +61,15 @@ impl Wall {
         AnyChannel::new(name, FlatSamples::F32(values))
     }
 
-    /// As Blender writes it, with two groups of light.
+    /// Writes the frame like Blender, with two light groups.
     fn write(&self, path: &Path, motion: Option<[f32; 4]>) {
         self.write_with(path, motion.as_ref().map_or(&[], |motion| &motion[..]));
     }
 
-    /// With so many components of motion vectors.
+    /// Writes the frame with these components of the motion vectors.
     fn write_with(&self, path: &Path, motion: &[f32]) {
         let light = |p, c| self.albedo(p, c) * self.noise(p, c);
-        // In bars, so that a group has edges where the sum has none.
+        // The groups alternate in bars, so they have edges where their sum has none.
         let key = |(x, _): (usize, usize)| if x / 7 % 2 == 0 { 0.9 } else { 0.1 };
         let mut channels = Vec::new();
         for (c, (rgb, xyz)) in ["R", "G", "B"].into_iter().zip(["X", "Y", "Z"]).enumerate() {
@@ -92,7 +92,7 @@ impl Wall {
         image.write().to_file(path).unwrap();
     }
 
-    /// Mean difference of the denoised color from the wall without noise.
+    /// Mean difference between the denoised color and the noise-free wall.
     fn error(&self, path: &Path) -> f32 {
         let mut file = read_exr(path);
         let channels = ["R", "G", "B"].map(|c| take(&mut file, 0, &format!("V.Combined.{c}")));
@@ -104,17 +104,18 @@ impl Wall {
     }
 }
 
-/// Blender's vectors: to the previous frame's place with y up, and back from the next one's.
+/// Blender's vectors: to the position in the previous frame with y up, and back from the one in the
+/// next frame.
 fn blender(step: [f32; 2]) -> [f32; 4] {
     blender_between(step, step)
 }
 
-/// With other steps from the previous frame than to the next one.
+/// The same with different steps before and after the frame.
 fn blender_between(before: [f32; 2], after: [f32; 2]) -> [f32; 4] {
     [-before[0], before[1], -after[0], after[1]]
 }
 
-/// Five frames, the step between them, and a folder `clean`.
+/// A folder with five frames, this step apart, and a folder `clean`.
 fn animation(step: [f32; 2], motion: Option<[f32; 4]>) -> Folder {
     let folder = Folder::new();
     for frame in 1..=5 {
@@ -156,7 +157,7 @@ fn what_moves_has_less_error_with_the_frames_around_it() {
     }
     for (n, alone) in (1..=5).zip(&alone) {
         let found = Wall::at(n).error(&folder.clean(n));
-        // The first and the last have a frame on one side only.
+        // The first and the last frame have a neighbor on one side only.
         let most = if (2..5).contains(&n) { 0.85 } else { 0.95 };
         assert!(found < most * alone, "frame {n}: {found}, alone {alone}");
     }
@@ -261,7 +262,7 @@ fn vectors_that_lead_elsewhere_are_not_followed() {
     assert!((1..=5).all(|n| folder.result(n) == alone[n - 1]));
 }
 
-/// Five walls that turn from a pan into a tilt at the third, and the steps before and after each.
+/// Five walls whose pan turns into a tilt at the third, with the steps before and after each.
 fn turning() -> [(Wall, [f32; 2], [f32; 2]); 5] {
     let (right, down) = ([3.0, 0.0], [0.0, 3.0]);
     [
@@ -273,7 +274,7 @@ fn turning() -> [(Wall, [f32; 2], [f32; 2]); 5] {
     ]
 }
 
-/// The errors of the walls, with some of Blender's four values a pixel, and what the program wrote.
+/// The walls' errors with a subset of Blender's four values per pixel, and the program's messages.
 fn errors_with(values: std::ops::Range<usize>, arguments: &[&str]) -> ([f32; 5], String) {
     let folder = animation(STEP, None);
     for (wall, before, after) in turning() {
@@ -360,7 +361,7 @@ fn frames_with_other_layers_places_or_vectors_are_not_mixed() {
 
 #[test]
 fn a_frame_with_fewer_vectors_is_read_by_itself() {
-    // The second vector is the one that leads on.
+    // Only the second vector is correct; it points to the next frame.
     let folder = animation(STEP, Some(blender_between([9.0, 9.0], STEP)));
     Wall::at(4).write_with(&folder.path(&noisy(4)), &blender(STEP)[..2]);
     let run = folder.run(&TEMPORAL);

@@ -72,7 +72,7 @@ def plain_rgb(parts):
 
 
 def rgba_zips(parts):
-    """Custom attributes, and the chromaticities of Rec. 2020."""
+    """Writes a file with custom attributes and the chromaticities of Rec. 2020."""
     rec2020 = (0.708, 0.292, 0.170, 0.797, 0.131, 0.046, 0.3127, 0.3290)
     head = header(OpenEXR.ZIPS_COMPRESSION, chromaticities=rec2020, shot="still life 010", exposureBias=-0.5)
     write("rgba_zips.exr", [(head, as_type(layer_channels(parts, "Noisy Image", "RGBA"), np.float16))])

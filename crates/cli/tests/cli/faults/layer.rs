@@ -1,11 +1,11 @@
-//! A Vulkan layer between the loader and the driver that behaves like a broken driver. `mod.rs`
-//! compiles and loads it; the program under test knows nothing about it.
+//! A Vulkan layer between loader and driver that imitates a broken driver. `mod.rs` compiles and
+//! loads it; the program under test is unaware of it.
 //!
-//! The variable `FAULT` chooses the fault. `memory N`: the device has N bytes of memory. `lost N`: the
-//! device is lost from the Nth wait on. `hang N`: nothing ends from the Nth submission on. `wrong N`:
-//! the Nth dispatch is skipped.
+//! The variable `FAULT` selects the fault. `memory N`: the device has N bytes of memory. `lost N`:
+//! the device is lost from the Nth wait on. `hang N`: nothing completes from the Nth submission on.
+//! `wrong N`: the Nth dispatch is skipped.
 //!
-//! The structures are those of `vulkan_core.h` and `vk_layer.h`, as far as they are read.
+//! The structures follow `vulkan_core.h` and `vk_layer.h`, as far as they are read.
 #![allow(unsafe_code, reason = "a layer is a C library")]
 
 use std::collections::HashMap;
@@ -37,7 +37,7 @@ pub struct Negotiation {
     get_physical_device_proc: Option<GetProc>,
 }
 
-/// The start of every structure of a chain, and the additions of the loader's own.
+/// The common start of chained structures, plus the loader's additions.
 #[repr(C)]
 struct Chained {
     kind: u32,
@@ -46,7 +46,7 @@ struct Chained {
     link: *mut Link,
 }
 
-/// The next layer's functions; the second one of an instance is not needed here.
+/// The next layer's functions; an instance's second function is not needed here.
 #[repr(C)]
 struct Link {
     next: *mut Link,
@@ -66,13 +66,13 @@ static DEVICE: AtomicPtr<c_void> = AtomicPtr::new(null_mut());
 static OF_INSTANCE: OnceLock<GetProc> = OnceLock::new();
 static OF_DEVICE: OnceLock<GetProc> = OnceLock::new();
 
-/// The bytes of each allocation.
+/// Size of each allocation in bytes.
 static ALLOCATED: Mutex<Option<HashMap<u64, u64>>> = Mutex::new(None);
 
-/// The number of calls that the fault counts.
+/// Number of calls counted by the fault.
 static CALLS: AtomicU64 = AtomicU64::new(0);
 
-/// The fault's number, if it is of this kind.
+/// The fault's number, if the fault is of this kind.
 fn fault(kind: &str) -> Option<u64> {
     static FAULT: OnceLock<String> = OnceLock::new();
     let fault = FAULT.get_or_init(|| std::env::var("FAULT").unwrap_or_default());
@@ -94,7 +94,7 @@ pub unsafe extern "C" fn vkNegotiateLoaderLayerInterfaceVersion(with: *mut Negot
     0
 }
 
-/// A function of the layer below.
+/// Finds a function of the next layer.
 unsafe fn below(name: &CStr) -> Function {
     let get = OF_DEVICE.get().expect("there is a device");
     unsafe { get(DEVICE.load(Relaxed), name.as_ptr()) }
@@ -174,7 +174,7 @@ unsafe extern "C" fn free(device: Handle, memory: u64, with: Handle) {
     allocated.get_or_insert_default().remove(&memory);
 }
 
-/// A device is lost once it has stopped working, so the loss is reported after the wait.
+/// A device is lost only once it has stopped working, so the loss is reported after the wait.
 unsafe extern "C" fn wait(device: Handle, info: Handle, nanoseconds: u64) -> i32 {
     if fault("lost").is_some() {
         CALLS.fetch_add(1, Relaxed);
@@ -194,7 +194,7 @@ unsafe extern "C" fn finished(device: Handle, semaphore: u64, value: *mut u64) -
     unsafe { finished(device, semaphore, value) }
 }
 
-/// Work that hangs is not even started.
+/// Hanging work is not even started.
 unsafe extern "C" fn submit(queue: Handle, count: u32, submits: Handle, fence: u64) -> i32 {
     if fault("hang").is_some_and(|first| CALLS.fetch_add(1, Relaxed) + 1 >= first) {
         return 0;
@@ -206,7 +206,7 @@ unsafe extern "C" fn submit(queue: Handle, count: u32, submits: Handle, fence: u
 
 unsafe extern "C" fn wait_idle(queue: Handle) -> i32 {
     if came_to("hang") {
-        // Endless, but the test has to notice.
+        // Endless, except that the test must notice.
         sleep(Duration::from_secs(60));
         std::process::abort();
     }
@@ -224,7 +224,7 @@ unsafe extern "C" fn dispatch(commands: Handle, x: u32, y: u32, z: u32) {
     unsafe { dispatch(commands, x, y, z) }
 }
 
-/// The layer's own version of a function.
+/// The layer's replacement for a function.
 fn own(name: &CStr) -> Function {
     let address = match name.to_bytes() {
         b"vkGetInstanceProcAddr" => get_instance_proc as *const c_void,

@@ -30,7 +30,7 @@ fn compiled() -> std::io::Result<tempfile::TempDir> {
     Ok(folder)
 }
 
-/// Denoises `noisy.exr` on a driver with this fault, with the kernels that compile fastest.
+/// Denoises `noisy.exr` on a driver with this fault, using the kernels that compile fastest.
 fn denoise(folder: &Folder, fault: &str, args: &[&str]) -> Run {
     let weights = ["--weights", WEIGHTS, "--kernels", "tiled"];
     let mut command = folder.command(&[&["noisy.exr", "out.exr"], &weights[..]].concat());
@@ -39,7 +39,7 @@ fn denoise(folder: &Folder, fault: &str, args: &[&str]) -> Run {
     Run::of(&command.args(args).output().unwrap())
 }
 
-/// A folder with noise of this size.
+/// A folder with `noisy.exr`, noise of this size.
 fn noise(width: usize, height: usize) -> Folder {
     let folder = Folder::new();
     let value = |at: Vec2<usize>, c: usize| {
@@ -55,7 +55,7 @@ fn noise(width: usize, height: usize) -> Folder {
     folder
 }
 
-/// From the planned amount of memory down to less than any tile needs.
+/// Reduces memory from the planned amount to less than any tile needs.
 #[test]
 fn the_less_memory_the_smaller_the_tiles_and_then_one_sentence() {
     let folder = noise(576, 432);
@@ -105,7 +105,7 @@ fn work_beyond_the_timeout_is_not_waited_for() {
     assert_eq!(folder.names(), ["noisy.exr"]);
 }
 
-/// A dispatch of the exposure, and some of the network.
+/// Skips a dispatch of the exposure, and some of the network.
 #[test]
 fn wrong_results_are_found_and_not_written() {
     let folder = noise(64, 64);
