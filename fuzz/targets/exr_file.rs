@@ -1,4 +1,4 @@
-//! Bytes as an EXR file: refused, or read, written and read again with the same size.
+//! Fuzzes bytes as an EXR file: rejected, or read, written and read again at the same size.
 
 #![no_main]
 
@@ -18,11 +18,11 @@ static FOLDER: LazyLock<tempfile::TempDir> = LazyLock::new(|| {
 });
 
 /// A few bytes can validly encode a large image of one color with hundreds of channels. Accepting
-/// only small images lets the limits on memory and time expose claims that a file cannot support.
+/// only small images lets the memory and time limits expose claims that a file cannot back.
 const LIMITS: Limits = Limits { pixels: 1 << 16 };
 
-/// Keeps libFuzzer's hook from ending the process on panics of the EXR decoder, which the program
-/// catches where it expects them. A panic that nothing catches still ends the process.
+/// Keeps libFuzzer's hook from ending the process on the EXR decoder's panics, which the program
+/// catches where it expects them. An uncaught panic still ends the process.
 fn leave_the_decoders_panics() {
     let fatal = panic::take_hook();
     panic::set_hook(Box::new(move |info| {

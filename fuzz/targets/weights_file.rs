@@ -1,5 +1,5 @@
-//! Bytes as a weights file of either format: refused with a short sentence, or a network within the
-//! documented limits.
+//! Fuzzes bytes as a weights file of either format: rejected with a short sentence, or a network
+//! within the documented limits.
 
 #![no_main]
 
@@ -9,7 +9,7 @@ use libfuzzer_sys::fuzz_target;
 use wgdenoise::internals::model::{Topology, tza};
 use wgdenoise::{Error, Inputs, Weights};
 
-/// Longest error message in bytes; names and values from the file are truncated in it.
+/// Maximum length of an error message in bytes; it truncates names and values from the file.
 const LONGEST_ERROR: usize = 1000;
 
 fuzz_target!(|bytes: &[u8]| {
@@ -34,7 +34,7 @@ fn judge(read: Result<Weights, Error>) {
     }
 }
 
-/// An accepted file meets `weights-format.md`.
+/// An accepted file must conform to `weights-format.md`.
 fn check(weights: &Weights) {
     let metadata = weights.metadata();
     let counts = match metadata.topology {
