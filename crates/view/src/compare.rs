@@ -28,7 +28,7 @@ pub(crate) struct Row {
 }
 
 impl Figures {
-    /// Compares both images with the reference, if any, and with each other.
+    /// Compares both images with the reference, if any, and scores them once there is a result.
     ///
     /// # Errors
     /// If the sizes differ.

@@ -47,8 +47,7 @@ impl Engine {
         Self { gpu: window.for_denoiser(), window, made: None }
     }
 
-    /// Denoises every view until `stop` is set; `progress` receives the completed share, from 0 to
-    /// 1.
+    /// Denoises every view until `stop` is set; `progress` receives the completed share, 0 to 1.
     ///
     /// # Errors
     /// The engine's error as a sentence.
