@@ -206,7 +206,9 @@ pub(crate) fn compare(request: &Compare, console: &Console) -> Result<(), Failur
     let image = Picture::open(&request.image, &request.layers)?;
     let reference = Picture::open(&request.reference, &request.layers)?;
     let metrics = wgdenoise_metrics::compare(image.first().color(), reference.first().color())?;
-    comparison::differences(&image, &reference).iter().for_each(|text| console.notice(text));
+    for difference in comparison::differences(&image, &reference) {
+        console.notice(&difference);
+    }
     if request.json { print_json(&metrics_json(&metrics)) } else { print(&metrics_text(&metrics)) }
 }
 

@@ -51,7 +51,9 @@ pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Fa
     let differences = comparison::differences(&picture, &truth);
     let (view, truth) = (picture.first(), truth.first().color());
     let before = wgdenoise_metrics::compare(view.color(), truth)?;
-    differences.iter().for_each(|text| console.notice(text));
+    for difference in &differences {
+        console.notice(difference);
+    }
     let (gpu, options) = session::open(&request.device)?;
     let (width, height) = view.color().size();
     let frame = Frame::new(view.color())

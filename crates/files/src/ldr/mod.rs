@@ -233,10 +233,8 @@ pub(super) fn describe(path: &Path, limits: Limits) -> Result<Kind, Problem> {
     let format = Format::of_content(path)?;
     let (chunks, segments) = beside(path, format, limits)?;
     let mut decoder = decoder(path, limits)?;
-    let mut text = match segments.is_cmyk() {
-        true => "8-bit CMYK".into(),
-        false => kind(decoder.original_color_type()),
-    };
+    let color = decoder.original_color_type();
+    let mut text = if segments.is_cmyk() { "8-bit CMYK".into() } else { kind(color) };
     text += match ColorSpace::of(&chunks)?.curve {
         Curve::Srgb => "",
         Curve::Power(1.0) => ", linear",
