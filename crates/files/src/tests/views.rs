@@ -151,8 +151,11 @@ fn what_compared_files_differ_in_is_told() {
     let folder = Folder::new();
     let plain = single_part(&[""], &[], &[]);
     let stereo = single_part(&["", "right."], &[], &["left", "right"]);
-    let mut moved = plain.clone();
-    moved.layer_data[0].attributes.layer_position = Vec2(-3, 5);
+    let at = |corner| {
+        let mut moved = plain.clone();
+        moved.layer_data[0].attributes.layer_position = corner;
+        moved
+    };
     let mut wide = plain.clone();
     wide.attributes.chromaticities = Some(Chromaticities {
         red: Vec2(0.7, 0.3),
@@ -168,9 +171,14 @@ fn what_compared_files_differ_in_is_told() {
     for (other, expected) in [
         (&stereo, "only one view is compared: the only view with `left`; --color names another"),
         (
-            &moved,
-            "the first pixel is at (0, 0) in the image and at (-3, 5) in the reference; they \
-                  are compared with each other",
+            &at(Vec2(-3, 0)),
+            "the first pixel is at (0, 0) in the image and at (-3, 0) in the reference; they \
+             are compared with each other",
+        ),
+        (
+            &at(Vec2(0, 5)),
+            "the first pixel is at (0, 0) in the image and at (0, 5) in the reference; they \
+             are compared with each other",
         ),
         (&wide, "the files have different primaries; values are compared as they are"),
     ] {
