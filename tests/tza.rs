@@ -174,27 +174,6 @@ fn tensors_that_do_not_make_the_network_are_refused() {
     refused(&infinite, NAMES[0], "`enc_conv0.weight` has inf at element 0");
 }
 
-/// We may not distribute Open Image Denoise's own files; `WGDENOISE_TZA` names a folder with them.
-#[test]
-#[ignore = "needs Open Image Denoise's files: WGDENOISE_TZA=FOLDER cargo test --test tza -- --ignored"]
-fn the_real_files_are_read() {
-    let folder = std::env::var("WGDENOISE_TZA").expect("WGDENOISE_TZA names a folder");
-    let mut count = 0;
-    for entry in std::fs::read_dir(&folder).expect("WGDENOISE_TZA is a folder") {
-        let path = entry.expect("it can be listed").path();
-        if path.extension().is_some_and(|extension| extension == "tza") {
-            let name = path.file_stem().expect("it has a name").to_string_lossy();
-            let weights = Weights::from_tza(&std::fs::read(&path).expect("it is a file"), &name);
-            let weights = weights.unwrap_or_else(|error| panic!("{name}: {error}"));
-            let widths = &weights.metadata().widths;
-            let expected = if name.ends_with("_large") { (18, 64) } else { (15, 32) };
-            assert_eq!((widths.len(), widths[0]), expected, "{name}");
-            count += 1;
-        }
-    }
-    assert!(count > 0, "{folder}: no TZA files");
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
     /// Whatever the file contains, reading it returns a result.
