@@ -12,8 +12,7 @@ impl Tally {
         self.0.fetch_add(1, Ordering::Relaxed);
     }
 
-    /// The message when a run over this many images is stopped; `rest` says what happens to the
-    /// others.
+    /// The message for a stopped run over this many images, with the state of the `rest`.
     pub(crate) fn last_words(&self, images: usize, rest: &str) -> String {
         match self.0.load(Ordering::Relaxed) {
             0 => "stopped before an image was written".into(),

@@ -194,7 +194,7 @@ fn is_input(last: &Path, others: &[PathBuf]) -> bool {
     }
 }
 
-/// Says what is wrong with a command line of one word.
+/// Explains why one word is not a complete command line.
 fn without_output(word: &Path) -> Result<String, Failure> {
     let name = shown(word);
     Ok(match Source::of(word)? {

@@ -99,7 +99,7 @@ impl Segments {
         left_out(&self.left_out)
     }
 
-    /// Says what another format has no place for, with or without Exif data.
+    /// Lists the metadata that another format cannot store, with or without Exif data.
     pub(crate) fn lost(&self, with_exif: bool) -> Option<String> {
         let mut names = Vec::new();
         if with_exif && self.has_exif {

@@ -199,7 +199,7 @@ impl LdrFile {
         (icc, lost.then_some(notice).into_iter().collect())
     }
 
-    /// Says what another format has no place for.
+    /// Lists the metadata that another format cannot store.
     fn lost(&self, format: Format) -> Option<String> {
         let mut used: Vec<&[u8; 4]> = vec![b"gAMA", b"cHRM", b"sRGB", b"cICP", b"iCCP"];
         if format == Format::Jpeg && self.exif.as_ref().is_some_and(|exif| jpeg::fits(exif)) {
