@@ -3,10 +3,13 @@
 import package::common::layout::{Layout, element_of};
 @if(albedo_f16) import package::common::half::widened;
 
-@if(albedo_texture && (accumulate || of_albedo)) @group(0) @binding(5) var albedo: texture_2d<f32>;
-@elif(albedo_texture) @group(0) @binding(2) var albedo: texture_2d<f32>;
-@elif(accumulate || of_albedo) @group(0) @binding(5) var<storage, read> albedo: array<u32>;
-@else @group(0) @binding(2) var<storage, read> albedo: array<u32>;
+@if(gather) const ALBEDO_BINDING = 8;
+@elif(finest) const ALBEDO_BINDING = 6;
+@elif(accumulate || level0) const ALBEDO_BINDING = 5;
+@else const ALBEDO_BINDING = 2;
+
+@if(albedo_texture) @group(0) @binding(ALBEDO_BINDING) var albedo: texture_2d<f32>;
+@else @group(0) @binding(ALBEDO_BINDING) var<storage, read> albedo: array<u32>;
 
 @if(albedo_f16)
 fn albedo_element(i: u32) -> u32 {

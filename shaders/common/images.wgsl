@@ -3,7 +3,7 @@
 @if(layer) import package::common::beauty::load_beauty;
 import package::common::color::load_color;
 import package::common::tile::tile;
-@if(auxiliary || of_albedo) import package::common::albedo::load_albedo;
+@if(auxiliary || (demodulates && !stored_finest)) import package::common::albedo::load_albedo;
 @if(auxiliary) import package::common::normal::load_normal;
 
 const COLOR = 0u;
@@ -13,7 +13,7 @@ const LAYER = 3u;            // the further layer, bound as the color
 
 // The bits of a pixel as 32-bit floats.
 fn load(image: u32, at: vec2<u32>) -> vec3<u32> {
-    @if(auxiliary || of_albedo)
+    @if(auxiliary || (demodulates && !stored_finest))
     if image == ALBEDO {
         return load_albedo(tile.albedo, at);
     }

@@ -23,11 +23,18 @@ impl GpuTensor {
         Self::texture_in(context, size, quads, context.precision.texture_format())
     }
 
-    /// A level of a kernel pyramid: one layer of 32-bit floats, whatever the precision of tensors.
+    /// A level of a kernel pyramid, in 32-bit floats whatever the precision of tensors: one quad, or
+    /// two with an albedo.
     #[must_use]
-    pub fn light(context: &Context, size: [u32; 2]) -> Self {
+    pub fn light(context: &Context, size: [u32; 2], quads: u32) -> Self {
         let format = wgpu::TextureFormat::Rgba32Float;
-        Self::of(&Self::texture_in(context, size, 1, format), 0, 1)
+        Self::of(&Self::texture_in(context, size, quads, format), 0, quads)
+    }
+
+    /// The first quad of a [`light`](Self::light), without the albedo.
+    #[must_use]
+    pub fn first_quad(&self) -> Self {
+        Self::of(self.view.texture(), 0, 1)
     }
 
     fn texture_in(

@@ -80,15 +80,15 @@ impl Network {
     }
 
     /// The kernel pyramid with one more logit at full resolution. It gives the power of the
-    /// albedo's contrast ([`reference::contrast`](crate::internals::reference::contrast)) by which
-    /// gathered light is multiplied.
+    /// albedo's ratio to the gathered one, by which gathered light is multiplied
+    /// ([`reference::texture`](crate::internals::reference::texture)).
     #[must_use]
     pub fn demodulating(mut self) -> Self {
         self.shapes[self.outputs[0]].channels = LOGITS + 1;
         self
     }
 
-    /// Whether gathered light is multiplied by the albedo's contrast.
+    /// Whether gathered light is demodulated by the albedo.
     #[must_use]
     pub fn demodulates(&self) -> bool {
         self.has_pyramid() && self.shapes[self.outputs[0]].channels > LOGITS

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use super::call::Call;
 use super::compile::{BoxedOperator, CompiledNetwork, Ending, Stem};
-use super::pyramid::{Pyramid, noisy};
+use super::pyramid::Pyramid;
 use crate::gpu::kernel::Context;
 use crate::gpu::tensor::GpuTensor;
 use crate::model::macs::layer_macs_per_pixel;
@@ -155,15 +155,11 @@ fn last_calls(
         &Ending::Pyramid { stores_level0 } => {
             let stores = stores_level0 || !bound.layers.is_empty();
             let albedo = bound.sources.albedo.filter(|_| network.demodulates);
-            let pyramid = Pyramid::new(context, outputs, activity, stores, albedo.is_some());
+            let pyramid = Pyramid::new(context, outputs, activity, stores, albedo);
             let layer = |layer: &BoundLayer<'_>| {
                 pyramid.layer(&layer.result_images(bound), bound.sources.color, layer.light)
             };
-            let layers = bound.layers.iter().map(layer);
-            let calls = albedo.map(|albedo| pyramid.albedo(&noisy(&images), albedo));
-            let mut calls = calls.unwrap_or_default();
-            calls.extend(pyramid.image(&images, stores_level0));
-            return (calls, layers.collect());
+            return (pyramid.image(&images), bound.layers.iter().map(layer).collect());
         }
         Ending::Color => ("output_process", output_process(context, outputs[0], &images), 0.0),
         Ending::Head(head) => {

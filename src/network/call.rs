@@ -29,11 +29,6 @@ impl Call {
         Self { per_tile: false, ..Self::per_tile(name, dispatch) }
     }
 
-    /// The call, named as part of the work on an image.
-    pub(super) fn of(self, image: &str) -> Self {
-        Self { name: format!("{image}_{}", self.name), ..self }
-    }
-
     /// The call with its multiply-accumulates.
     pub(super) fn computing(self, macs: f64) -> Self {
         Self { macs, ..self }

@@ -144,14 +144,13 @@ impl CompiledNetwork {
     pub(crate) fn bytes(&self, tile: [u32; 2], texel_bytes: u64, layers: bool) -> u64 {
         let pyramid = match self.ending {
             Ending::Pyramid { stores_level0 } => {
-                let stores_level0 = stores_level0 || layers || self.demodulates;
-                pyramid::bytes(tile, self.body.outputs.len(), stores_level0)
+                let levels = self.body.outputs.len();
+                pyramid::bytes(tile, levels, stores_level0 || layers, self.demodulates)
             }
             _ => 0,
         };
-        let contrast = if self.demodulates { ops::contrast::bytes(tile, texel_bytes) } else { 0 };
         let tensors = self.storage.bytes(tile[0], tile[1], texel_bytes);
-        tensors + ops::activity::bytes(tile) + pyramid + contrast
+        tensors + ops::activity::bytes(tile) + pyramid
     }
 }
 

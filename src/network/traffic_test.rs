@@ -30,14 +30,11 @@ type Counted = (String, f64, f64);
 
 /// The calls of a frame with albedo and normal, three 32-bit floats a pixel, and 16-bit tensors.
 fn calls(device: &Gpu, kernels: KernelSet, quality: Quality) -> Vec<Counted> {
-    calls_of(device, kernels, &Weights::builtin(quality).expect("they are built in"))
-}
-
-fn calls_of(device: &Gpu, kernels: KernelSet, weights: &Weights) -> Vec<Counted> {
     let context = Context::new(&device.device, &device.queue, Precision::F16);
     // Counting needs no valid kernel, so a device without matrices will do.
     let scope = device.device.push_error_scope(wgpu::ErrorFilter::Validation);
-    let network = CompiledNetwork::new(&context, kernels, weights).expect("it fits");
+    let weights = Weights::builtin(quality).expect("they are built in");
+    let network = CompiledNetwork::new(&context, kernels, &weights).expect("it fits");
     let calls = bound(&context, &network);
     drop(pollster::block_on(scope.pop()));
     let calls = calls.calls().iter();
@@ -78,16 +75,16 @@ fn gpu() -> Gpu {
 
 /// `balanced` has 16 channels at full resolution (32 bytes per pixel), twice as many at half, and
 /// 12 logits per level, of which the pyramid reads four. An image has 12 bytes per pixel, a pyramid
-/// color with its weight 16, and the albedo's contrast 8.
+/// 32: color, weight and albedo.
 #[test]
 fn the_calls_at_full_resolution_move_what_was_calculated_by_hand() {
     let images = 3.0 * 12.0;
-    let (logits, confidence, contrast) = (24.0, 8.0, 8.0);
+    let (logits, confidence, light) = (24.0, 8.0, 32.0);
     let beginning = [("enc_conv0b", 32.0 + 32.0 + 8.0), ("dec_conv0a", 32.0 + 64.0 / 4.0 + 32.0)];
     let coarser = |bytes: f64| bytes / 4.0;
     let ending = [
-        ("pyramid1", 12.0 + confidence + coarser(confidence + 16.0)),
-        ("gather0", logits + contrast + coarser(16.0) + 12.0 + 12.0),
+        ("pyramid1", 12.0 + 12.0 + confidence + coarser(confidence + light)),
+        ("gather0", 12.0 + 12.0 + logits + coarser(light) + 12.0),
     ];
     let tiled = [("input+enc_conv0a", images + 32.0), ("dec_conv0b+kernel_conv0", 32.0 + logits)];
     let found = calls(&gpu(), KernelSet::Tiled, Quality::Balanced);
@@ -95,25 +92,6 @@ fn the_calls_at_full_resolution_move_what_was_calculated_by_hand() {
         let (_, _, bytes) = found.iter().find(|call| call.0 == name).expect(name);
         assert_eq!(*bytes, expected, "{name}");
     }
-}
-
-/// The contrast has a quad of 16 bits, 8 bytes. Twelve logits are stored like eleven.
-#[test]
-fn demodulation_gathers_the_albedo_and_moves_its_contrast_twice() {
-    let weights = include_bytes!("../../tests/fixtures/demodulating_tiny.safetensors");
-    let weights = Weights::from_bytes(weights).expect("the fixture follows the format");
-    let contrast = 8.0;
-    let expected = [
-        ("albedo_pyramid0", 12.0 + 12.0 + 8.0 + 16.0),
-        ("albedo_pyramid1", 16.0 + (8.0 + 16.0) / 4.0),
-        ("albedo_gather0", 16.0 + 24.0 + 16.0 / 4.0 + contrast),
-        ("pyramid1", 12.0 + 8.0 + (8.0 + 16.0) / 4.0),
-        ("gather0", 24.0 + contrast + 16.0 / 4.0 + 12.0 + 12.0),
-    ];
-    let found = calls_of(&gpu(), KernelSet::Tiled, &weights);
-    let found = found.iter().map(|(name, _, bytes)| (name.as_str(), *bytes));
-    let found: Vec<_> = found.filter(|call| expected.iter().any(|e| e.0 == call.0)).collect();
-    assert_eq!(found, expected);
 }
 
 /// Every row of the table of limits: counted, or calculated from what was counted.
@@ -144,9 +122,8 @@ fn the_half_kernels_do_the_work_of_the_tiled_ones() {
 /// Formats a row of the table. Times count traffic or products alone, at the rates in the table's
 /// header.
 fn row(tier: &str, set: &str, calls: &[Counted]) -> String {
-    let is_pyramid = |call: &Counted| {
-        ["albedo", "pyramid", "gather"].iter().any(|name| call.0.starts_with(name))
-    };
+    let is_pyramid =
+        |call: &Counted| ["pyramid", "gather"].iter().any(|name| call.0.starts_with(name));
     let sum = |of: fn(&Counted) -> f64| calls.iter().map(of).sum::<f64>();
     let (macs, bytes) = (sum(|call| call.1), sum(|call| call.2));
     let pyramid: f64 = calls.iter().filter(|call| is_pyramid(call)).map(|call| call.2).sum();

@@ -7,9 +7,9 @@
 use std::borrow::Cow;
 
 use super::activity::Activity;
-use super::contrast::{Contrast, demodulating};
+use super::demodulation::{for_levels, reading_albedo};
 use super::head;
-use super::image::{ImageFormat, result_features};
+use super::image::{ImageBinding, ImageFormat, result_features};
 use super::output_process::{ResultImages, result_bindings};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
@@ -42,52 +42,55 @@ pub const BOTTOM: KernelSpec = KernelSpec {
     ..LEVEL
 };
 
-/// The kernel for the albedo at full resolution, which stores the contrast.
-pub const ALBEDO: KernelSpec = KernelSpec {
-    name: Cow::Borrowed("gather_albedo"),
-    features: Cow::Borrowed(&["gather", "stores_contrast"]),
-    bindings: Cow::Borrowed(&[
-        Binding::LightIn,
-        Binding::TensorIn,
-        Binding::TensorOut,
-        Binding::LightIn,
-    ]),
-    ..LEVEL
-};
-
-/// The overrides of the kernel that repairs the color itself.
-const OVERRIDES: &[&str] = &["brightest", "outlier", "transfer_function"];
-
-/// Where the kernel that stores the image gets level 0 of the pyramid.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Level0 {
-    /// It computes the level from the noisy color.
-    Computed,
-    /// It reads the level.
-    Stored,
-    /// It reads the level, which belongs to a further layer of the image.
-    OfLayer,
+/// Level 0 of the pyramid, for the call that stores the image.
+#[derive(Clone, Copy, Debug)]
+pub enum Level0<'a> {
+    /// The call computes it from the noisy color and, to demodulate, from this albedo.
+    Computed(Option<ImageBinding<'a>>),
+    /// The call reads it.
+    Stored(&'a GpuTensor),
+    /// The call reads it; it belongs to a further layer of the image.
+    OfLayer(&'a GpuTensor),
 }
 
-/// The kernel that stores the image, for noisy color and result in these formats.
+/// The kernel that computes level 0 and stores the image, for noisy color and result in these
+/// formats.
 #[must_use]
-pub fn finest_spec(color: ImageFormat, output: ImageFormat, level0: Level0) -> KernelSpec {
-    let (name, feature) = match level0 {
-        Level0::Computed => ("gather_finest", [].as_slice()),
-        Level0::Stored => ("gather_stored", ["stored_finest"].as_slice()),
-        Level0::OfLayer => ("gather_layer", ["stored_finest", "layer"].as_slice()),
-    };
+pub fn computed_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    let mut spec = storing_spec("gather_finest", color, output, &[]);
+    // It repairs the color itself.
+    spec.overrides = &["brightest", "outlier", "transfer_function"];
+    spec
+}
+
+/// The kernel that reads level 0 and stores the image, for noisy color and result in these formats.
+#[must_use]
+pub fn stored_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    storing_spec("gather_stored", color, output, &["stored_finest"])
+}
+
+/// The same for a further layer of the image.
+#[must_use]
+pub fn layer_spec(color: ImageFormat, output: ImageFormat) -> KernelSpec {
+    storing_spec("gather_layer", color, output, &["stored_finest", "layer"])
+}
+
+fn storing_spec(
+    name: &str,
+    color: ImageFormat,
+    output: ImageFormat,
+    level0: &[&'static str],
+) -> KernelSpec {
     let mut features = result_features(color, output);
-    features.extend(["gather", "finest"].iter().chain(feature));
-    let stored = level0 != Level0::Computed;
+    features.extend(["gather", "finest"].iter().chain(level0));
     let mut bindings = result_bindings(color, output);
     bindings.extend([Binding::Buffer, Binding::TensorIn, Binding::LightIn]);
-    bindings.extend(stored.then_some(Binding::LightIn));
+    bindings.extend((!level0.is_empty()).then_some(Binding::LightIn));
     KernelSpec {
         name: head::name(name, color, output).into(),
         features: features.into(),
         bindings: bindings.into(),
-        overrides: if stored { &["brightest", "transfer_function"] } else { OVERRIDES },
+        overrides: &["brightest", "transfer_function"],
         ..LEVEL
     }
 }
@@ -101,75 +104,45 @@ pub fn gather(
     coarser: Option<&GpuTensor>,
     output: &GpuTensor,
 ) -> Dispatch {
-    let kernel = context.kernel(if coarser.is_some() { &LEVEL } else { &BOTTOM }, &[]);
+    let spec = if coarser.is_some() { LEVEL } else { BOTTOM };
+    let kernel = context.kernel(&for_levels(&spec, output), &[]);
     let tensors = [level, logits, output].into_iter().chain(coarser);
     let resources: Vec<_> = tensors.map(GpuTensor::resource).collect();
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width.div_ceil(PIXELS), output.height, 1])
 }
 
-/// The call that stores the albedo's contrast, from level 0 of its pyramid, the logits of full
-/// resolution and the result of level 1. In blocks that skip the network, the contrast is undefined
-/// and never read.
-#[must_use]
-pub fn gather_albedo(
-    context: &Context,
-    [level0, logits]: [&GpuTensor; 2],
-    coarser: &GpuTensor,
-    output: &Contrast,
-) -> Dispatch {
-    let kernel = context.kernel(&ALBEDO, &[]);
-    let resources = [level0, logits, &output.tensor, coarser].map(GpuTensor::resource);
-    let group = kernel.bind(&context.device, &resources);
-    kernel.dispatch(group, [logits.width.div_ceil(PIXELS), logits.height, 1])
-}
-
-/// The call that stores the image from the noisy color, the logits of full resolution and the
-/// result of level 1, plus level 0 of the pyramid if it is stored and the albedo's contrast if the
-/// network demodulates. Clean blocks keep their input. [`Dispatch::record_at`] selects the tile.
+/// The call that stores the image, or a further layer that is the color of `images`, from level 0,
+/// the logits of full resolution and the result of level 1. If that result has an albedo, the image
+/// is demodulated, and level 0 must have one too. Clean blocks keep their input.
+/// [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn gather_finest(
     context: &Context,
-    tensors: [&GpuTensor; 2],
-    level0: Option<&GpuTensor>,
-    contrast: Option<&Contrast>,
-    activity: &Activity,
-    images: &ResultImages<'_>,
-) -> Dispatch {
-    let kind = if level0.is_some() { Level0::Stored } else { Level0::Computed };
-    store(context, (kind, level0), tensors, contrast, activity, images)
-}
-
-/// The call that stores the result of a further layer, which is the color of `images`. Clean blocks
-/// keep level 0. [`Dispatch::record_at`] selects the tile.
-#[must_use]
-pub fn gather_layer(
-    context: &Context,
-    tensors: [&GpuTensor; 2],
-    level0: &GpuTensor,
-    contrast: Option<&Contrast>,
-    activity: &Activity,
-    images: &ResultImages<'_>,
-) -> Dispatch {
-    store(context, (Level0::OfLayer, Some(level0)), tensors, contrast, activity, images)
-}
-
-fn store(
-    context: &Context,
-    (kind, level0): (Level0, Option<&GpuTensor>),
+    level0: Level0<'_>,
     [logits, coarser]: [&GpuTensor; 2],
-    contrast: Option<&Contrast>,
     activity: &Activity,
     images: &ResultImages<'_>,
 ) -> Dispatch {
-    let spec = finest_spec(images.color.format(), images.output.format(), kind);
-    let spec = if contrast.is_some() { demodulating(spec) } else { spec };
+    let (color, output) = (images.color.format(), images.output.format());
+    let (spec, last) = match level0 {
+        Level0::Computed(None) => (computed_spec(color, output), None),
+        Level0::Computed(Some(albedo)) => {
+            let spec = reading_albedo(computed_spec(color, output), albedo.format());
+            (spec, Some(albedo.resource()))
+        }
+        Level0::Stored(level) => {
+            (for_levels(&stored_spec(color, output), coarser), Some(level.resource()))
+        }
+        Level0::OfLayer(level) => {
+            (for_levels(&layer_spec(color, output), coarser), Some(level.resource()))
+        }
+    };
     let kernel = context.kernel(&spec, &images.encoding.constants());
     let mut resources = images.resources();
     resources.push(activity.clean.as_entire_binding());
     resources.extend([logits.resource(), coarser.resource()]);
-    resources.extend(level0.map(GpuTensor::resource));
-    resources.extend(contrast.map(Contrast::resource));
+    resources.extend(last);
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [logits.width.div_ceil(PIXELS), logits.height, 1])
 }

@@ -166,16 +166,15 @@ pub(crate) fn color_features(color: ImageFormat) -> Vec<&'static str> {
 pub(crate) fn source_features([color, albedo, normal]: [ImageFormat; 3]) -> Vec<&'static str> {
     let mut features = color_features(color);
     features.push("auxiliary");
-    features.extend(albedo.source_feature("albedo_f16", "albedo_texture"));
+    features.extend(albedo_feature(albedo));
     features.extend(normal.source_feature("normal_f16", "normal_texture"));
     features
 }
 
-/// The features of a kernel that, besides the color, reads an albedo in this format to gather it.
+/// The feature of a kernel that reads an albedo in this format; `None` for the default.
 #[must_use]
-pub(crate) fn albedo_features(albedo: ImageFormat) -> Vec<&'static str> {
-    let format = albedo.source_feature("albedo_f16", "albedo_texture");
-    ["of_albedo"].into_iter().chain(format).collect()
+pub(crate) fn albedo_feature(albedo: ImageFormat) -> Option<&'static str> {
+    albedo.source_feature("albedo_f16", "albedo_texture")
 }
 
 /// The features of a kernel that, besides a layer, reads the beauty in this format.
@@ -203,7 +202,7 @@ pub(crate) fn accumulate_features(
     let features = [
         Some("accumulate"),
         motion.source_feature("motion_f16", "motion_texture"),
-        albedo.source_feature("albedo_f16", "albedo_texture"),
+        albedo_feature(albedo),
         normal.source_feature("normal_f16", "normal_texture"),
         depth.source_feature("depth_f16", "depth_texture"),
         output.target_feature(),

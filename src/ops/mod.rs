@@ -8,12 +8,12 @@ pub mod autoexposure;
 pub mod build;
 pub mod channel_map;
 pub mod concat;
-pub mod contrast;
 pub mod conv1x1;
 pub mod conv3x3;
 pub mod conv_logits;
 pub mod conv_transpose;
 pub mod convolution;
+pub mod demodulation;
 pub mod elementwise;
 pub mod gather;
 pub mod head;
@@ -34,9 +34,8 @@ mod tiled_weights;
 pub mod up_conv;
 pub mod upsample;
 
-use self::contrast::demodulating;
 use self::convolution::Tiling;
-use self::gather::Level0;
+use self::demodulation::{demodulating, reading_albedo};
 use self::image::{Element, ImageFormat};
 use crate::gpu::kernel::KernelSpec;
 use crate::gpu::matrix_shape::Factor::{F16, F32};
@@ -51,7 +50,9 @@ pub fn all_specs() -> Vec<KernelSpec> {
         specs.extend([false, true].map(|pools| conv3x3::tiled_spec(tiling, pools)));
         specs.extend([up_conv::tiled_spec(tiling), conv_logits::tiled_spec(tiling)]);
     }
-    specs.extend([pyramid::LEVEL, gather::BOTTOM, gather::LEVEL, gather::ALBEDO]);
+    let levels = [pyramid::LEVEL, gather::BOTTOM, gather::LEVEL];
+    specs.extend(levels.iter().cloned().map(demodulating));
+    specs.extend(levels);
     specs.extend(simd::SimdKernel::Conv3x3.all_quads().map(conv3x3::simd_spec));
     specs.extend(simd::SimdKernel::Conv1x1.all_quads().map(conv1x1::simd_spec));
     specs.extend(simd::SimdKernel::UpConv.all_quads().map(up_conv::simd_spec));
@@ -93,7 +94,8 @@ fn image_specs() -> Vec<KernelSpec> {
         specs.extend([pyramid::level0_spec(color), pyramid::finest_spec(color)]);
         for other in [ImageFormat::F32, f16, source] {
             specs.push(pyramid::layer0_spec(color, other));
-            specs.push(pyramid::albedo0_spec(color, other));
+            specs.push(reading_albedo(pyramid::level0_spec(color), other));
+            specs.push(reading_albedo(pyramid::finest_spec(color), other));
         }
         for output in [ImageFormat::F32, f16].into_iter().chain(textures) {
             specs.push(accumulate::spec([color, source, f16, color], output));
@@ -104,10 +106,12 @@ fn image_specs() -> Vec<KernelSpec> {
             );
             specs.push(output_process::spec(color, output));
             specs.extend([head::spec(color, output), head::simd_spec(color, output)]);
-            let ends = [Level0::Computed, Level0::Stored, Level0::OfLayer]
-                .map(|level0| gather::finest_spec(color, output, level0));
-            specs.extend(ends.iter().cloned().map(demodulating));
-            specs.extend(ends);
+            let stored = [gather::stored_spec, gather::layer_spec].map(|spec| spec(color, output));
+            specs.extend(stored.iter().cloned().map(demodulating));
+            specs.extend(stored);
+            let computed = gather::computed_spec(color, output);
+            specs.extend([f16, source].map(|albedo| reading_albedo(computed.clone(), albedo)));
+            specs.push(computed);
         }
     }
     specs

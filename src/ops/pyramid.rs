@@ -1,13 +1,15 @@
-//! The pyramid of the noisy color, or of the albedo, that a kernel pyramid averages: each level is
+//! The pyramid of the noisy color, and of the albedo, that a kernel pyramid averages: each level is
 //! the mean of 2×2 weighted pixels of the finer one, times its own confidence.
 //!
-//! A pixel is a color and its weight, in 32-bit floats. After Vogels et al., "Denoising with Kernel
+//! A pixel is a color, its weight and, with [demodulation](super::demodulation), an albedo, in
+//! 32-bit floats. A level has an albedo if its tensor has two quads. After Vogels et al., "Denoising with Kernel
 //! Prediction and Asymmetric Loss Functions" (2018), and Bálint et al., "Neural Partitioning
 //! Pyramids for Denoising Monte Carlo Renderings" (2023), whose levels are plain means.
 
 use std::borrow::Cow;
 
-use super::image::{ImageBinding, ImageFormat, albedo_features, beauty_features, color_features};
+use super::demodulation::{for_levels, reading_albedo};
+use super::image::{ImageBinding, ImageFormat, beauty_features, color_features};
 use super::input_process::{TILE, scale_binding, tile_binding};
 use crate::gpu::kernel::{Binding, Context, Dispatch, KernelSpec};
 use crate::gpu::tensor::GpuTensor;
@@ -41,21 +43,10 @@ pub fn finest_spec(color: ImageFormat) -> KernelSpec {
 /// formats.
 #[must_use]
 pub fn layer0_spec(layer: ImageFormat, beauty: ImageFormat) -> KernelSpec {
-    two_images("layer0", [layer, beauty], &beauty_features(beauty))
-}
-
-/// The kernel that stores level 0 of the albedo, for color and albedo in these formats.
-#[must_use]
-pub fn albedo0_spec(color: ImageFormat, albedo: ImageFormat) -> KernelSpec {
-    two_images("albedo0", [color, albedo], &albedo_features(albedo))
-}
-
-/// A kernel that stores level 0 and reads a second image, its last binding, with these features.
-fn two_images(name: &str, formats: [ImageFormat; 2], features: &[&'static str]) -> KernelSpec {
-    let mut spec = spec("level0", formats[0], &[formats[1].source_binding()]);
-    spec.features.to_mut().extend(features);
-    let formats = formats.map(ImageFormat::source_name).join(" ");
-    KernelSpec { name: format!("pyramid_{name} {formats}").into(), ..spec }
+    let mut spec = spec("level0", layer, &[beauty.source_binding()]);
+    spec.features.to_mut().extend(beauty_features(beauty));
+    let formats = [layer, beauty].map(ImageFormat::source_name).join(" ");
+    KernelSpec { name: format!("pyramid_layer0 {formats}").into(), ..spec }
 }
 
 /// A kernel that reads noisy color, with `further` bindings after the scale.
@@ -81,6 +72,8 @@ pub struct NoisyColor<'a> {
     pub tiles: &'a wgpu::Buffer,
     /// The color.
     pub color: ImageBinding<'a>,
+    /// The albedo, if the network demodulates.
+    pub albedo: Option<ImageBinding<'a>>,
     /// The 32-bit float that brings color to the network's exposure; the outlier limit depends on
     /// it.
     pub input_scale: &'a wgpu::Buffer,
@@ -88,7 +81,8 @@ pub struct NoisyColor<'a> {
     pub encoding: Encoding,
 }
 
-/// The call that stores level 0. [`Dispatch::record_at`] selects the tile.
+/// The call that stores level 0, with an albedo if `noisy` has one. [`Dispatch::record_at`] selects
+/// the tile.
 #[must_use]
 pub fn pyramid_level0(
     context: &Context,
@@ -96,12 +90,12 @@ pub fn pyramid_level0(
     logits: &GpuTensor,
     output: &GpuTensor,
 ) -> Dispatch {
-    let spec = &level0_spec(noisy.color.format());
+    let spec = level0_spec(noisy.color.format());
     from_color(context, spec, noisy, [logits, output], None)
 }
 
-/// The call that stores level 0 of the layer `noisy.color` of an image whose color is `beauty`. The
-/// layer is repaired like `beauty`. [`Dispatch::record_at`] selects the tile.
+/// The call that stores level 0 of the layer `noisy.color`, without an albedo, of an image whose
+/// color is `beauty`. The layer is repaired like `beauty`. [`Dispatch::record_at`] selects the tile.
 #[must_use]
 pub fn pyramid_layer0(
     context: &Context,
@@ -110,26 +104,14 @@ pub fn pyramid_layer0(
     logits: &GpuTensor,
     output: &GpuTensor,
 ) -> Dispatch {
-    let spec = &layer0_spec(noisy.color.format(), beauty.format());
+    let spec = layer0_spec(noisy.color.format(), beauty.format());
+    let noisy = &NoisyColor { albedo: None, ..*noisy };
     from_color(context, spec, noisy, [logits, output], Some(beauty.resource()))
 }
 
-/// The call that stores level 0 of `albedo`. Pixels whose color is missing do not count.
-/// [`Dispatch::record_at`] selects the tile.
-#[must_use]
-pub fn pyramid_albedo0(
-    context: &Context,
-    noisy: &NoisyColor<'_>,
-    albedo: ImageBinding<'_>,
-    logits: &GpuTensor,
-    output: &GpuTensor,
-) -> Dispatch {
-    let spec = &albedo0_spec(noisy.color.format(), albedo.format());
-    from_color(context, spec, noisy, [logits, output], Some(albedo.resource()))
-}
-
 /// The call that computes level 1 without a stored level 0. `finest` and `logits` are the logits of
-/// levels 0 and 1. [`Dispatch::record_at`] selects the tile.
+/// levels 0 and 1. The level has an albedo if `noisy` has one. [`Dispatch::record_at`] selects the
+/// tile.
 #[must_use]
 pub fn pyramid_finest(
     context: &Context,
@@ -137,18 +119,22 @@ pub fn pyramid_finest(
     [finest, logits]: [&GpuTensor; 2],
     output: &GpuTensor,
 ) -> Dispatch {
-    let spec = &finest_spec(noisy.color.format());
+    let spec = finest_spec(noisy.color.format());
     from_color(context, spec, noisy, [logits, output], Some(finest.resource()))
 }
 
 fn from_color(
     context: &Context,
-    spec: &KernelSpec,
+    spec: KernelSpec,
     noisy: &NoisyColor<'_>,
     [logits, output]: [&GpuTensor; 2],
     further: Option<wgpu::BindingResource<'_>>,
 ) -> Dispatch {
-    let kernel = context.kernel(spec, &noisy.encoding.constants());
+    let spec = match noisy.albedo {
+        Some(albedo) => reading_albedo(spec, albedo.format()),
+        None => spec,
+    };
+    let kernel = context.kernel(&spec, &noisy.encoding.constants());
     let mut resources = vec![
         tile_binding(noisy.tiles),
         noisy.color.resource(),
@@ -157,6 +143,7 @@ fn from_color(
         scale_binding(noisy.input_scale),
     ];
     resources.extend(further);
+    resources.extend(noisy.albedo.map(|albedo| albedo.resource()));
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width, output.height, 1])
 }
@@ -169,7 +156,7 @@ pub fn pyramid(
     logits: &GpuTensor,
     output: &GpuTensor,
 ) -> Dispatch {
-    let kernel = context.kernel(&LEVEL, &[]);
+    let kernel = context.kernel(&for_levels(&LEVEL, output), &[]);
     let resources = [finer, logits, output].map(GpuTensor::resource);
     let group = kernel.bind(&context.device, &resources);
     kernel.dispatch(group, [output.width, output.height, 1])

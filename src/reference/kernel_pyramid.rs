@@ -1,6 +1,6 @@
 //! The image that a kernel pyramid makes: see [`kernel_pyramid`].
 
-use super::contrast::{contrast, modulated, texture};
+use super::demodulation::{modulated, texture};
 use super::gather::gathered;
 use super::pyramid::{Light, finest};
 use super::tensor::Tensor;
@@ -27,10 +27,12 @@ pub fn kernel_pyramid(
     valid: &[bool],
     albedo: Option<&Image>,
 ) -> Image {
-    let contrast = albedo.map(|albedo| contrast(albedo, valid, logits));
-    let texture = texture(contrast.as_ref(), &logits[0]);
     let light = gathered(finest(color, valid, &logits[0]), logits);
-    image(&modulated(&light, &texture), color.size())
+    let light = match albedo {
+        Some(albedo) => modulated(&light, &texture(albedo, valid, logits)),
+        None => light,
+    };
+    image(&light, color.size())
 }
 
 fn image(light: &Light, (width, height): (u32, u32)) -> Image {

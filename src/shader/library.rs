@@ -20,7 +20,7 @@ const MODULES: &[(&str, &str)] = modules![
     "common/half", "common/head", "common/history", "common/images", "common/inputs", "common/layer", "common/layout",
     "common/light", "common/limits", "common/logits", "common/matrix", "common/mean", "common/motion", "common/need", "common/normal",
     "common/output", "common/patch", "common/place", "common/reflectance", "common/repair", "common/result", "common/scale", "common/seen",
-    "common/simd", "common/simd_input", "common/spline", "common/sums", "common/tensor", "common/tile", "common/weighted",
+    "common/simd", "common/simd_input", "common/spline", "common/staged_light", "common/sums", "common/tensor", "common/tile", "common/weighted",
     "conv1x1", "conv3x3", "conv3x3_matrix", "conv3x3_tiled", "conv_logits_matrix",
     "conv_logits_simd", "conv_logits_tiled",
     "conv_transpose", "gather", "head", "input_conv_tiled", "input_process", "max_pool",
@@ -57,10 +57,7 @@ const FEATURES: &[&str] = &[
     // The kernel stores level 0 of the pyramid, or reads it instead of computing it.
     "level0",
     "stored_finest",
-    // The pyramid is the albedo's; the last kernel stores its contrast; that contrast modulates
-    // light.
-    "of_albedo",
-    "stores_contrast",
+    // The pyramid has an albedo too, and its ratio to the gathered one modulates light.
     "demodulates",
     // The convolution also computes the max-pool of its output.
     "pools",

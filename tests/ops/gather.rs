@@ -20,10 +20,11 @@ const CASES: [[usize; 2]; 5] = [[1, 1], [2, 2], [8, 8], [10, 18], [4, 40]];
 
 #[test]
 fn gather_equals_the_reference_with_and_without_a_coarser_level() {
-    let cases = CASES.into_iter().flat_map(|size| PRECISIONS.map(|precision| (size, precision)));
-    run_cases(cases, |&([height, width], precision)| {
-        check([height, width], precision, false, 1)?;
-        check([2 * height, 2 * width], precision, true, 1)
+    let kinds = PRECISIONS.into_iter().flat_map(|p| [false, true].map(|albedo| (p, albedo)));
+    let cases = CASES.into_iter().flat_map(|size| kinds.clone().map(move |kind| (size, kind)));
+    run_cases(cases, |&([height, width], kind)| {
+        check([height, width], kind, false, 1)?;
+        check([2 * height, 2 * width], kind, true, 1)
     });
 }
 
@@ -32,22 +33,21 @@ proptest! {
     #[test]
     fn gather_equals_the_reference_at_any_size(
         [height, width] in [1_usize..20, 1_usize..20],
-        (coarser, seed) in (any::<bool>(), any::<u64>()),
+        (coarser, albedo, seed) in (any::<bool>(), any::<bool>(), any::<u64>()),
         precision in sample::select(PRECISIONS.to_vec()),
     ) {
-        check([2 * height, 2 * width], precision, coarser, seed).map_err(TestCaseError::fail)?;
+        let size = [2 * height, 2 * width];
+        check(size, (precision, albedo), coarser, seed).map_err(TestCaseError::fail)?;
     }
 
     #[test]
-    fn equal_colors_stay_that_color_bit_for_bit(color in [any::<f32>(); 3], seed in any::<u64>()) {
-        // Shaders may turn subnormal products into 0.
-        prop_assume!(color.iter().all(|&v| v == 0.0 || (1e-30..1e30).contains(&v.abs())));
+    fn equal_pixels_stay_as_they_are_bit_for_bit(pixel in equal(), seed in any::<u64>()) {
         let mut random = Random::new(seed);
         let mut level = Level::logits(&mut random, 11, [14, 18], Precision::F16);
-        level.light = constant(&mut random, [14, 18], color).light;
-        let coarser = constant(&mut random, [7, 9], color);
+        level.light = constant(&mut random, [14, 18], pixel).light;
+        let coarser = constant(&mut random, [7, 9], pixel);
         let found = run(&level, Some(&coarser));
-        prop_assert!(colors(&found).iter().all(|found| *found == color), "{found:?}");
+        prop_assert!(is_constant(&found, pixel), "{found:?}");
     }
 
     /// A weighted mean stays within the range of its inputs, however large colors and logits are.
@@ -111,28 +111,29 @@ fn a_wrong_logit_fails_the_comparison() {
 
 fn check(
     [height, width]: [usize; 2],
-    precision: Precision,
+    (precision, has_albedo): (Precision, bool),
     has_coarser: bool,
     seed: u64,
 ) -> Result<(), String> {
     let mut random = Random::new(seed);
     let level = Level::random(&mut random, [height, width], precision);
     let coarser = Level::random(&mut random, [height.div_ceil(2), width.div_ceil(2)], precision);
+    let [level, coarser] = [level, coarser]
+        .map(|level| if has_albedo { level.with_albedo(&mut random) } else { level });
     let coarser = has_coarser.then_some(&coarser);
     compare(&run(&level, coarser), &expected(&level, coarser), TOLERANCE)
 }
 
+/// The albedo is gathered as if it were another color of the same weight.
 fn expected(level: &Level, coarser: Option<&Level>) -> Tensor {
-    let coarser = coarser.map(Level::premultiplied);
-    let found = reference::gather(&level.premultiplied(), &level.logits, coarser.as_ref());
-    Level::light_of(&found)
+    level.like(|of| reference::gather(&of(level), &level.logits, coarser.map(of).as_ref()))
 }
 
 fn run(level: &Level, coarser: Option<&Level>) -> Tensor {
     let context = context(level.precision);
-    let target = Level::empty([level.light.height, level.light.width]).upload_light();
     let coarser = coarser.map(Level::upload_light);
     let (light, logits) = (level.upload_light(), level.upload_logits());
+    let target = GpuTensor::light(context, [light.width, light.height], light.quads);
     let call = gather(context, [&light, &logits], coarser.as_ref(), &target);
     submit(context, |pass| call.record(pass));
     Level::download(&target)
@@ -141,7 +142,8 @@ fn run(level: &Level, coarser: Option<&Level>) -> Tensor {
 /// A level of a kernel pyramid and its logits.
 #[derive(Clone, Debug)]
 pub(crate) struct Level {
-    /// `[4, h, w]`: a color, not premultiplied, and its weight.
+    /// `[4, h, w]`: a color, not premultiplied, and its weight. `[8, h, w]` with an albedo, whose
+    /// fourth channel is 0.
     pub(crate) light: Tensor,
     pub(crate) logits: Tensor,
     pub(crate) precision: Precision,
@@ -181,13 +183,52 @@ impl Level {
         Self { light: zeros(4), logits: zeros(11), precision: Precision::F32 }
     }
 
+    /// The level with an albedo from 0 to 1.
+    pub(crate) fn with_albedo(mut self, random: &mut Random) -> Self {
+        let Tensor { width, height, .. } = self.light;
+        let albedo = random.tensor(3, height, width);
+        self.light.data.extend(albedo.data.iter().map(|v| v.abs()));
+        self.light.data.resize(8 * height * width, 0.0);
+        self.light.channels = 8;
+        self
+    }
+
     pub(crate) fn premultiplied(&self) -> Light {
+        self.premultiplied_from(0)
+    }
+
+    /// The albedo, times the color's weight.
+    fn premultiplied_albedo(&self) -> Light {
+        self.premultiplied_from(4)
+    }
+
+    /// The color in three channels from `first` on, times the weight.
+    fn premultiplied_from(&self, first: usize) -> Light {
         let Tensor { width, height, .. } = self.light;
         let pixel = |i: usize| {
             let at = |c| f64::from(self.light.at(c, i / width, i % width));
-            [at(0) * at(3), at(1) * at(3), at(2) * at(3), at(3)]
+            [at(first) * at(3), at(first + 1) * at(3), at(first + 2) * at(3), at(3)]
         };
         Light { width, height, pixels: (0..width * height).map(pixel).collect() }
+    }
+
+    /// The reference's result for the color and, if the level has one, for the albedo, as the GPU
+    /// stores it.
+    pub(crate) fn like(&self, result: impl Fn(fn(&Self) -> Light) -> Light) -> Tensor {
+        let color = Self::light_of(&result(Self::premultiplied));
+        if self.light.channels == 4 {
+            return color;
+        }
+        Self::joined(color, &result(Self::premultiplied_albedo))
+    }
+
+    /// A color with an albedo of the same weight, as the GPU stores them.
+    pub(crate) fn joined(mut color: Tensor, albedo: &Light) -> Tensor {
+        let pixels = color.width * color.height;
+        color.data.extend_from_slice(&Self::light_of(albedo).data[..3 * pixels]);
+        color.data.resize(8 * pixels, 0.0);
+        color.channels = 8;
+        color
     }
 
     /// The reference's light as the GPU stores it: black where all weights are 0.
@@ -201,7 +242,7 @@ impl Level {
 
     /// Light has 32 bits in both precisions.
     pub(crate) fn upload_light(&self) -> GpuTensor {
-        upload(context(Precision::F32), &self.light, &channel_map(4))
+        upload(context(Precision::F32), &self.light, &channel_map(self.light.channels))
     }
 
     pub(crate) fn upload_logits(&self) -> GpuTensor {
@@ -209,21 +250,41 @@ impl Level {
     }
 
     pub(crate) fn download(light: &GpuTensor) -> Tensor {
-        download(context(Precision::F32), light, &channel_map(4))
+        download(context(Precision::F32), light, &channel_map(4 * light.quads as usize))
     }
 }
 
-/// A level of a single color, with weights over the whole range.
-pub(crate) fn constant(random: &mut Random, size: [usize; 2], color: [f32; 3]) -> Level {
+/// A color and an albedo, for levels of equal pixels.
+pub(crate) type Equal = ([f32; 3], Option<[f32; 3]>);
+
+/// Any color, with and without an albedo. Shaders may turn subnormal products into 0.
+pub(crate) fn equal() -> impl Strategy<Value = Equal> {
+    let is_normal = |v: &f32| *v == 0.0 || (1e-30..1e30).contains(&v.abs());
+    let channel = any::<f32>().prop_filter("subnormal", is_normal);
+    let color = [channel.clone(), channel.clone(), channel];
+    (color, proptest::option::of([0.0_f32..1.0, 0.0_f32..1.0, 0.0_f32..1e-3]))
+}
+
+/// A level of equal pixels, with weights over the whole range.
+pub(crate) fn constant(random: &mut Random, size: [usize; 2], (color, albedo): Equal) -> Level {
     let mut level = Level::random(random, size, Precision::F32);
-    for (c, value) in color.into_iter().enumerate() {
+    if albedo.is_some() {
+        level = level.with_albedo(random);
+    }
+    let channels = color.into_iter().enumerate();
+    let of_albedo = albedo.into_iter().flatten().enumerate().map(|(c, value)| (c + 4, value));
+    for (c, value) in channels.chain(of_albedo) {
         level.light.data[c * size[0] * size[1]..][..size[0] * size[1]].fill(value);
     }
     level
 }
 
-/// The colors of a level's light.
-pub(crate) fn colors(light: &Tensor) -> Vec<[f32; 3]> {
-    let pixels = (0..light.height).flat_map(|y| (0..light.width).map(move |x| (y, x)));
-    pixels.map(|(y, x)| [0, 1, 2].map(|c| light.at(c, y, x))).collect()
+/// Whether a level's pixels are all this one, whatever their weights.
+pub(crate) fn is_constant(light: &Tensor, (color, albedo): Equal) -> bool {
+    let pixels = light.height * light.width;
+    let channel = |c: usize| &light.data[c * pixels..][..pixels];
+    let is_filled = |first: usize, color: [f32; 3]| {
+        (0..3).all(|c| channel(first + c).iter().all(|&v| v == color[c]))
+    };
+    is_filled(0, color) && albedo.is_none_or(|albedo| is_filled(4, albedo))
 }

@@ -5,7 +5,6 @@ mod accumulate_layer;
 mod activity;
 mod autoexposure;
 mod concat;
-mod contrast;
 mod conv1x1;
 mod conv3x3;
 mod conv_logits;
