@@ -9,14 +9,14 @@ const FLOOR = 0.05;          // added to the albedo: noise in black is not textu
 const GAIN = 8.0;            // of the logit of the power
 
 // `own` is the pixel's albedo, `logits` the last quad of its logits. The factor is at most 21, and
-// exactly 1 where the albedos are equal or nothing has any weight.
+// exactly 1 where the albedos are equal.
 @if(demodulates)
 fn modulated(gathered: Pixel, own: vec3<f32>, logits: vec4<f32>) -> vec3<f32> {
     // Beyond the limits the power is 0 or 1, and the exponential could be infinite.
     let power = 1.0 / (1.0 + exp(-GAIN * clamp(logits.w, -MOST_LOGIT, MOST_LOGIT)));
     let ratio = (own + FLOOR) / (gathered.albedo + FLOOR);
-    let is_plain = (own == gathered.albedo) | vec3(gathered.weight == 0.0);
-    return gathered.color * select(exp(power * log(ratio)), vec3(1.0), is_plain);
+    let factor = select(exp(power * log(ratio)), vec3(1.0), own == gathered.albedo);
+    return gathered.color * factor;
 }
 @else
 fn modulated(gathered: Pixel, own: vec3<f32>, logits: vec4<f32>) -> vec3<f32> {

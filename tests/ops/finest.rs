@@ -47,9 +47,9 @@ const FORMATS: [([ImageFormat; 2], Precision); 5] = [
 const F32: ImageFormat = ImageFormat::Buffer(Element::F32);
 const F16: ImageFormat = ImageFormat::Buffer(Element::F16);
 
-/// Width and height: one pixel, a few blocks, and room for a hole so large that even some pixels of
-/// level 1 cannot be filled.
-const SIZES: [[u32; 2]; 3] = [[1, 1], [13, 20], [50, 39]];
+/// Width and height: one pixel, a few blocks, whole blocks, whose edges are the tile's, and room for
+/// a hole so large that even some pixels of level 1 cannot be filled.
+const SIZES: [[u32; 2]; 4] = [[1, 1], [13, 20], [32, 48], [50, 39]];
 
 const ENCODING: Encoding = Encoding {
     gathered: true,
