@@ -149,7 +149,9 @@ fn store_result(pixel: vec2<i32>, own: vec3<f32>, sum: Pixel) {
         store_noisy(at);
         return;
     }
-    store_linear(at, modulated(sum, own, load_logits(pixel, LAST_QUAD)));
+    let color = modulated(sum, own, load_logits(pixel, LAST_QUAD));
+    // A sum without weight has no color; what it holds is its darkest pixel.
+    store_linear(at, select(vec3(0.0), color, sum.weight > 0.0));
 }
 @else
 fn store_result(pixel: vec2<i32>, own: vec3<f32>, sum: Pixel) {

@@ -3,8 +3,6 @@
 // is that color, bit for bit. With demodulation a pixel also has an albedo of the same weight,
 // stored in a second layer.
 
-import package::common::tensor::TensorIn;
-
 alias LightIn = texture_storage_2d_array<rgba32float, read>;
 alias LightOut = texture_storage_2d_array<rgba32float, write>;
 
@@ -18,8 +16,8 @@ struct Pixel {
     albedo: vec3<f32>,
 }
 
-// A pixel from its layers. Kernels load and store those themselves, because naga's textures cannot
-// be parameters.
+// A pixel from its layers. Kernels load and store these themselves, because naga writes no Metal
+// for functions with storage textures as parameters.
 @if(demodulates)
 fn pixel_of(color: vec4<f32>, albedo: vec4<f32>) -> Pixel {
     return Pixel(color.rgb, color.w, albedo.rgb);

@@ -17,7 +17,8 @@ pub enum Binding {
     TensorIn,
     /// Tensor to write.
     TensorOut,
-    /// A level of a kernel pyramid to read: a storage texture array of 32-bit floats, one layer.
+    /// A level of a kernel pyramid to read: a storage texture array of 32-bit floats, one
+    /// layer, or two with an albedo.
     LightIn,
     /// A level of a kernel pyramid to write.
     LightOut,

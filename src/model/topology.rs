@@ -80,7 +80,7 @@ impl Network {
     }
 
     /// The kernel pyramid with one more logit at full resolution. It gives the power of the
-    /// albedo's ratio to the gathered one, by which gathered light is multiplied
+    /// albedo ratio that multiplies gathered light
     /// ([`reference::texture`](crate::internals::reference::texture)).
     #[must_use]
     pub fn demodulating(mut self) -> Self {

@@ -53,7 +53,8 @@ pub(crate) enum Ending {
     Head(Head),
     /// The tensors are the logits of a kernel pyramid.
     Pyramid {
-        /// Whether the color's level 0 is stored, which pays if memory is faster than arithmetic.
+        /// Whether level 0 is stored even without layers, which pays if memory is faster than
+        /// arithmetic.
         stores_level0: bool,
     },
 }

@@ -34,11 +34,11 @@ pub(super) struct Pyramid<'a> {
     activity: &'a Activity,
     /// The albedo, if the network demodulates.
     albedo: Option<ImageBinding<'a>>,
-    light: Light,
+    textures: Textures,
 }
 
 /// Textures for the pyramid and its results.
-struct Light {
+struct Textures {
     /// Absent if the calls compute it where they need it.
     level0: Option<GpuTensor>,
     /// From level 1 on.
@@ -46,7 +46,7 @@ struct Light {
     results: Vec<GpuTensor>,
 }
 
-impl Light {
+impl Textures {
     fn new(context: &Context, logits: &[&GpuTensor], stores_level0: bool, quads: u32) -> Self {
         let light =
             |logits: &GpuTensor| GpuTensor::light(context, [logits.width, logits.height], quads);
@@ -78,23 +78,24 @@ impl<'a> Pyramid<'a> {
         stores_level0: bool,
         albedo: Option<ImageBinding<'a>>,
     ) -> Self {
-        let light = Light::new(context, &logits, stores_level0, quads(albedo.is_some()));
-        Self { context, logits, activity, albedo, light }
+        let textures = Textures::new(context, &logits, stores_level0, quads(albedo.is_some()));
+        Self { context, logits, activity, albedo, textures }
     }
 
     /// The calls that store the image.
     pub(super) fn image(&self, images: &ResultImages<'_>) -> Vec<Call> {
-        let light = &self.light;
+        let textures = &self.textures;
         let mut calls = self.beginning(&self.noisy(images));
-        calls.extend(self.levels_and_results(light));
-        let level0 = light.level0.as_ref().map_or(Level0::Computed(self.albedo), Level0::Stored);
-        calls.push(self.last(light, level0, images));
+        calls.extend(self.levels_and_results(textures));
+        let level0 = textures.level0.as_ref();
+        let level0 = level0.map_or(Level0::Computed(self.albedo), Level0::Stored);
+        calls.push(self.last(textures, level0, images));
         calls
     }
 
     /// The calls that store a further layer, the color of `images`, filtered with the same kernels.
-    /// They come after those for the image, whose albedo they use if the layer is `light`. `beauty`
-    /// is the color that the network reads.
+    /// They come after those for the image, whose albedo they use if the layer `is_light`.
+    /// `beauty` is the color that the network reads.
     ///
     /// # Panics
     /// Panics if level 0 is not stored.
@@ -102,13 +103,13 @@ impl<'a> Pyramid<'a> {
         &self,
         images: &ResultImages<'_>,
         beauty: ImageBinding<'_>,
-        light: bool,
+        is_light: bool,
     ) -> Vec<Call> {
-        let colors = self.light.colors();
+        let colors = self.textures.colors();
         let mut calls = self.layer_beginning(&self.noisy(images), beauty, &colors);
         calls.extend(self.levels_and_results(&colors));
-        let light = if light { &self.light } else { &colors };
-        calls.push(self.last(light, Level0::OfLayer(stored_level0(light)), images));
+        let textures = if is_light { &self.textures } else { &colors };
+        calls.push(self.last(textures, Level0::OfLayer(stored_level0(textures)), images));
         calls
     }
 
@@ -119,19 +120,19 @@ impl<'a> Pyramid<'a> {
     }
 
     /// The last call. It reads the images if level 0 is not stored.
-    fn last(&self, light: &Light, level0: Level0<'_>, images: &ResultImages<'_>) -> Call {
-        let (logits, coarser) = (self.logits[0], &light.results[0]);
+    fn last(&self, textures: &Textures, level0: Level0<'_>, images: &ResultImages<'_>) -> Call {
+        let (logits, coarser) = (self.logits[0], &textures.results[0]);
         let dispatch =
             gather_finest(self.context, level0, [logits, coarser], self.activity, images);
         let call = Call::per_tile("gather0", dispatch);
-        let (read, touched) = match level0 {
+        let (moved, touched) = match level0 {
             Level0::Computed(albedo) => {
                 (vec![coarser], [images.color].into_iter().chain(albedo).collect())
             }
             Level0::Stored(level) | Level0::OfLayer(level) => (vec![coarser, level], Vec::new()),
         };
         let touched: Vec<_> = [images.output].into_iter().chain(touched).collect();
-        call.moving(self.context, &[logits], &read).touching(self.size(), &touched)
+        call.moving(self.context, &[logits], &moved).touching(self.size(), &touched)
     }
 
     /// Full resolution, width first.
@@ -141,13 +142,13 @@ impl<'a> Pyramid<'a> {
 
     /// The calls from the noisy color to level 1.
     fn beginning(&self, noisy: &NoisyColor<'_>) -> Vec<Call> {
-        let light = &self.light;
+        let textures = &self.textures;
         let images: Vec<_> = [noisy.color].into_iter().chain(noisy.albedo).collect();
-        if let Some(level0) = &light.level0 {
+        if let Some(level0) = &textures.level0 {
             let call = pyramid_level0(self.context, noisy, self.logits[0], level0);
-            return vec![self.first(call, level0, &images), self.level(1, level0, light)];
+            return vec![self.first(call, level0, &images), self.level(1, level0, textures)];
         }
-        let (logits, level1) = ([self.logits[0], self.logits[1]], &light.levels[0]);
+        let (logits, level1) = ([self.logits[0], self.logits[1]], &textures.levels[0]);
         let call = pyramid_finest(self.context, noisy, logits, level1);
         let [finest, own] = logits.map(confidences);
         let call = Call::per_tile("pyramid1", call);
@@ -160,7 +161,7 @@ impl<'a> Pyramid<'a> {
         &self,
         noisy: &NoisyColor<'_>,
         beauty: ImageBinding<'_>,
-        colors: &Light,
+        colors: &Textures,
     ) -> Vec<Call> {
         let level0 = stored_level0(colors);
         let call = pyramid_layer0(self.context, noisy, beauty, self.logits[0], level0);
@@ -176,33 +177,33 @@ impl<'a> Pyramid<'a> {
     }
 
     /// The calls from level 1 to the coarsest, and back to the result of level 1.
-    fn levels_and_results(&self, light: &Light) -> Vec<Call> {
+    fn levels_and_results(&self, textures: &Textures) -> Vec<Call> {
         let count = self.logits.len();
-        let down = (2..count).map(|l| self.level(l, &light.levels[l - 2], light));
-        down.chain((1..count).rev().map(|l| self.result(l, light))).collect()
+        let down = (2..count).map(|l| self.level(l, &textures.levels[l - 2], textures));
+        down.chain((1..count).rev().map(|l| self.result(l, textures))).collect()
     }
 
     /// The call that computes level `l` from the finer one.
-    fn level(&self, l: usize, finer: &GpuTensor, light: &Light) -> Call {
-        let (logits, level) = (self.logits[l], &light.levels[l - 1]);
+    fn level(&self, l: usize, finer: &GpuTensor, textures: &Textures) -> Call {
+        let (logits, level) = (self.logits[l], &textures.levels[l - 1]);
         let call = pyramid(self.context, finer, logits, level);
         let call = Call::fixed(&format!("pyramid{l}"), call);
         call.moving(self.context, &[&confidences(logits)], &[finer, level])
     }
 
     /// The call that computes the result of level `l`, from the coarser one if there is one.
-    fn result(&self, l: usize, light: &Light) -> Call {
+    fn result(&self, l: usize, textures: &Textures) -> Call {
         let (level, result, coarser) =
-            (&light.levels[l - 1], &light.results[l - 1], light.results.get(l));
+            (&textures.levels[l - 1], &textures.results[l - 1], textures.results.get(l));
         let call = gather(self.context, [level, self.logits[l]], coarser, result);
-        let read: Vec<_> = [level, result].into_iter().chain(coarser).collect();
+        let moved: Vec<_> = [level, result].into_iter().chain(coarser).collect();
         let call = Call::fixed(&format!("gather{l}"), call);
-        call.moving(self.context, &[self.logits[l]], &read)
+        call.moving(self.context, &[self.logits[l]], &moved)
     }
 }
 
-fn stored_level0(light: &Light) -> &GpuTensor {
-    light.level0.as_ref().expect("there is one where there are layers")
+fn stored_level0(textures: &Textures) -> &GpuTensor {
+    textures.level0.as_ref().expect("there is one where there are layers")
 }
 
 /// The quad of logits that holds the confidence, the only one the pyramid reads, for counting

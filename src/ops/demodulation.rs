@@ -21,7 +21,8 @@ pub fn demodulating(mut spec: KernelSpec) -> KernelSpec {
     KernelSpec { name: format!("{} demodulating", spec.name).into(), ..spec }
 }
 
-/// The same for a kernel that reads the albedo in this format, its last binding.
+/// Like [`demodulating`], for a kernel that computes level 0: it binds the albedo, in this format,
+/// last.
 #[must_use]
 pub fn reading_albedo(spec: KernelSpec, albedo: ImageFormat) -> KernelSpec {
     let mut spec = demodulating(spec);

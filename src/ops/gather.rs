@@ -16,7 +16,7 @@ use crate::gpu::tensor::GpuTensor;
 use crate::shader::ShaderRoot;
 
 /// Pixels of a row per invocation.
-const PIXELS: u32 = 4;
+pub const PIXELS: u32 = 4;
 
 /// The kernel for a level that has a coarser one.
 pub const LEVEL: KernelSpec = KernelSpec {

@@ -110,7 +110,8 @@ fn image_specs() -> Vec<KernelSpec> {
             specs.extend(stored.iter().cloned().map(demodulating));
             specs.extend(stored);
             let computed = gather::computed_spec(color, output);
-            specs.extend([f16, source].map(|albedo| reading_albedo(computed.clone(), albedo)));
+            let albedos = [ImageFormat::F32, f16, source];
+            specs.extend(albedos.map(|albedo| reading_albedo(computed.clone(), albedo)));
             specs.push(computed);
         }
     }

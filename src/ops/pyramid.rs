@@ -2,7 +2,9 @@
 //! the mean of 2×2 weighted pixels of the finer one, times its own confidence.
 //!
 //! A pixel is a color, its weight and, with [demodulation](super::demodulation), an albedo, in
-//! 32-bit floats. A level has an albedo if its tensor has two quads. After Vogels et al., "Denoising with Kernel
+//! 32-bit floats. A level has an albedo if its tensor has two quads.
+//!
+//! After Vogels et al., "Denoising with Kernel
 //! Prediction and Asymmetric Loss Functions" (2018), and Bálint et al., "Neural Partitioning
 //! Pyramids for Denoising Monte Carlo Renderings" (2023), whose levels are plain means.
 

@@ -57,7 +57,7 @@ const FEATURES: &[&str] = &[
     // The kernel stores level 0 of the pyramid, or reads it instead of computing it.
     "level0",
     "stored_finest",
-    // The pyramid has an albedo too, and its ratio to the gathered one modulates light.
+    // The pyramid also carries the albedo, to demodulate light.
     "demodulates",
     // The convolution also computes the max-pool of its output.
     "pools",

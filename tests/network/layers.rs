@@ -4,7 +4,9 @@ use proptest::prelude::*;
 use wgdenoise::internals::reference;
 use wgdenoise::{Contents, Frame, Image, Inputs, KernelSet, Options, Precision, Quality, Weights};
 
-use crate::support::{denoiser_of, frame, images, same_bits, tiny, tiny_kernels};
+use crate::support::{
+    denoiser_of, frame, images, same_bits, tiny, tiny_demodulation, tiny_kernels,
+};
 use wgdenoise_testing::gpu::variants;
 use wgdenoise_testing::{Random, run_cases};
 
@@ -316,4 +318,23 @@ fn alpha_must_have_a_value_per_pixel() {
     let denoiser = denoiser_of(&tiny_kernels(), &Options::default());
     let error = denoiser.denoise_layers(&frame, &mut |_| {}).unwrap_err().to_string();
     assert!(error.contains("alpha has 31 values, but the color has 1024 pixels"), "{error}");
+}
+
+/// Where nothing has any weight, no layer has a color, however bright its own pixels are.
+#[test]
+fn without_any_color_every_layer_is_black() {
+    let mut all = images(40, 24);
+    let layer = Image::filled(40, 24, [2.0, 0.5, 100.0]).expect("a valid image");
+    all[0] = Image::filled(40, 24, [f32::NAN; 3]).expect("a valid image");
+    let layers = [&layer];
+    run_cases(variants(), |&(kernels, precision)| {
+        let options = Options::default().kernels(kernels).precision(precision);
+        for weights in [tiny_kernels(), tiny_demodulation()] {
+            let frame = frame(&all, Inputs::ALL).layers(&layers);
+            let denoiser = denoiser_of(&weights, &options);
+            let found = denoiser.denoise_layers(&frame, &mut |_| {}).expect("the frame is fine");
+            same_bits(&found.layers[0], &Image::filled(40, 24, [0.0; 3]).expect("a valid image"))?;
+        }
+        Ok(())
+    });
 }

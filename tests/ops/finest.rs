@@ -34,7 +34,7 @@ const DEMODULATED: Tolerance = Tolerance {
         + (9.0 + 3.0 * 20.0) * f32::EPSILON,
 };
 
-/// Formats of the color and of the albedo, with a precision of the logits. Every row compiles nine
+/// Formats of the color and of the albedo, with a precision of the logits. Every row compiles eight
 /// kernels.
 const FORMATS: [([ImageFormat; 2], Precision); 5] = [
     ([F32, F32], Precision::F32),

@@ -7,6 +7,7 @@ use wgdenoise::internals::model::{Encoding, TransferFunction};
 use wgdenoise::internals::ops::autoexposure::Band;
 use wgdenoise::internals::ops::conv3x3;
 use wgdenoise::internals::ops::convolution::Tiling;
+use wgdenoise::internals::ops::gather;
 use wgdenoise::internals::ops::matrix;
 use wgdenoise::internals::ops::need::NeedUniform;
 use wgdenoise::internals::ops::tile::Tile;
@@ -108,6 +109,11 @@ fn constants_have_the_values_of_the_host() {
         }
     }
     same("conv_logits_tiled", "HELD", (conv_logits::CHANNELS / 4) as f64);
+    let [width, height, _] = gather::LEVEL.workgroup;
+    same("gather_finest", "GROUP_WIDTH", f64::from(gather::PIXELS * width));
+    same("gather_finest", "GROUP_HEIGHT", f64::from(height));
+    same("gather_finest", "INVOCATIONS", f64::from(width * height));
+    same("gather_finest", "STEP", f64::from(gather::PIXELS));
     same("autoexposure_reduce", "LANES", f64::from(spec("autoexposure_reduce").workgroup[0]));
 }
 
@@ -145,6 +151,7 @@ fn constant(module: &naga::Module, name: &str) -> Option<f64> {
     let (_, constant) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name))?;
     match module.global_expressions[constant.init] {
         Expression::Literal(Literal::U32(value)) => Some(value.into()),
+        Expression::Literal(Literal::I32(value)) => Some(value.into()),
         Expression::Literal(Literal::F32(value)) => Some(value.into()),
         ref other => panic!("{name} is {other:?}"),
     }

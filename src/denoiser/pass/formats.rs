@@ -132,13 +132,16 @@ impl Denoiser {
         let output = self.pixel(Role::Output, formats.output)?;
         let layer = formats.layer.map(|layer| {
             let noisy = self.pixel(Role::Layer(0), layer.noisy)?;
-            Ok((layer, noisy, self.pixel(Role::LayerOutput(0), layer.output)?))
+            let output = || self.pixel(Role::LayerOutput(0), layer.output);
+            Ok((layer, noisy, [(true, output()?), (false, output()?)]))
         });
         let layer = layer.transpose()?;
-        let layers: Vec<_> = layer
-            .iter()
-            .map(|(of, noisy, out)| PassLayer::new(noisy.image(of.noisy), out.image(of.output)))
-            .collect();
+        let mut layers = Vec::new();
+        for (of, noisy, outputs) in &layer {
+            layers.extend(outputs.each_ref().map(|(light, output)| {
+                PassLayer::new(noisy.image(of.noisy), output.image(of.output)).light(*light)
+            }));
+        }
         self.pass(&PassDescriptor {
             width: 1,
             height: 1,
@@ -232,8 +235,8 @@ mod tests {
             [&color, &albedo, &normal, &output].map(PassImage::Texture);
         let [motion, depth] =
             [&motion, &depth].map(|texture| moves.then_some(PassImage::Texture(texture)));
-        let layer = |output| PassLayer::new(color, PassImage::Texture(output));
-        let layers: Vec<_> = outputs.iter().map(layer).collect();
+        let layer = |(i, output)| PassLayer::new(color, PassImage::Texture(output)).light(i == 0);
+        let layers: Vec<_> = outputs.iter().enumerate().map(layer).collect();
         let descriptor = PassDescriptor::new(width, height, color, output)
             .albedo(albedo)
             .normal(normal)
@@ -272,9 +275,9 @@ mod tests {
             .expect("it works");
         warm.warm_up(&formats).expect("a pass takes them");
         assert_eq!(compiles(&warm, [40, 30], true, 0), 0);
-        // A layer's first and last kernel, the three between them, which have no albedo, the two
-        // that average it, and the one that averages the color next to it.
-        assert_eq!(compiles(&warm, [40, 30], true, 3), 8);
+        // A layer's first kernel, its last for light and for other layers, the three between them,
+        // the two that average it, and the one that averages the color next to it.
+        assert_eq!(compiles(&warm, [40, 30], true, 3), 9);
         let [color, output] = [Rgba32Float, Rgba16Float].map(ImageFormat::Texture);
         let formats = formats.layer(LayerFormats { noisy: color, output });
         let warm = Denoiser::new(&gpu.device, &gpu.queue, &weights, &Options::default())
@@ -284,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn demodulation_is_compiled_ahead_for_light_and_for_what_is_none() {
+    fn demodulation_is_compiled_ahead_for_light_and_other_layers() {
         let gpu = Gpu::open(None).expect("the tests need an adapter");
         let weights = include_bytes!("../../../tests/fixtures/demodulating_tiny.safetensors");
         let weights = Weights::from_bytes(weights).expect("the fixture follows the format");
