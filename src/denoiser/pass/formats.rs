@@ -136,12 +136,12 @@ impl Denoiser {
             Ok((layer, noisy, [(true, output()?), (false, output()?)]))
         });
         let layer = layer.transpose()?;
-        let mut layers = Vec::new();
-        for (of, noisy, outputs) in &layer {
-            layers.extend(outputs.each_ref().map(|(light, output)| {
+        let kinds = layer.iter().flat_map(|(of, noisy, outputs)| {
+            outputs.each_ref().map(|(light, output)| {
                 PassLayer::new(noisy.image(of.noisy), output.image(of.output)).light(*light)
-            }));
-        }
+            })
+        });
+        let layers: Vec<_> = kinds.collect();
         self.pass(&PassDescriptor {
             width: 1,
             height: 1,
