@@ -7,7 +7,7 @@ use crate::denoiser::alpha::with_alpha;
 use crate::denoiser::frame::{Denoised, Frame};
 use crate::denoiser::panorama::Wrapped;
 use crate::denoiser::progress::{FinishedTile, Progress};
-use crate::denoiser::tile_buffers::TileBuffers;
+use crate::denoiser::tile_buffers::{TileBuffers, TileShape};
 use crate::error::{Error, Result};
 use crate::gpu::wait::wait;
 use crate::image::Image;
@@ -20,7 +20,7 @@ use crate::plan::tiles::{PlacedTile, TilePlan};
 /// Runs the network on a tile's buffers. The second argument receives the number of finished calls;
 /// its error ends the run.
 pub(crate) type RunTile<'r> =
-    &'r mut dyn FnMut(&TileBuffers<'_>, &mut dyn FnMut(usize) -> Result<()>) -> Result<()>;
+    &'r mut dyn FnMut(&TileBuffers, &mut dyn FnMut(usize) -> Result<()>) -> Result<()>;
 
 /// Receives each step.
 type OnProgress<'p> = &'p mut dyn FnMut(Progress<'_>);
@@ -167,10 +167,10 @@ impl Denoiser {
         progress: OnProgress<'_>,
         run: RunTile<'_>,
     ) -> Result<()> {
-        let (context, width, skip) = (&self.context, frame.color.width(), self.options.skip_clean);
-        let buffers = context.catch(|| {
-            Ok(TileBuffers::new(context, network, plan, width, frame.contents(), skip))
-        })?;
+        let context = &self.context;
+        let (tile, image_width) = (plan.tile, frame.color.width());
+        let shape = TileShape { tile, image_width, contents: frame.contents() };
+        let buffers = self.tile_buffers(network, shape)?;
         context.catch(|| self.expose(frame, measured, &buffers))?;
         let calls = buffers.calls().len() + frame.layers.len();
         let total = calls * plan.tiles.len();
@@ -197,6 +197,7 @@ impl Denoiser {
             })?;
             progress(Progress { done: (i + 1) * calls, total, network_time, tile: None });
         }
+        self.keep(buffers);
         Ok(())
     }
 
@@ -207,7 +208,7 @@ impl Denoiser {
     }
 
     /// Stores the frame's input scale, or the one measured from `measured`, in the tile's buffers.
-    fn expose(&self, frame: &Frame<'_>, measured: &Image, buffers: &TileBuffers<'_>) -> Result<()> {
+    fn expose(&self, frame: &Frame<'_>, measured: &Image, buffers: &TileBuffers) -> Result<()> {
         if let Some(scale) = self.known_scale(frame) {
             self.context.queue.write_buffer(&buffers.input_scale, 0, bytemuck::bytes_of(&scale));
             return Ok(());
@@ -234,7 +235,7 @@ impl Denoiser {
         frame: &Frame<'_>,
         placed: &PlacedTile,
         tile: [u32; 2],
-        buffers: &TileBuffers<'_>,
+        buffers: &TileBuffers,
     ) -> Result<(Rect, Tile)> {
         let (width, height) = frame.color.size();
         let rect = read_rect(placed, tile, [width, height]);

@@ -3,6 +3,7 @@
 mod alpha;
 mod blocking;
 pub(crate) mod frame;
+mod kept;
 pub(crate) mod options;
 mod panorama;
 pub(crate) mod pass;
@@ -24,6 +25,7 @@ use crate::model::{Inputs, Weights};
 use crate::network::compile::CompiledNetwork;
 use options::Options;
 use self_test::self_test;
+use tile_buffers::TileBuffers;
 
 /// Compiled kernels and weights on the caller's device.
 ///
@@ -32,13 +34,15 @@ use self_test::self_test;
 /// call and the self-test of the matrix kernels submit to it.
 #[derive(Debug)]
 pub struct Denoiser {
-    pub(crate) context: Context,
+    pub(crate) context: Arc<Context>,
     pub(crate) options: Options,
     notices: Mutex<Vec<String>>,
     /// Upper bound on a tile's pixels, lowered whenever the adapter runs out of memory.
     most_pixels: AtomicU64,
     weights: Weights,
     networks: Mutex<HashMap<Inputs, Arc<CompiledNetwork>>>,
+    /// Left by the last frame for the next one.
+    kept: Mutex<Option<TileBuffers>>,
 }
 
 impl Denoiser {
@@ -76,12 +80,13 @@ impl Denoiser {
         let slow = is_auto.then(|| KernelSet::lost_speed(device)).flatten();
         let notices = chosen.notices.into_iter().chain(slow).collect();
         let denoiser = Self {
-            context,
+            context: Arc::new(context),
             options: options.clone().kernels(chosen.kernels),
             notices: Mutex::new(notices),
             most_pixels: AtomicU64::new(u64::MAX),
             weights: weights.clone(),
             networks: Mutex::default(),
+            kept: Mutex::default(),
         };
         denoiser.network(weights.metadata().inputs)?;
         Ok(denoiser)

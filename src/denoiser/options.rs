@@ -43,6 +43,10 @@ pub struct Options {
     /// Whether blocks of 16×16 pixels in constant surroundings, such as an empty background, keep
     /// their color and skip the network: `true` by default. The plain kernels never skip.
     pub skip_clean: bool,
+    /// Whether the blocking call keeps a frame's GPU memory until the next frame, which reuses it
+    /// if it has the same size and images: `true` by default. Otherwise every frame allocates and
+    /// clears its memory, on CPU drivers for a tenth of its time.
+    pub keep_memory: bool,
     /// The matrix shape that `Auto` may use. Only the adapter knows it, so pass the result of
     /// [`MatrixShape::of`]. `None`, the default, rules the matrix kernels out.
     pub matrix: Option<MatrixShape>,
@@ -88,6 +92,12 @@ impl Options {
     #[must_use]
     pub fn skip_clean(self, skip_clean: bool) -> Self {
         Self { skip_clean, ..self }
+    }
+
+    /// Sets [`keep_memory`](Self::keep_memory).
+    #[must_use]
+    pub fn keep_memory(self, keep_memory: bool) -> Self {
+        Self { keep_memory, ..self }
     }
 
     /// Sets [`matrix`](Self::matrix).
@@ -149,6 +159,7 @@ impl Default for Options {
             timeout: None,
             kernels: KernelSet::Auto,
             skip_clean: true,
+            keep_memory: true,
             matrix: None,
             pipeline_cache: None,
         }

@@ -1,5 +1,7 @@
 //! GPU buffers for the part of an image that one tile reads and writes.
 
+use std::sync::Arc;
+
 use crate::denoiser::frame::{Contents, Frame};
 use crate::error::{Error, Result};
 use crate::gpu::kernel::Context;
@@ -12,7 +14,7 @@ use crate::network::compile::CompiledNetwork;
 use crate::ops::autoexposure::{BIN, Band};
 use crate::ops::input_process::Sources;
 use crate::ops::tile::Tile;
-use crate::plan::tiles::{PlacedTile, TilePlan};
+use crate::plan::tiles::PlacedTile;
 
 /// Bytes per pixel of an image.
 pub(super) const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
@@ -20,9 +22,35 @@ pub(super) const PIXEL_BYTES: u64 = size_of::<[f32; 3]>() as u64;
 /// Each tile is bound once for layers of light and once for other layers, on the same buffers.
 const LIGHT: [bool; 2] = [true, false];
 
+/// What determines the size and number of a tile's resources.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) struct TileShape {
+    /// Width and height in pixels.
+    pub(crate) tile: [u32; 2],
+    /// Pixels per row of the whole image, for the bands that measure its exposure.
+    pub(crate) image_width: u32,
+    /// The images to denoise.
+    pub(crate) contents: Contents,
+}
+
+impl TileShape {
+    fn image_bytes(&self) -> u64 {
+        let [width, height] = self.tile.map(u64::from);
+        width * height * PIXEL_BYTES
+    }
+
+    /// Bytes of the color, which holds a band of the image or a tile of it.
+    fn color_bytes(&self) -> u64 {
+        let band = u64::from(BIN) * u64::from(self.image_width) * PIXEL_BYTES;
+        self.image_bytes().max(band)
+    }
+}
+
 /// The buffers of a tile and the kernel calls on them.
-pub(crate) struct TileBuffers<'a> {
-    context: &'a Context,
+#[derive(Debug)]
+pub(crate) struct TileBuffers {
+    context: Arc<Context>,
+    pub(crate) shape: TileShape,
     calls: TileCalls,
     pub(crate) color: wgpu::Buffer,
     albedo: Option<wgpu::Buffer>,
@@ -38,14 +66,12 @@ pub(crate) struct TileBuffers<'a> {
     pub(crate) band: wgpu::Buffer,
 }
 
-impl<'a> TileBuffers<'a> {
-    /// Buffers for the plan's tiles, and for bands of an image `width` pixels wide.
+impl TileBuffers {
+    /// Buffers for tiles of this shape, bound to the network's kernels.
     pub(crate) fn new(
-        context: &'a Context,
+        context: &Arc<Context>,
         network: &CompiledNetwork,
-        plan: &TilePlan,
-        width: u32,
-        contents: Contents,
+        shape: TileShape,
         skip_clean: bool,
     ) -> Self {
         use wgpu::BufferUsages as Usage;
@@ -58,11 +84,11 @@ impl<'a> TileBuffers<'a> {
             };
             context.device.create_buffer(&descriptor)
         };
-        let tile_bytes = u64::from(plan.tile[0]) * u64::from(plan.tile[1]) * PIXEL_BYTES;
-        let band_bytes = u64::from(BIN) * u64::from(width) * PIXEL_BYTES;
+        let TileShape { contents, .. } = shape;
+        let tile_bytes = shape.image_bytes();
         let image = |label, bytes| create(label, bytes, Usage::STORAGE | Usage::COPY_DST);
         let uniform = |label, bytes| create(label, bytes as u64, Usage::UNIFORM | Usage::COPY_DST);
-        let color = image("color", tile_bytes.max(band_bytes));
+        let color = image("color", shape.color_bytes());
         let albedo = contents.inputs.albedo.then(|| image("albedo", tile_bytes));
         let normal = contents.inputs.normal.then(|| image("normal", tile_bytes));
         let layer = contents.layers.then(|| image("layer", tile_bytes));
@@ -89,7 +115,7 @@ impl<'a> TileBuffers<'a> {
         };
         let layers: Vec<_> = layer.iter().flat_map(|layer| bind(layer.into())).collect();
         let bound = Bound {
-            tile: plan.tile,
+            tile: shape.tile,
             sources,
             output: output_image,
             blend,
@@ -98,7 +124,8 @@ impl<'a> TileBuffers<'a> {
         };
         let calls = TileCalls::new(context, network, &bound);
         Self {
-            context,
+            context: context.clone(),
+            shape,
             calls,
             color,
             albedo,
@@ -123,12 +150,12 @@ impl<'a> TileBuffers<'a> {
         for batch in self.calls.batches() {
             let part = self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)));
             if let Some((calls, before)) = running.replace((batch.len(), part)) {
-                wait_for(self.context, Some(before))?;
+                wait_for(&self.context, Some(before))?;
                 done += calls;
                 progress(done)?;
             }
         }
-        wait_for(self.context, running.map(|(_, last)| last))
+        wait_for(&self.context, running.map(|(_, last)| last))
     }
 
     /// Uploads part of a layer and submits its calls, which read the network's tensors for the tile
@@ -209,7 +236,7 @@ impl<'a> TileBuffers<'a> {
         let mut encoder = self.context.device.create_command_encoder(&Default::default());
         encoder.copy_buffer_to_buffer(&self.output, 0, &self.readback, 0, bytes);
         self.context.queue.submit([encoder.finish()]);
-        read(self.context, &self.readback, |window| {
+        read(&self.context, &self.readback, |window| {
             copy_rows(bytemuck::cast_slice(window), tile, result, placed);
         })
     }

@@ -55,7 +55,8 @@ const RUNS: u32 = 3;
 impl Calibration {
     /// Measures [`Denoiser::denoise`] on whole frames of color, albedo and normal, upload and
     /// readback included, after a warm-up run. Blocks, for half a minute or more on a CPU driver.
-    /// Ignores the memory budget and tile size in `options`; they keep their defaults.
+    /// Ignores the memory budget and tile size in `options`; they keep their defaults. Each frame
+    /// allocates its memory, as a single one does.
     ///
     /// A [`Pass`](crate::Pass) takes less, as it neither uploads nor reads back. The first frame of
     /// a process takes more, as the driver compiles the kernels. Without albedo and normal, the
@@ -65,7 +66,8 @@ impl Calibration {
     /// Fails if the kernels do not run on the device, or if the device fails.
     pub fn measure(device: &wgpu::Device, queue: &wgpu::Queue, options: &Options) -> Result<Self> {
         let default = Options::default();
-        let options = options.clone().memory_bytes(default.memory_bytes).tile(None);
+        let options =
+            options.clone().memory_bytes(default.memory_bytes).tile(None).keep_memory(false);
         let cost = |quality| {
             let weights = Weights::builtin(quality)?;
             let cost = Cost::measure(&Denoiser::new(device, queue, &weights, &options)?)?;

@@ -12,6 +12,7 @@ mod panorama;
 mod pass;
 mod profile;
 mod progress;
+mod sequence;
 mod shipped;
 mod skip;
 mod support;

@@ -120,6 +120,8 @@ impl<'a> Session<'a> {
         // Its memory may be needed.
         self.engine = None;
         let (gpu, options) = self.device.as_ref().expect("the adapter is open");
+        // The memory budget is for one denoiser at a time.
+        let options = &options.clone().keep_memory(networks.prefilter.is_none());
         let new = |weights: &Weights| Denoiser::new(&gpu.device, &gpu.queue, weights, options);
         let (source, denoiser) = match networks.color {
             Some((source, weights)) => (Some(source), new(&weights)?),

@@ -34,6 +34,7 @@ pub(crate) struct Settings {
     tile: Option<u32>,
     timeout: Option<f64>,
     skip_clean: bool,
+    keep_memory: bool,
 }
 
 /// The denoised color, layers, and alpha unless it is part of the color.
@@ -146,7 +147,8 @@ impl Settings {
             .memory_bytes(memory_bytes)
             .tile(self.tile)
             .timeout(self.timeout(py)?)
-            .skip_clean(self.skip_clean))
+            .skip_clean(self.skip_clean)
+            .keep_memory(self.keep_memory))
     }
 
     fn timeout(&self, py: Python<'_>) -> PyResult<Option<Duration>> {

@@ -106,6 +106,7 @@ impl Networks {
         let options = Options::default()
             .precision(key.precision)
             .skip_clean(key.skip_clean)
+            .keep_memory(false)
             .matrix(MatrixShape::of(adapter, key.precision));
         let denoiser = |origin: &Origin| {
             let made = Denoiser::new(device, queue, &origin.load()?, &options);

@@ -48,6 +48,8 @@ class Denoiser:
         timeout: seconds after which an unresponsive device counts as hung; by default 60, and 600 on
             CPU drivers.
         skip_clean: whether constant areas keep their pixels and skip the network.
+        keep_memory: whether the GPU memory of one image stays allocated for the next one, which
+            reuses it if it has the same size and inputs.
 
     Notices, such as a feature that the device lacks, go to the logger `wgdenoise` as warnings.
 
@@ -69,6 +71,7 @@ class Denoiser:
         tile: Optional[int] = None,
         timeout: Optional[float] = None,
         skip_clean: bool = True,
+        keep_memory: bool = True,
     ) -> None:
         if weights is not None and quality != "balanced":
             raise UsageError("quality chooses among the built-in weights; give it or weights")
@@ -82,6 +85,7 @@ class Denoiser:
                 "tile": tile,
                 "timeout": timeout,
                 "skip_clean": skip_clean,
+                "keep_memory": keep_memory,
             }
         )
         self._log_notices()
