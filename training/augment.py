@@ -107,6 +107,7 @@ class Crops:
         if self._happens(0.10):
             color = self._sparse(color, target)
         if self._happens(0.15):
+            color = self._fireflies(color, scale, 1e4) if r.flip() else color
             color, features, target = self._splat(color, features, target)
         if self._happens(0.50):
             color, features, target, scale = self._hue(color, features, target, scale)
@@ -212,12 +213,12 @@ class Crops:
         """A color [3,1,1] of `level` times middle gray, white or tinted."""
         return level * KEY / scale * 2 ** (self.random.gauss(3, 1, 1) * (0.5 if self.random.flip() else 0))
 
-    def _fireflies(self, color, scale):
-        """Makes a few pixels 16 to 1e6 times brighter."""
+    def _fireflies(self, color, scale, most=1e6):
+        """Makes a few pixels 16 to `most` times brighter."""
         r, color = self.random, color.clone()
         for _ in range(1 + r.index(8)):
             y, x = r.index(self.size), r.index(self.size)
-            color[:, y, x] = (color[:, y, x] + 0.1 * KEY / scale) * r.power(16, 1e6) * 2 ** r.gauss(3)
+            color[:, y, x] = (color[:, y, x] + 0.1 * KEY / scale) * r.power(16, most) * 2 ** r.gauss(3)
         return color
 
     def _area(self, largest=1.0):

@@ -101,6 +101,12 @@ def test_memory_that_is_too_small_is_an_error(noisy):
     assert isinstance(caught.value, MemoryError)
 
 
+def test_images_in_a_row_do_not_depend_on_kept_memory(noisy):
+    keeps, frees = (wgdenoise.Denoiser("fast", keep_memory=keep) for keep in (True, False))
+    for color, albedo in [(noisy, noisy), (noisy * 0.01, noisy), (noisy, None)]:
+        np.testing.assert_array_equal(keeps.denoise(color, albedo), frees.denoise(color, albedo))
+
+
 def test_an_input_scale_of_0_is_refused(denoiser, noisy):
     with pytest.raises(wgdenoise.ImageError, match="input scale is 0"):
         denoiser.denoise(noisy, input_scale=0.0)
