@@ -37,16 +37,16 @@ def arguments():
 
 
 def frame(path, size):
-    """Writes the sample, repeated to the size, with its original compression."""
-    part = OpenEXR.File(str(SAMPLE), separate_channels=True).parts[0]
+    """Writes all channels of the sample in one part, repeated to the size, with its original compression."""
+    parts = OpenEXR.File(str(SAMPLE), separate_channels=True).parts
     width, height = size
 
     def repeated(pixels):
         times = [-(-side // own) for side, own in zip((height, width), pixels.shape)]
         return np.ascontiguousarray(np.tile(pixels, times)[:height, :width])
 
-    channels = {name: repeated(channel.pixels) for name, channel in part.channels.items()}
-    header = {"compression": part.compression(), "type": OpenEXR.scanlineimage}
+    channels = {name: repeated(channel.pixels) for part in parts for name, channel in part.channels.items()}
+    header = {"compression": parts[0].compression(), "type": OpenEXR.scanlineimage}
     OpenEXR.File(header, channels).write(str(path))
 
 
