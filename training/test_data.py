@@ -14,7 +14,7 @@ from render import kinds, meshes
 from render.job import sample_counts, seed_sequence
 from render.scene import Mesh
 from render_animations import scenes_of
-from transfer import transfer
+from transfer import inverse, transfer
 from views import part, read_view
 from write_view import write_view
 
@@ -153,6 +153,17 @@ def test_crops_without_effects_are_the_views_own_light(effects, changes):
     seen = [torch.stack([light[:, :3].std(), transfer(light[:, :3]).sub(target).abs().max()])
             for _, light, target in (crops.batch(1) for _ in range(40))]
     assert bool((torch.stack(seen) > 1e-4).any()) == changes
+
+
+def test_half_of_the_filtered_crops_have_fireflies_spread_by_the_filter(monkeypatch):
+    gray = torch.full((9, 40, 40), 0.5)
+    crops = Crops([dict(name="a", ref=gray, target=gray[:3], noisy=[(2, gray)], relerr=0.1)], 32, 1)
+    monkeypatch.setattr(crops, "_happens", lambda odds: odds == 0.15)  # the filter, and features without noise
+    _, light, target = crops.batch(64)
+    brighter = (light[:, :3] > 1.01 * inverse(target)).any(1).sum((1, 2))  # pixels by crop
+    assert 0.35 < (brighter > 0).float().mean() < 0.65
+    assert brighter[brighter > 0].float().median() > 8  # more than unfiltered fireflies
+    assert target.std((2, 3)).max() < 1e-6
 
 
 @pytest.mark.parametrize("level", [0.01, 1.0, 100.0])
