@@ -178,7 +178,7 @@ def main():
     o = arguments()
     chosen = networks(o.weights, o.only)
     if not chosen:
-        raise SystemExit(f"{o.weights}: no TZA files of that name; README.md says where to get them")
+        raise SystemExit(f"{o.weights}: no TZA files of that name; docs/weights.md says where to get them")
     print("| network | picture | kernels | precision | mean relative difference | largest difference | values off | |")
     print("| --- | --- | --- | --- | ---: | ---: | ---: | --- |")
     failed = False

@@ -84,7 +84,7 @@ class WGDENOISE_OT_folder(_Denoising, bpy.types.Operator):
 
 
 class WGDENOISE_OT_cancel(bpy.types.Operator):
-    """Stop denoising after the part of the image at hand"""
+    """Stop denoising after the current tile"""
 
     bl_idname = "wgdenoise.cancel"
     bl_label = "Cancel"

@@ -40,7 +40,7 @@ class WGDENOISE_PG_settings(bpy.types.PropertyGroup):
     )
     automatic: BoolProperty(
         name="After Each Render",
-        description="Denoise every render as it is done, and every frame of an animation as it is written",
+        description="Denoise every render as it finishes, and every frame of an animation as it is written",
     )
     files: EnumProperty(
         name="Files",

@@ -45,7 +45,7 @@ pub struct Options {
     pub skip_clean: bool,
     /// Whether the blocking call keeps a frame's GPU memory until the next frame, which reuses it
     /// if it has the same size and images: `true` by default. Otherwise every frame allocates and
-    /// clears its memory, on CPU drivers for a tenth of its time.
+    /// clears its memory, on CPU drivers for an eighth to a sixth of its time.
     pub keep_memory: bool,
     /// The matrix shape that `Auto` may use. Only the adapter knows it, so pass the result of
     /// [`MatrixShape::of`]. `None`, the default, rules the matrix kernels out.

@@ -47,7 +47,7 @@ def _pictures(store, errors, folders, network, oidn):
     chosen = dict(losses=extremes(errors, LOSSES, True), wins=extremes(errors, WINS, False))
     for name, renders in chosen.items():
         crops.save_crops(renders, folders, network, oidn, store / f"{name}.png")
-    return {f"{name}_caption": "; ".join(f"{r['set']} {r['view']}, {r['spp']} samples" for _, r in renders)
+    return {f"{name}_caption": "; ".join(f"{r['set']} {r['view']}, {r['spp']} sample{'s' * (r['spp'] != 1)}" for _, r in renders)
             for name, renders in chosen.items()}
 
 

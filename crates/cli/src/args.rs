@@ -21,7 +21,7 @@ are found by the names that renderers give them; `wgdenoise info IN` shows which
 Several images go into a folder: wgdenoise renders/*.exr clean/
 In the file names of a sequence, #### or %04d stands for the frame number:
 wgdenoise beauty.####.exr clean.####.exr --frames 1-48
-There, [#] and [%] are a plain # and %. A run that was stopped goes on with --skip-existing.
+There, [#] and [%] are a plain # and %. --skip-existing resumes a stopped run.
 A pipe: render | wgdenoise - - | view
 Images may replace themselves: wgdenoise renders/*.exr --in-place
 Everything is checked before the first image is denoised. An image that fails is reported and the
@@ -96,7 +96,8 @@ pub(crate) enum Command {
 #[derive(Debug, Args)]
 #[allow(clippy::struct_excessive_bools, reason = "each is a flag")]
 pub(crate) struct DenoiseArgs {
-    /// The noisy images (EXR, PNG or JPEG), and where the results go; - is standard input or output
+    /// IN: the noisy images (EXR, PNG or JPEG); OUT, the last: where the results go. - is standard
+    /// input or output
     #[arg(value_name = "FILE", required = true, hide_short_help = true)]
     pub(crate) files: Vec<PathBuf>,
     #[command(flatten)]

@@ -56,9 +56,9 @@ pub(crate) fn run(
 /// `--skip-existing` excludes both flags that replace files.
 fn rest(writing: request::Writing) -> &'static str {
     if writing.force || writing.in_place {
-        "the files of the others are unchanged"
+        "the other files are unchanged"
     } else {
-        "give --skip-existing to go on"
+        "give --skip-existing to resume"
     }
 }
 

@@ -72,10 +72,10 @@ mod tests {
     #[test]
     fn the_last_words_tell_what_becomes_of_the_rest_if_there_is_one() {
         let tally = Tally::default();
-        let rest = "give --skip-existing to go on";
+        let rest = "give --skip-existing to resume";
         assert_eq!(tally.last_words(3, rest), "stopped before an image was written");
         tally.add();
         let words = tally.last_words(3, rest);
-        assert_eq!(words, "stopped after 1 of 3 images; give --skip-existing to go on");
+        assert_eq!(words, "stopped after 1 of 3 images; give --skip-existing to resume");
     }
 }

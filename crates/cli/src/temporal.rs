@@ -328,8 +328,8 @@ impl Vectors {
     fn unreadable(&self) -> String {
         let (towards, layer) = (self.towards.name(), escaped(&self.layer));
         format!(
-            "no reading of the motion vectors `{layer}` clearly leads to the same surfaces in the \
-             {towards} frame: only what moves less than a pixel is averaged"
+            "no interpretation of the motion vectors `{layer}` clearly finds the same surfaces in \
+             the {towards} frame: only pixels that move by less than a pixel are averaged"
         )
     }
 }

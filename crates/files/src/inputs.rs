@@ -105,7 +105,7 @@ fn matching(pattern: &str) -> Result<Vec<PathBuf>, FileError> {
     if paths.is_empty() { Err(of(Problem::NotFound(NOT_FOUND.into()))) } else { Ok(paths) }
 }
 
-const NOT_FOUND: &str = "no file has such a name";
+const NOT_FOUND: &str = "matches no file";
 
 /// The files of an animation, such as `renders/beauty.####.exr`.
 #[derive(Debug)]

@@ -23,7 +23,6 @@ def example(word):
 def folder(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     os.makedirs("frames")
-    os.makedirs("clean")
     shutil.copytree(REPOSITORY / "samples", "samples")
     return tmp_path
 

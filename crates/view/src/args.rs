@@ -8,11 +8,11 @@ use clap::Parser;
 #[derive(Debug, Parser)]
 #[command(name = "wgdenoise-view", version)]
 pub(crate) struct Args {
-    /// Noisy images: EXR, PNG or JPEG. Arrow keys lead through several, or through the frames next to
-    /// one
+    /// Noisy images: EXR, PNG or JPEG. Arrow keys step through several, or through the frames
+    /// around one
     #[arg(value_name = "FILE")]
     pub(crate) files: Vec<PathBuf>,
-    /// What the image would be with many samples, to measure errors against
+    /// The same view rendered with many samples, to measure errors against
     #[arg(long, value_name = "FILE")]
     pub(crate) reference: Option<PathBuf>,
 }

@@ -74,7 +74,7 @@ fn files_between_frames_are_left_out_by_name_or_taken_by_a_pattern_of_their_own(
     assert_eq!(written(&folder), ["b.0001.exr", "c.0001.25.exr"]);
     folder.denoise(&["in/b.######.exr", "out"]).assert_failed(
         1,
-        &["in/b.######.exr: no file has such a name, but b.0001.25.exr, ", "number of digits"],
+        &["in/b.######.exr: matches no file, but b.0001.25.exr, ", "number of digits"],
     );
 }
 

@@ -49,7 +49,7 @@ fn a_stopped_sequence_leaves_whole_results_and_goes_on_later() {
     assert_eq!((run.code, run.stdout.as_str()), (130, ""), "{run:?}");
     let last = run.stderr.lines().last().unwrap();
     assert!(last.starts_with("wgdenoise: stopped after "), "{run:?}");
-    assert!(last.ends_with(" of 60 images; give --skip-existing to go on"), "{run:?}");
+    assert!(last.ends_with(" of 60 images; give --skip-existing to resume"), "{run:?}");
 
     let written = results(&folder);
     assert!(written.len() < FRAMES && written.iter().all(|name| name.starts_with("b.")));
@@ -88,7 +88,7 @@ fn a_stopped_run_that_replaces_files_does_not_advise_to_skip_them() {
     let before = fs::read(folder.path("b.01.exr")).unwrap();
     let run = stop(child, "INT", |_| fs::read(folder.path("b.02.exr")).unwrap() != before);
     let last = run.stderr.lines().last().unwrap();
-    assert!(last.ends_with(" of 60 images; the files of the others are unchanged"), "{run:?}");
+    assert!(last.ends_with(" of 60 images; the other files are unchanged"), "{run:?}");
     assert!(fs::read(folder.path("b.60.exr")).unwrap() == before);
 }
 

@@ -257,7 +257,7 @@ fn vectors_that_lead_elsewhere_are_not_followed() {
     let run = folder.run(&TEMPORAL);
     run.assert_done();
     let text =
-        "no reading of the motion vectors `V.Vector` clearly leads to the same surfaces in the ";
+        "no interpretation of the motion vectors `V.Vector` clearly finds the same surfaces in the ";
     assert_eq!(run.stderr.matches(text).count(), 2, "{run:?}");
     assert!((1..=5).all(|n| folder.result(n) == alone[n - 1]));
 }
@@ -330,7 +330,7 @@ fn frames_after_a_cut_at_the_start_are_averaged() {
     let alone = Wall::at(4).error(&folder.clean(4));
     let run = folder.run(&TEMPORAL);
     run.assert_done();
-    assert!(!run.stderr.contains("no reading of"), "{run:?}");
+    assert!(!run.stderr.contains("no interpretation of"), "{run:?}");
     let found = Wall::at(4).error(&folder.clean(4));
     assert!(found < 0.85 * alone, "{found}, alone {alone}");
 }

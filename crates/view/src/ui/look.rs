@@ -28,11 +28,11 @@ pub(crate) fn show(ui: &mut Ui, session: &mut Session) {
 
 fn exposure(ui: &mut Ui, tone: &mut Tone) {
     ui.label("Exposure")
-        .on_hover_text("E brighter, Shift E darker, 0 reset; saved images do not change");
+        .on_hover_text("E brighter, Shift E darker, 0 reset; the saved result does not change");
     let stops = Tone::STOPS;
     ui.add(Slider::new(&mut tone.exposure, -stops..=stops).text("EV").fixed_decimals(1));
     ui.end_row();
-    ui.label("Tone curve").on_hover_text("T; saved images do not change");
+    ui.label("Tone curve").on_hover_text("T; the saved result does not change");
     ui.horizontal(|ui| {
         for (curve, name) in Curve::ALL {
             ui.selectable_value(&mut tone.curve, curve, name);

@@ -185,7 +185,7 @@ fn a_pattern_opens_its_frames_and_a_wrong_one_is_one_sentence() {
     assert_eq!(window.0.state().session.sequence.as_ref().unwrap().len(), 2);
     window.0.state_mut().session.open(&[folder.path().join("g.####.png")]);
     let message = window.0.state().session.message.clone().unwrap();
-    assert!(message.is_error && message.text.ends_with("g.####.png: no file has such a name"));
+    assert!(message.is_error && message.text.ends_with("g.####.png: matches no file"));
 }
 
 #[test]

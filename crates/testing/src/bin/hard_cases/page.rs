@@ -38,8 +38,8 @@ Constant images come back unchanged because a mean of equal colors is that color
 
 - **Exposures in 16-bit tensors**: scaled pixels round differently, and a logit that rounds to the adjacent value
   changes by 2^-11. 32-bit tensors meet the goal.
-- **Dark surroundings with `fast`**, by 2 to 3 %: the exposure remains the scene's, but the network sees surroundings
-  instead of an image edge.
+- **Dark surroundings with `fast`**, by about 2 % of the goal, which the table's digits hide: the exposure remains the
+  scene's, but the network sees surroundings instead of an image edge.
 - **A step on a block's border with `fast`**, which is not in the table: its kernels mix 0.12 % of the bright side, which
   is 100 times brighter, into the first pixels of the dark side, a change of 12 %.
 
