@@ -256,8 +256,7 @@ fn vectors_that_lead_elsewhere_are_not_followed() {
     let alone: Vec<_> = (1..=5).map(|n| folder.result(n)).collect();
     let run = folder.run(&TEMPORAL);
     run.assert_done();
-    let text =
-        "no interpretation of the motion vectors `V.Vector` clearly finds the same surfaces in the ";
+    let text = "no interpretation of the motion vectors `V.Vector` clearly finds the same surfaces in the ";
     assert_eq!(run.stderr.matches(text).count(), 2, "{run:?}");
     assert!((1..=5).all(|n| folder.result(n) == alone[n - 1]));
 }
