@@ -19,7 +19,7 @@ pub(super) fn with_alpha(
     let found_alpha = found.layers.pop().expect("the alpha is a layer");
     found.alpha = Some(values(&found_alpha));
     let noisy: Vec<_> = [frame.color].into_iter().chain(frame.layers.iter().copied()).collect();
-    settle(&mut found, &noisy, alpha);
+    settle(&mut found, &noisy, alpha, frame.panorama);
     Ok(found)
 }
 
@@ -34,16 +34,17 @@ pub(super) fn values(gray: &Image) -> Vec<f32> {
 }
 
 /// Restores settled alpha, scales the color and layers that it premultiplies to match, and sets
-/// empty places to black. `noisy` holds the noisy color and layers.
-fn settle(found: &mut Denoised, noisy: &[&Image], alpha: &[f32]) {
+/// empty places to black. `noisy` holds the noisy color and layers. If they are a panorama, they
+/// `wrap` around at the left and right edge.
+fn settle(found: &mut Denoised, noisy: &[&Image], alpha: &[f32], wrap: bool) {
     let width = noisy[0].width() as usize;
-    let [least, most] = [f32::min, f32::max].map(|f| around(alpha, width, f));
+    let [least, most] = [f32::min, f32::max].map(|f| around(alpha, width, wrap, f));
     // `min` and `max` ignore NaN. Where all values around are NaN, the filled value stays.
     let is_settled = |i: usize| least[i].to_bits() == most[i].to_bits() && least[i].is_finite();
     let settled: Vec<_> = (0..alpha.len()).filter(|&i| is_settled(i)).collect();
     let found_alpha = found.alpha.as_mut().expect("the alpha was denoised");
     for (image, noisy) in [&mut found.color].into_iter().chain(&mut found.layers).zip(noisy) {
-        let lights = lights_around(noisy);
+        let lights = lights_around(noisy, wrap);
         for &i in &settled {
             let pixel = &mut image.pixels_mut()[i];
             if least[i] == 0.0 && lights[i] == 0.0 {
@@ -59,19 +60,24 @@ fn settle(found: &mut Denoised, noisy: &[&Image], alpha: &[f32]) {
 }
 
 /// The largest magnitude of any channel around each pixel.
-fn lights_around(image: &Image) -> Vec<f32> {
+fn lights_around(image: &Image, wrap: bool) -> Vec<f32> {
     let brightness = |pixel: &[f32; 3]| pixel.iter().fold(0.0_f32, |most, v| most.max(v.abs()));
     let lights: Vec<_> = image.pixels().iter().map(brightness).collect();
-    around(&lights, image.width() as usize, f32::max)
+    around(&lights, image.width() as usize, wrap, f32::max)
 }
 
-/// Folds the values within [`SETTLED`] of each one, first along rows, then along columns.
-fn around(values: &[f32], width: usize, fold: fn(f32, f32) -> f32) -> Vec<f32> {
+/// Folds the values within [`SETTLED`] of each one, first along rows, which may `wrap` around, then
+/// along columns.
+fn around(values: &[f32], width: usize, wrap: bool, fold: fn(f32, f32) -> f32) -> Vec<f32> {
     let near = |at: usize, end: usize| at.saturating_sub(SETTLED)..(at + SETTLED + 1).min(end);
     let height = values.len() / width;
+    let columns = |x: usize| {
+        let turns = SETTLED * width;
+        if wrap { near(x + turns, usize::MAX) } else { near(x, width) }
+    };
     let along_row = |i: usize| {
-        let row = i / width * width;
-        near(i % width, width).map(|x| values[row + x]).reduce(fold).expect("it has itself")
+        let (row, x) = (i / width * width, i % width);
+        columns(x).map(|x| values[row + x % width]).reduce(fold).expect("it has itself")
     };
     let rows: Vec<_> = (0..values.len()).map(along_row).collect();
     let along_column =
@@ -87,11 +93,23 @@ mod tests {
     fn a_value_is_seen_three_pixels_around_it_and_no_further() {
         let mut values = vec![0.0; 12 * 9];
         values[4 * 12 + 5] = 1.0;
-        let found = around(&values, 12, f32::max);
+        let found = around(&values, 12, false, f32::max);
         for (i, value) in found.into_iter().enumerate() {
             let is_near = (i % 12).abs_diff(5) <= 3 && (i / 12).abs_diff(4) <= 3;
             assert_eq!(value, f32::from(u8::from(is_near)), "{i}");
         }
+    }
+
+    #[test]
+    fn a_panorama_is_seen_around_its_seam_however_narrow_it_is() {
+        let ends = |width: usize, wrap| {
+            let mut values = vec![0.0; width];
+            values[0] = 1.0;
+            around(&values, width, wrap, f32::max)
+        };
+        assert_eq!(ends(9, true), [1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 1.0, 1.0, 1.0]);
+        assert_eq!(ends(9, false), [1.0, 1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0]);
+        assert_eq!(ends(2, true), [1.0; 2]);
     }
 
     #[test]
@@ -102,7 +120,7 @@ mod tests {
         alpha[9..].fill(f32::NAN);
         let mut found =
             Denoised { color: color.clone(), layers: Vec::new(), alpha: Some(vec![0.5; 20]) };
-        settle(&mut found, &[&color], &alpha);
+        settle(&mut found, &[&color], &alpha, false);
         let expected = |i| if i < 12 { 1.0 } else { 0.5 };
         assert_eq!(found.alpha.unwrap(), (0..20).map(expected).collect::<Vec<_>>());
     }
@@ -116,7 +134,7 @@ mod tests {
         let denoised = Image::filled(20, 1, [0.25; 3]).expect("a valid image");
         let mut found =
             Denoised { color: denoised, layers: Vec::new(), alpha: Some(vec![0.5; 20]) };
-        settle(&mut found, &[&color], &alpha);
+        settle(&mut found, &[&color], &alpha, false);
         let expected = |i| if (7..13).contains(&i) { 0.5 } else { alpha[i] };
         assert_eq!(found.alpha.unwrap(), (0..20).map(expected).collect::<Vec<_>>());
         let expected = |i| match i {
@@ -138,7 +156,7 @@ mod tests {
         noisy.pixels_mut()[2] = [5.0; 3];
         let layers = vec![gray(0.125), gray(0.125)];
         let mut found = Denoised { color: gray(0.25), layers, alpha: Some(vec![0.5; 20]) };
-        settle(&mut found, &[&noisy, &noisy, &gray(0.0)], &alpha);
+        settle(&mut found, &[&noisy, &noisy, &gray(0.0)], &alpha, false);
         let column = |image: &Image| image.pixels().iter().map(|p| p[0]).collect::<Vec<_>>();
         let expected = |i, own, empty: &[usize]| match i {
             13.. => 2.0 * own,

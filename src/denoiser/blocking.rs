@@ -167,11 +167,30 @@ impl Denoiser {
         progress: OnProgress<'_>,
         run: RunTile<'_>,
     ) -> Result<()> {
-        let context = &self.context;
         let (tile, image_width) = (plan.tile, frame.color.width());
         let shape = TileShape { tile, image_width, contents: frame.contents() };
         let buffers = self.tile_buffers(network, shape)?;
-        context.catch(|| self.expose(frame, measured, &buffers))?;
+        let finished = self.run_tiles((frame, measured), plan, &buffers, result, progress, run);
+        // Any other failure may be for lack of memory.
+        if matches!(finished, Ok(()) | Err(Error::Stopped)) {
+            self.keep(buffers);
+        }
+        finished
+    }
+
+    /// Fills the result with these buffers. Error scopes do not span `progress`, whose caller may
+    /// use the device as well.
+    fn run_tiles(
+        &self,
+        (frame, measured): (&Frame<'_>, &Image),
+        plan: &TilePlan,
+        buffers: &TileBuffers,
+        result: &mut Denoised,
+        progress: OnProgress<'_>,
+        run: RunTile<'_>,
+    ) -> Result<()> {
+        let context = &self.context;
+        self.expose(frame, measured, buffers)?;
         let calls = buffers.calls().len() + frame.layers.len();
         let total = calls * plan.tiles.len();
         let mut network_time = Duration::ZERO;
@@ -181,23 +200,23 @@ impl Denoiser {
                 progress(Progress { done: i * calls + done, total, network_time, tile });
                 frame.check_stop()
             };
-            context.catch(|| {
-                let (rect, tile) = self.upload(frame, placed, plan.tile, &buffers)?;
-                let (before, begin) = (network_time, Instant::now());
-                run(&buffers, &mut |done| report(done, before + begin.elapsed(), None))?;
-                network_time = before + begin.elapsed();
-                let finished = FinishedTile::new(&buffers.output, &tile, placed);
-                report(buffers.calls().len(), network_time, Some(finished))?;
-                buffers.download(&tile, &mut result.color, placed)?;
-                for ((image, light), layer) in frame.kinds().zip(&mut result.layers) {
+            let (rect, tile) = context.catch(|| self.upload(frame, placed, plan.tile, buffers))?;
+            let (before, begin) = (network_time, Instant::now());
+            run(buffers, &mut |done| report(done, before + begin.elapsed(), None))?;
+            network_time = before + begin.elapsed();
+            let finished = FinishedTile::new(&buffers.output, &tile, placed);
+            report(buffers.calls().len(), network_time, Some(finished))?;
+            context.catch(|| buffers.download(&tile, &mut result.color, placed))?;
+            let mut done = buffers.calls().len();
+            for ((image, light), layer) in frame.kinds().zip(&mut result.layers) {
+                context.catch(|| {
                     buffers.run_layer(image, light, &rect)?;
-                    buffers.download(&tile, layer, placed)?;
-                }
-                Ok(())
-            })?;
-            progress(Progress { done: (i + 1) * calls, total, network_time, tile: None });
+                    buffers.download(&tile, layer, placed)
+                })?;
+                done += 1;
+                report(done, network_time, None)?;
+            }
         }
-        self.keep(buffers);
         Ok(())
     }
 
@@ -210,23 +229,33 @@ impl Denoiser {
     /// Stores the frame's input scale, or the one measured from `measured`, in the tile's buffers.
     fn expose(&self, frame: &Frame<'_>, measured: &Image, buffers: &TileBuffers) -> Result<()> {
         if let Some(scale) = self.known_scale(frame) {
-            self.context.queue.write_buffer(&buffers.input_scale, 0, bytemuck::bytes_of(&scale));
-            return Ok(());
+            let bytes = bytemuck::bytes_of(&scale);
+            return self.context.catch(|| {
+                self.context.queue.write_buffer(&buffers.input_scale, 0, bytes);
+                Ok(())
+            });
         }
+        let context = &self.context;
         let (width, height) = measured.size();
         let bands = Band::split(width, height, buffers.rows_of(width));
         let [color, scale] = [&buffers.color, &buffers.input_scale];
-        let calls = autoexposure(&self.context, &bands[0], &buffers.band, color.into(), scale);
+        let compile = || autoexposure(context, &bands[0], &buffers.band, color.into(), scale);
+        let calls = context.catch(|| Ok(compile()))?;
         for band in &bands {
+            frame.check_stop()?;
             let rows = band.rows();
             let rect = Rect { begin: [0, rows.start], end: [width, rows.end] };
-            buffers.upload(&buffers.color, measured, &rect)?;
-            self.context.queue.write_buffer(&buffers.band, 0, bytemuck::bytes_of(band));
-            buffers.submit(|pass| calls.bins.record(pass));
-            wait(&self.context)?;
+            context.catch(|| {
+                buffers.upload(&buffers.color, measured, &rect)?;
+                context.queue.write_buffer(&buffers.band, 0, bytemuck::bytes_of(band));
+                buffers.submit(|pass| calls.bins.record(pass));
+                wait(context)
+            })?;
         }
-        buffers.submit(|pass| calls.reduce.record(pass));
-        Ok(())
+        context.catch(|| {
+            buffers.submit(|pass| calls.reduce.record(pass));
+            Ok(())
+        })
     }
 
     /// Uploads one tile of the frame; returns the uploaded pixels and the tile in them.
@@ -347,6 +376,42 @@ mod tests {
         assert!(matches!(stopped, Err(Error::Stopped)) && !finished);
         assert!(matches!(denoiser.denoise(&frame), Err(Error::Stopped)), "before the first tile");
         denoiser.denoise(&frame.stop(None)).unwrap();
+    }
+
+    #[test]
+    fn a_stopped_frame_leaves_its_memory_and_kernels_to_the_next_one() {
+        let denoiser = denoiser();
+        let color = Image::filled(300, 200, [0.5; 3]).unwrap();
+        denoiser.denoise(&Frame::new(&color)).unwrap();
+        let compiled = denoiser.context.compiled();
+        let stop = AtomicBool::new(false);
+        let stopped =
+            denoiser.denoise_with_progress(&Frame::new(&color).stop(&stop), &mut |_, _| {
+                stop.store(true, Ordering::Relaxed);
+            });
+        assert!(matches!(stopped, Err(Error::Stopped)));
+        assert_eq!(denoiser.context.compiled(), compiled);
+        assert!(denoiser.kept.lock().unwrap().is_some());
+    }
+
+    #[test]
+    fn a_frame_stops_between_its_layers() {
+        let weights = include_bytes!("../../tests/fixtures/kernel_tiny.safetensors");
+        let weights = Weights::from_bytes(weights).expect("the fixture follows the format");
+        let Gpu { device, queue, .. } = Gpu::open(None).expect("the tests need an adapter");
+        let denoiser = Denoiser::new(&device, &queue, &weights, &Options::default()).unwrap();
+        let color = Image::filled(40, 30, [0.5; 3]).unwrap();
+        let stop = AtomicBool::new(false);
+        let (mut is_ready, mut layers) = (false, 0);
+        let stopped = denoiser.denoise_layers(
+            &Frame::new(&color).layers(&[&color; 3]).stop(&stop),
+            &mut |step| {
+                layers += usize::from(is_ready);
+                stop.store(layers == 1, Ordering::Relaxed);
+                is_ready |= step.tile.is_some();
+            },
+        );
+        assert!(matches!(stopped, Err(Error::Stopped)) && layers == 1);
     }
 
     #[test]

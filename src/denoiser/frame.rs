@@ -37,7 +37,7 @@ pub struct Frame<'a> {
     /// Alpha, row by row, denoised like a layer. The color is premultiplied by it.
     pub alpha: Option<&'a [f32]>,
     /// Once this is true, the blocking calls end with
-    /// [`Error::Stopped`](crate::Error::Stopped) after at most two more submissions.
+    /// [`Error::Stopped`](crate::Error::Stopped) after at most three more submissions.
     pub stop: Option<&'a AtomicBool>,
     /// Whether the last layer is alpha, which is not light.
     pub(crate) ends_in_alpha: bool,

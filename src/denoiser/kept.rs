@@ -21,8 +21,17 @@ impl Denoiser {
         context.catch(|| Ok(TileBuffers::new(context, network, shape, skip)))
     }
 
-    /// Keeps a finished frame's buffers for the next one, unless the options forbid it. A failed
-    /// frame frees its buffers instead, because it may have run out of memory.
+    /// Frees the GPU memory that the last blocking call left for the next one, as
+    /// [`Options::keep_memory`](crate::Options::keep_memory) describes. The next call allocates
+    /// anew.
+    ///
+    /// # Panics
+    /// Panics if another thread panicked in a blocking call.
+    pub fn free_memory(&self) {
+        *self.kept.lock().expect("no thread panicked here") = None;
+    }
+
+    /// Keeps a frame's buffers for the next one, unless the options forbid it.
     pub(super) fn keep(&self, buffers: TileBuffers) {
         if self.options.keep_memory {
             *self.kept.lock().expect("no thread panicked here") = Some(buffers);
@@ -77,9 +86,17 @@ mod tests {
         let frame = Frame::new(&image);
         let denoiser_that_keeps = denoiser(&Options::default());
         denoiser_that_keeps.denoise(&frame).unwrap();
-        let failed =
-            denoiser_that_keeps.denoise_by(&frame, &mut |_| {}, &mut |_, _| Err(Error::Stopped));
-        assert!(failed.is_err() && kept(&denoiser_that_keeps).is_none());
+        let end_with = |error: fn() -> Error| {
+            let mut fail = |_: &_, _: &mut dyn FnMut(usize) -> _| Err(error());
+            denoiser_that_keeps.denoise_by(&frame, &mut |_| {}, &mut fail).unwrap_err();
+            kept(&denoiser_that_keeps)
+        };
+        assert!(end_with(|| Error::Stopped).is_some(), "a stopped frame has not failed");
+        assert!(end_with(|| Error::weights("none")).is_none());
+
+        denoiser_that_keeps.denoise(&frame).unwrap();
+        denoiser_that_keeps.free_memory();
+        assert!(kept(&denoiser_that_keeps).is_none());
 
         let denoiser_that_frees = denoiser(&Options::default().keep_memory(false));
         denoiser_that_frees.denoise(&frame).unwrap();

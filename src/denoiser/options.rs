@@ -27,7 +27,7 @@ pub struct Options {
     /// How tensors are stored: 16-bit float by default.
     pub precision: Precision,
     /// GPU memory budget in bytes for tensors and, in the blocking call, images: 2 GiB by default.
-    /// The adapter's limits restrict tiles further.
+    /// Calls that run at once each take their own. The adapter's limits restrict tiles further.
     pub memory_bytes: u64,
     /// Longest side of a tile in pixels, overlap included. `None`, the default, picks the largest
     /// tile within the budget whose dispatches stay short enough for a display or watchdog: below

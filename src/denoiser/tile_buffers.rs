@@ -141,21 +141,27 @@ impl TileBuffers {
 
     /// Submits the whole network for the uploaded tile in parts and waits for all of them. Each
     /// part has its own timeout. After each part but the last, `progress` receives the number of
-    /// finished calls.
+    /// finished calls. If it fails, the part that still runs is waited for.
     ///
     /// One part is queued behind the running one, so that the device is never idle and the queue's
     /// other users, such as a window, wait for no more than these two.
     pub(crate) fn run(&self, progress: &mut dyn FnMut(usize) -> Result<()>) -> Result<()> {
+        let finish = |part| self.context.catch(|| wait_for(&self.context, part));
         let (mut done, mut running) = (0, None);
         for batch in self.calls.batches() {
-            let part = self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)));
+            let submit =
+                || self.submit(|pass| batch.iter().for_each(|call| call.record_at(pass, 0)));
+            let part = self.context.catch(|| Ok(submit()))?;
             if let Some((calls, before)) = running.replace((batch.len(), part)) {
-                wait_for(&self.context, Some(before))?;
+                finish(Some(before))?;
                 done += calls;
-                progress(done)?;
+                if let Err(error) = progress(done) {
+                    finish(running.map(|(_, last)| last))?;
+                    return Err(error);
+                }
             }
         }
-        wait_for(&self.context, running.map(|(_, last)| last))
+        finish(running.map(|(_, last)| last))
     }
 
     /// Uploads part of a layer and submits its calls, which read the network's tensors for the tile

@@ -29,6 +29,11 @@ fn images(width: u32, contents: Contents) -> Footprint {
     }
 }
 
+/// The largest buffer that the device creates and binds.
+fn bindable(limits: &wgpu::Limits) -> u64 {
+    limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+}
+
 impl Denoiser {
     /// How the blocking call would tile an image of this size.
     ///
@@ -104,7 +109,7 @@ impl Denoiser {
             max_side: self.options.tile.unwrap_or(u32::MAX).min(limits.max_texture_dimension_2d),
             max_pixels: footprint
                 .most_pixels(self.options.memory_bytes)
-                .min(limits.max_storage_buffer_binding_size / PIXEL_BYTES),
+                .min(bindable(&limits) / PIXEL_BYTES),
         };
         // A CPU driver has no display or watchdog to keep waiting, so smaller tiles would only add
         // cost.
@@ -162,7 +167,7 @@ impl Denoiser {
         } else if bytes > self.options.memory_bytes {
             format!("the memory budget is {} MiB", self.options.memory_bytes >> 20)
         } else {
-            let bindable = self.context.device.limits().max_storage_buffer_binding_size;
+            let bindable = bindable(&self.context.device.limits());
             format!("the device was created to bind at most {} MiB at once", bindable >> 20)
         };
         let history = match footprint.picture.div_ceil(1 << 20) {

@@ -72,22 +72,31 @@ impl Denoiser {
                 "the result to verify is {w}×{h}, but the frame is {width}×{height}"
             )));
         }
+        let verified = self.verified(&frame, result)?;
+        if let Some(verified) = &verified {
+            self.tolerance().judge(verified)?;
+        }
+        Ok(verified)
+    }
+
+    /// What [`verify`](Self::verify) judges.
+    fn verified(&self, frame: &Frame<'_>, result: &Image) -> Result<Option<Verified>> {
         if frame.panorama {
-            let wrapped = Wrapped::new(self, &frame)?;
+            let wrapped = Wrapped::new(self, frame)?;
             let (result, columns) = (wrapped.wrap(result)?, wrapped.columns);
             let wrap =
                 |alpha: &[f32]| Ok(values(&wrapped.wrap(&gray(alpha, frame.color.size())?)?));
             let alpha = frame.alpha.map(wrap).transpose()?;
-            let scale = self.scale_of(&frame);
+            let scale = self.scale_of(frame);
             let flat = wrapped.frame().input_scale(scale).alpha(alpha.as_deref());
-            let verified = self.verify_between(&flat, &result, columns)?;
+            let verified = self.verified_between(&flat, &result, columns)?;
             return Ok(verified.map(|verified| verified.moved_left(columns)));
         }
-        self.verify_between(&frame, result, 0)
+        self.verified_between(frame, result, 0)
     }
 
-    /// [`verify`](Self::verify) without the first and last `margin` columns, a multiple of 16.
-    fn verify_between(
+    /// [`verified`](Self::verified) without the first and last `margin` columns, a multiple of 16.
+    fn verified_between(
         &self,
         frame: &Frame<'_>,
         result: &Image,
@@ -97,9 +106,7 @@ impl Denoiser {
         let exposure = Exposure { encoding, scale: self.scale_of(frame) };
         let Some(rect) = noisiest(frame.color, exposure, margin) else { return Ok(None) };
         let (expected, crop) = self.expected(frame, exposure.scale, &rect)?;
-        let verified = compare(result, exposure, &rect, &expected, crop.begin);
-        self.tolerance().judge(&verified)?;
-        Ok(Some(verified))
+        Ok(Some(compare(result, exposure, &rect, &expected, crop.begin)))
     }
 
     /// The frame's input scale, given or measured.

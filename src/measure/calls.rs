@@ -69,7 +69,8 @@ impl Denoiser {
         self.denoise_by(frame, &mut |_| {}, &mut |tile, _| {
             profile.resize_with(tile.calls().len(), CallProfile::default);
             for (row, call) in profile.iter_mut().zip(tile.calls()) {
-                row.add(call, clock.time(&self.context, call)?);
+                let time = || clock.time(&self.context, call);
+                row.add(call, self.context.catch(time)?);
             }
             Ok(())
         })?;

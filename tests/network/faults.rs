@@ -296,6 +296,31 @@ fn sources(folder: &str) -> Vec<(String, String)> {
 }
 
 #[test]
+fn errors_of_the_hosts_work_in_the_callback_stay_the_hosts() {
+    let Gpu { device, queue, .. } = device();
+    let denoiser = Denoiser::new(&device, &queue, &tiny(), &Options::default()).unwrap();
+    let reported = Arc::new(AtomicUsize::new(0));
+    let counter = reported.clone();
+    device.on_uncaptured_error(Arc::new(move |_| {
+        counter.fetch_add(1, Relaxed);
+    }));
+    let (images, mut callbacks) = (images(64, 48), 0);
+    let refused = wgpu::BufferDescriptor {
+        label: None,
+        size: 4,
+        usage: wgpu::BufferUsages::empty(),
+        mapped_at_creation: false,
+    };
+    let denoised = denoiser.denoise_with_progress(&frame(&images, Inputs::ALL), &mut |_, _| {
+        let _ = device.create_buffer(&refused);
+        callbacks += 1;
+    });
+    denoised.unwrap();
+    assert!(callbacks > 0);
+    assert_eq!(reported.load(Relaxed), callbacks);
+}
+
+#[test]
 fn the_engine_sets_no_handler_of_the_hosts_process() {
     let users = |words: &[&str]| -> Vec<String> {
         let uses = |(name, text): (String, String)| {

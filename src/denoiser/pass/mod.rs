@@ -16,7 +16,8 @@ pub use self::schedule::Schedule;
 use self::accumulation::Accumulation;
 use self::held::Rescue;
 use crate::denoiser::Denoiser;
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::gpu::wait::wait;
 use crate::network::bind::TileCalls;
 use crate::ops::autoexposure::Autoexposure;
 use crate::plan::memory::Footprint;
@@ -76,7 +77,16 @@ impl Denoiser {
         let footprint = Footprint { picture, ..Footprint::default() };
         let plan =
             self.plan(descriptor.size(), &network, footprint, !descriptor.layers.is_empty())?;
-        self.bind(&descriptor, &network, &plan)
+        let bind = || self.bind(&descriptor, &network, &plan);
+        match bind() {
+            Err(Error::OutOfMemory(_)) if self.kept.lock().is_ok_and(|kept| kept.is_some()) => {
+                self.free_memory();
+                // Buffers are freed once the adapter no longer uses them.
+                wait(&self.context)?;
+                bind()
+            }
+            bound => bound,
+        }
     }
 }
 
