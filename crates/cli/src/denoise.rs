@@ -39,8 +39,18 @@ pub(crate) fn run(
     let images = jobs.iter().filter(|job| job.writes).count();
     let (failed, start) = (0, Instant::now());
     let tally = Tally::default();
-    let mut batch =
-        Batch { request, console, session, images, skipped, failed, stop, tally, start };
+    let mut batch = Batch {
+        request,
+        console,
+        session,
+        images,
+        skipped,
+        failed,
+        stop,
+        tally,
+        start,
+        overtaken: 0,
+    };
     console.begin(jobs.len());
     if stop.is_none() {
         let rest = rest(request.writing);
@@ -81,6 +91,8 @@ struct Batch<'a> {
     stop: Option<&'a AtomicBool>,
     tally: Tally,
     start: Instant,
+    /// Images that another run has written since this one was planned.
+    overtaken: usize,
 }
 
 /// An image that is being written.
@@ -101,6 +113,10 @@ impl Batch<'_> {
                 self.console.item(index, &name(job));
                 let image = joined(next.take().unwrap_or_else(|| read(job)));
                 next = jobs.get(index + 1).filter(|_| overlap).map(read);
+                if self.request.temporal == 0 && self.is_overtaken(job) {
+                    self.overtaken += 1;
+                    continue;
+                }
                 let outcome = image.and_then(|image| self.denoise(job, image));
                 self.settle(writing.take())?;
                 let finished = self.finished(&mut animation, job, outcome)?;
@@ -221,10 +237,16 @@ impl Batch<'_> {
                 self.tell(job, &notices);
                 self.console.detail(|| self.about(job) + &laps.to_string());
             }
+            Err(_) if self.is_overtaken(job) => self.overtaken += 1,
             Err(failure) => self.fail(job, failure)?,
         }
         self.console.say_all(&later);
         Ok(())
+    }
+
+    /// Whether another run with `--skip-existing` was faster with this image.
+    fn is_overtaken(&self, job: &Job) -> bool {
+        self.request.skip_existing && job.writes && job.output.is_file()
     }
 
     /// Reports the failure of one of several images.
@@ -303,7 +325,11 @@ impl Batch<'_> {
     fn finish(self, jobs: &[Job]) -> Result<(), Failure> {
         self.session.close();
         let time = seconds(self.start.elapsed());
-        let (all, failed) = (self.images, self.failed);
+        let (all, failed) = (self.images - self.overtaken, self.failed);
+        let skipped = self.skipped + self.overtaken;
+        if all == 0 {
+            self.console.notice(&format!("skipped {}", existing(skipped)));
+        }
         if failed < all {
             let written: Vec<_> = jobs.iter().filter(|job| job.writes).collect();
             let wrote = match (written.as_slice(), failed) {
@@ -311,7 +337,7 @@ impl Batch<'_> {
                 (_, 0) => format!("wrote {all} images in {time}"),
                 _ => format!("wrote {} of {all} images in {time}", all - failed),
             };
-            let skipped = match self.skipped {
+            let skipped = match skipped {
                 0 => String::new(),
                 skipped => format!("; skipped {}", existing(skipped)),
             };

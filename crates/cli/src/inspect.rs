@@ -217,10 +217,17 @@ fn metrics_text(m: &Metrics) -> String {
         "L1      {:.6}\nPSNR    {:.3} dB\nSSIM    {:.6}\nrelMSE  {:.6}\nSMAPE   {:.6}",
         m.l1, m.psnr, m.ssim, m.relmse, m.smape
     );
-    if m.bad > 0 {
-        let _ = write!(text, "\n{} pixels are NaN or infinite and count as 0", m.bad);
+    for notice in bad_pixels(m) {
+        let _ = write!(text, "\n{notice}");
     }
     text
+}
+
+/// Sentences on pixels that are not numbers, in the image and in its reference.
+pub(crate) fn bad_pixels(m: &Metrics) -> impl Iterator<Item = String> {
+    let all = [("", m.bad), (" of the reference", m.bad_reference)];
+    let sentence = |(of, count)| format!("{count} pixels{of} are NaN or infinite and count as 0");
+    all.into_iter().filter(|(_, count)| *count > 0).map(sentence)
 }
 
 fn metrics_json(m: &Metrics) -> Value {
@@ -231,6 +238,7 @@ fn metrics_json(m: &Metrics) -> Value {
         "relmse": m.relmse,
         "smape": m.smape,
         "bad": m.bad,
+        "bad_reference": m.bad_reference,
     })
 }
 

@@ -1,6 +1,6 @@
 //! Decides which images to denoise and where each result goes; checks all before any work is done.
 
-use std::collections::{BTreeMap, HashMap};
+use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf, is_separator};
@@ -70,7 +70,9 @@ pub(crate) fn plan(request: &Denoise) -> Result<Plan, Failure> {
     for job in jobs.iter().filter(|job| job.writes) {
         prepare_output(&job.output, job.replace, request.writing)?;
     }
-    Ok(Plan { skipped, jobs, notices: left_out(request, &sources)? })
+    let mut notices = left_out(request, &sources)?;
+    notices.extend(missing(request, &sources, &jobs)?);
+    Ok(Plan { skipped, jobs, notices })
 }
 
 /// Marks jobs that are done as not to be written; returns how many.
@@ -173,6 +175,41 @@ fn check_streams(jobs: &[Job]) -> Result<(), Failure> {
 fn left_out(request: &Denoise, sources: &[Source]) -> Result<Vec<String>, Failure> {
     let whole = sources.iter().filter(|_| request.frames.is_none());
     whole.filter_map(|source| Some(source.left_out().transpose()?.map_err(Failure::from))).collect()
+}
+
+/// Notices about gaps in sequences that leave frames without a neighbor to be averaged with.
+fn missing(request: &Denoise, sources: &[Source], jobs: &[Job]) -> Result<Vec<String>, Failure> {
+    let reach = i64::try_from(request.temporal).unwrap_or(i64::MAX);
+    let mut notices = Vec::new();
+    for (index, source) in sources.iter().enumerate().filter(|_| reach > 0) {
+        let present: BTreeSet<_> =
+            source.files(None)?.into_iter().filter_map(|(_, frame)| frame).collect();
+        let written = jobs.iter().filter(|job| job.writes).filter_map(|job| job.number);
+        let near = written.filter(|number| number.sequence == index).flat_map(|number| {
+            number.frame.saturating_sub(reach)..=number.frame.saturating_add(reach)
+        });
+        let gaps = gaps(&present, near);
+        if !gaps.is_empty() {
+            let (frames, are) = if gaps.len() == 1 { ("frame", "is") } else { ("frames", "are") };
+            notices.push(format!(
+                "{}: {frames} {} {are} missing; the frames around are averaged without",
+                shown(Path::new(&request.inputs[index])),
+                gaps.iter().map(i64::to_string).collect::<Vec<_>>().join(", "),
+            ));
+        }
+    }
+    Ok(notices)
+}
+
+/// The numbers that are absent between those present. Sequences of every second frame or fewer have
+/// no gaps.
+fn gaps(present: &BTreeSet<i64>, numbers: impl Iterator<Item = i64>) -> BTreeSet<i64> {
+    let (Some(&first), Some(&last)) = (present.first(), present.last()) else {
+        return BTreeSet::new();
+    };
+    let is_spaced = !present.iter().any(|frame| present.contains(&(frame + 1)));
+    let is_gap = |frame: &i64| (first..last).contains(frame) && !present.contains(frame);
+    numbers.filter(|frame| !is_spaced && is_gap(frame)).collect()
 }
 
 /// Checks that an output can be written; creates its folder if asked to.
@@ -367,5 +404,21 @@ impl Target {
             (Self::Folder(folder), _) => folder.join(input.file_name().unwrap_or_default()),
             (Self::Input, _) => input.to_path_buf(),
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gaps_lie_between_the_frames_of_a_dense_sequence() {
+        let gaps_of = |present: &[i64], numbers: std::ops::RangeInclusive<i64>| -> Vec<i64> {
+            gaps(&present.iter().copied().collect(), numbers).into_iter().collect()
+        };
+        assert_eq!(gaps_of(&[1, 2, 4, 7], 0..=9), [3, 5, 6]);
+        assert_eq!(gaps_of(&[1, 2, 4, 7], 1..=4), [3]);
+        assert_eq!(gaps_of(&[1, 3, 5], 0..=9), [0_i64; 0], "every second frame");
+        assert_eq!(gaps_of(&[], 0..=9), [0_i64; 0]);
     }
 }

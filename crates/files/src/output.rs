@@ -113,12 +113,23 @@ fn replace_target<T>(
     Ok(result)
 }
 
-/// Gives a file the permissions of the one it replaces, and flushes it to disk before it is named.
+/// Gives a file the permissions of the one it replaces, and its owner and group where the system
+/// allows it; flushes it to disk before it is named.
 fn finish(file: &File, path: &Path) -> io::Result<()> {
     if let Ok(existing) = fs::metadata(path) {
+        #[cfg(unix)]
+        keep_owner(file, &existing);
         file.set_permissions(existing.permissions())?;
     }
     file.sync_all()
+}
+
+/// Only the superuser may give files away, but others may keep a group that they belong to.
+#[cfg(unix)]
+fn keep_owner(file: &File, existing: &fs::Metadata) {
+    use std::os::unix::fs::{MetadataExt, fchown};
+    let group = Some(existing.gid());
+    let _ = fchown(file, Some(existing.uid()), group).or_else(|_| fchown(file, None, group));
 }
 
 fn draft(path: &Path) -> Result<Draft, Problem> {
@@ -249,6 +260,22 @@ mod tests {
         replace(&path, true, |out| out.write_all(b"new").map_err(Problem::Write)).unwrap();
         let mode = fs::metadata(&path).unwrap().permissions().mode();
         assert_eq!((fs::read(&path).unwrap(), mode & 0o777), (b"new".to_vec(), 0o440));
+    }
+
+    /// Only the superuser can try it.
+    #[cfg(unix)]
+    #[test]
+    fn a_replaced_file_keeps_its_owner_and_group_where_the_system_allows_it() {
+        use std::os::unix::fs::{MetadataExt, chown};
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("out.exr");
+        fs::write(&path, "old").unwrap();
+        let given_away = chown(&path, Some(1234), Some(2345)).is_ok();
+        let before = fs::metadata(&path).unwrap();
+        replace(&path, true, |out| out.write_all(b"new").map_err(Problem::Write)).unwrap();
+        let after = fs::metadata(&path).unwrap();
+        assert_eq!((after.uid(), after.gid()), (before.uid(), before.gid()));
+        assert!(!given_away || after.uid() == 1234);
     }
 
     #[test]

@@ -29,8 +29,10 @@ pub struct Metrics {
     pub relmse: f64,
     /// Mean of `|x − r| / (|x| + |r| + 0.01)`, in `[0, 1]`.
     pub smape: f64,
-    /// Number of pixels with a NaN or infinite channel; such channels count as 0.
+    /// Number of the image's pixels with a NaN or infinite channel; such channels count as 0.
     pub bad: usize,
+    /// The same of the reference.
+    pub bad_reference: usize,
 }
 
 /// Compares a linear, scene-referred image with its reference.
@@ -54,8 +56,13 @@ pub fn compare(image: &Image, reference: &Image) -> Result<Metrics> {
         ssim: ssim::ssim(&shown_x, &shown_r, image.width() as usize),
         relmse: relmse(&x, &r),
         smape: mean(pairs(&x, &r).map(|(x, r)| (x - r).abs() / (x.abs() + r.abs() + 0.01))),
-        bad: image.pixels().iter().filter(|p| p.iter().any(|v| !v.is_finite())).count(),
+        bad: bad(image),
+        bad_reference: bad(reference),
     })
+}
+
+fn bad(image: &Image) -> usize {
+    image.pixels().iter().filter(|p| p.iter().any(|v| !v.is_finite())).count()
 }
 
 type Pixel = [f64; 3];
@@ -130,7 +137,16 @@ mod tests {
     #[test]
     fn an_image_equals_itself() {
         let image = filled([0.1, 5.0, 0.0]);
-        let expected = Metrics { l1: 0.0, psnr: 120.0, ssim: 1.0, relmse: 0.0, smape: 0.0, bad: 0 };
+        let (bad, bad_reference) = (0, 0);
+        let expected = Metrics {
+            l1: 0.0,
+            psnr: 120.0,
+            ssim: 1.0,
+            relmse: 0.0,
+            smape: 0.0,
+            bad,
+            bad_reference,
+        };
         assert_eq!(compare(&image, &image).expect("one size"), expected);
     }
 
@@ -170,6 +186,8 @@ mod tests {
         black.pixels_mut()[2] = [0.0, 2.0, 0.0];
         let found = compare(&broken, &reference).expect("one size");
         assert_eq!(found, Metrics { bad: 1, ..compare(&black, &reference).expect("one size") });
+        let found = compare(&reference, &broken).expect("one size");
+        assert_eq!((found.bad, found.bad_reference), (0, 1));
     }
 
     #[test]

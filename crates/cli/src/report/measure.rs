@@ -166,7 +166,15 @@ impl Row {
     pub(super) fn made_up(outcome: Result<(f64, f64), &str>) -> Self {
         let measured = |(seconds, l1)| Measured {
             seconds: vec![seconds],
-            metrics: Metrics { l1, psnr: 0.0, ssim: 0.0, relmse: 0.0, smape: 0.0, bad: 0 },
+            metrics: Metrics {
+                l1,
+                psnr: 0.0,
+                ssim: 0.0,
+                relmse: 0.0,
+                smape: 0.0,
+                bad: 0,
+                bad_reference: 0,
+            },
         };
         Self {
             quality: Quality::Fast,

@@ -7,6 +7,7 @@ use std::path::Path;
 use crate::cache;
 use crate::console::{Console, print, print_json};
 use crate::failure::{Failure, shown};
+use crate::inspect;
 use crate::request;
 use crate::session;
 use wgdenoise::{Denoiser, Frame, Gpu, Options, Quality, Weights};
@@ -51,8 +52,8 @@ pub(crate) fn run(request: &request::Report, console: &Console) -> Result<(), Fa
     let differences = comparison::differences(&picture, &truth);
     let (view, truth) = (picture.first(), truth.first().color());
     let before = wgdenoise_metrics::compare(view.color(), truth)?;
-    for difference in &differences {
-        console.notice(difference);
+    for notice in differences.into_iter().chain(inspect::bad_pixels(&before)) {
+        console.notice(&notice);
     }
     let (gpu, options) = session::open(&request.device)?;
     let (width, height) = view.color().size();

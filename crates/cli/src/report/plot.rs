@@ -206,7 +206,8 @@ mod tests {
     use wgdenoise_metrics::Metrics;
 
     fn report(noisy: &str, l1: f64, rows: Vec<Row>) -> Report {
-        let before = Metrics { l1, psnr: 9.0, ssim: 0.5, relmse: 1.0, smape: 0.5, bad: 0 };
+        let before =
+            Metrics { l1, psnr: 9.0, ssim: 0.5, relmse: 1.0, smape: 0.5, bad: 0, bad_reference: 0 };
         let [noisy, reference, device] = [noisy, "reference", "device"].map(String::from);
         Report { noisy, reference, width: 4, height: 3, device, runs: 1, before, rows }
     }

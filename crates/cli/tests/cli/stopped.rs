@@ -116,3 +116,17 @@ fn a_stop_before_the_first_result_leaves_nothing_and_has_the_code_of_its_signal(
         drop(stdin);
     }
 }
+
+#[test]
+fn two_runs_that_skip_what_exists_share_a_folder() {
+    let folder = animation();
+    let words = ["b.##.exr", "out", "--weights", WEIGHTS, "--skip-existing", "--frames", "1-12"];
+    let start = || {
+        let mut command = folder.command(&words);
+        command.stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap()
+    };
+    for child in [start(), start()] {
+        Run::of(&child.wait_with_output().unwrap()).assert_done();
+    }
+    assert_eq!(results(&folder).len(), 12);
+}

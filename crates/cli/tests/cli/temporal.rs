@@ -379,3 +379,16 @@ fn single_files_and_images_that_replace_themselves_are_refused() {
     let run = folder.run(&["n.####.exr", "clean", "--temporal=5"]);
     assert!(run.code == 2 && run.stderr.contains("5 is not in 1..=4"), "{run:?}");
 }
+
+#[test]
+fn a_frame_that_is_not_rendered_yet_is_reported_where_it_is_needed() {
+    let folder = animation([4.0, 0.0], Some(blender([4.0, 0.0])));
+    fs::remove_file(folder.path(&noisy(3))).unwrap();
+    let run = folder.run(&[&TEMPORAL[..], &["--frames", "1"]].concat());
+    run.assert_done();
+    assert!(!run.stderr.contains("missing"), "{run:?}");
+    let run = folder.run(&[&TEMPORAL[..], &["--frames", "2"]].concat());
+    run.assert_done();
+    let notice = "n.####.exr: frame 3 is missing; the frames around are averaged without";
+    assert!(run.stderr.contains(notice), "{run:?}");
+}
