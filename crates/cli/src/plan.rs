@@ -72,7 +72,7 @@ pub(crate) fn plan(request: &Denoise) -> Result<Plan, Failure> {
     }
     let mut notices = left_out(request, &sources)?;
     notices.extend(missing(request, &sources, &jobs)?);
-    Ok(Plan { skipped, jobs, notices })
+    Ok(Plan { jobs, skipped, notices })
 }
 
 /// Marks jobs that are done as not to be written; returns how many.

@@ -283,6 +283,13 @@ fn read_view(
     let to = file.window(choice.color.part());
     let mut planes: Vec<_> = choice.alpha.iter().map(|(from, _)| *from).collect();
     planes.extend(choice.motion.iter().flat_map(|pick| &pick.channels));
+    if file.is_cube(choice.color.part()) {
+        notices.push(
+            "the faces of the cube map are denoised as one image, so light crosses their edges; \
+             denoise them one by one"
+                .into(),
+        );
+    }
     let (images, mut planes) = file.read(&picks, &planes)?;
     let vectors = planes.split_off(usize::from(choice.alpha.is_some()));
     let motion = choice.motion.as_ref();

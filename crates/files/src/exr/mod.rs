@@ -101,6 +101,12 @@ impl ExrFile {
         map == Some(EnvironmentMap::LatitudeLongitude) && data == display
     }
 
+    /// Whether a part holds the six faces of a cube around the viewer, one below the other.
+    #[must_use]
+    pub fn is_cube(&self, part: usize) -> bool {
+        self.meta.headers[part].own_attributes.environment_map == Some(EnvironmentMap::Cube)
+    }
+
     /// Reads layers and single channels at full size, each in its own part's window. Unpacks every
     /// part once.
     ///

@@ -270,6 +270,8 @@ fn only_a_latlong_environment_is_a_panorama() {
                 expected && is_whole,
                 "{environment_map:?} {width}"
             );
+            let warns = picture.notices().iter().any(|notice| notice.contains("cube map"));
+            assert_eq!(warns, environment_map == Some(EnvironmentMap::Cube));
         }
     }
 }
