@@ -58,3 +58,18 @@ fn no_plan_takes_more_memory_than_the_budget_and_every_refusal_says_why() {
     };
     TestRunner::default().run(&cases, check).unwrap();
 }
+
+#[test]
+fn no_buffer_is_larger_than_the_device_creates() {
+    let Gpu { adapter, .. } = Gpu::open(None).unwrap();
+    let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        required_limits: wgpu::Limits { max_buffer_size: 2 << 20, ..adapter.limits() },
+        ..Default::default()
+    }))
+    .unwrap();
+    let weights = include_bytes!("../../tests/fixtures/kernel_tiny.safetensors");
+    let weights = Weights::from_bytes(weights).unwrap();
+    let denoiser = Denoiser::new(&device, &queue, &weights, &Options::default()).unwrap();
+    let image = crate::Image::filled(608, 400, [0.5; 3]).unwrap();
+    denoiser.denoise(&Frame::new(&image)).unwrap();
+}

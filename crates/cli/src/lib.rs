@@ -11,6 +11,7 @@ mod cache;
 mod console;
 mod denoise;
 mod failure;
+mod gaps;
 mod groups;
 pub mod host;
 mod inspect;

@@ -1,11 +1,12 @@
 //! Decides which images to denoise and where each result goes; checks all before any work is done.
 
-use std::collections::{BTreeMap, BTreeSet, HashMap};
+use std::collections::{BTreeMap, HashMap};
 use std::ffi::OsString;
 use std::fs;
 use std::path::{Path, PathBuf, is_separator};
 
 use crate::failure::{Failure, shown};
+use crate::gaps;
 use crate::request::{Denoise, Writing};
 use crate::temporal::Number;
 use wgdenoise_files::frames::{self, Frames, PLAIN_CHARACTERS};
@@ -71,7 +72,7 @@ pub(crate) fn plan(request: &Denoise) -> Result<Plan, Failure> {
         prepare_output(&job.output, job.replace, request.writing)?;
     }
     let mut notices = left_out(request, &sources)?;
-    notices.extend(missing(request, &sources, &jobs)?);
+    notices.extend(gaps::notices(request, &sources, &written(&jobs))?);
     Ok(Plan { jobs, skipped, notices })
 }
 
@@ -81,10 +82,14 @@ fn skip(jobs: &mut [Job], is_done: impl Fn(&Job) -> bool) -> usize {
     done.map(|job| job.writes = false).count()
 }
 
+/// The frames that are written.
+fn written(jobs: &[Job]) -> Vec<Number> {
+    jobs.iter().filter(|job| job.writes).filter_map(|job| job.number).collect()
+}
+
 /// Keeps the jobs that write, and those within `reach` frames of one that does.
 fn keep_needed(jobs: &mut Vec<Job>, reach: usize) {
-    let written: Vec<_> =
-        jobs.iter().filter(|job| job.writes).filter_map(|job| job.number).collect();
+    let written = written(jobs);
     let is_near = |number: Number| {
         written.iter().any(|other| {
             let distance = other.frame.abs_diff(number.frame);
@@ -175,41 +180,6 @@ fn check_streams(jobs: &[Job]) -> Result<(), Failure> {
 fn left_out(request: &Denoise, sources: &[Source]) -> Result<Vec<String>, Failure> {
     let whole = sources.iter().filter(|_| request.frames.is_none());
     whole.filter_map(|source| Some(source.left_out().transpose()?.map_err(Failure::from))).collect()
-}
-
-/// Notices about gaps in sequences that leave frames without a neighbor to be averaged with.
-fn missing(request: &Denoise, sources: &[Source], jobs: &[Job]) -> Result<Vec<String>, Failure> {
-    let reach = i64::try_from(request.temporal).unwrap_or(i64::MAX);
-    let mut notices = Vec::new();
-    for (index, source) in sources.iter().enumerate().filter(|_| reach > 0) {
-        let present: BTreeSet<_> =
-            source.files(None)?.into_iter().filter_map(|(_, frame)| frame).collect();
-        let written = jobs.iter().filter(|job| job.writes).filter_map(|job| job.number);
-        let near = written.filter(|number| number.sequence == index).flat_map(|number| {
-            number.frame.saturating_sub(reach)..=number.frame.saturating_add(reach)
-        });
-        let gaps = gaps(&present, near);
-        if !gaps.is_empty() {
-            let (frames, are) = if gaps.len() == 1 { ("frame", "is") } else { ("frames", "are") };
-            notices.push(format!(
-                "{}: {frames} {} {are} missing; the frames around are averaged without",
-                shown(Path::new(&request.inputs[index])),
-                gaps.iter().map(i64::to_string).collect::<Vec<_>>().join(", "),
-            ));
-        }
-    }
-    Ok(notices)
-}
-
-/// The numbers that are absent between those present. Sequences of every second frame or fewer have
-/// no gaps.
-fn gaps(present: &BTreeSet<i64>, numbers: impl Iterator<Item = i64>) -> BTreeSet<i64> {
-    let (Some(&first), Some(&last)) = (present.first(), present.last()) else {
-        return BTreeSet::new();
-    };
-    let is_spaced = !present.iter().any(|frame| present.contains(&(frame + 1)));
-    let is_gap = |frame: &i64| (first..last).contains(frame) && !present.contains(frame);
-    numbers.filter(|frame| !is_spaced && is_gap(frame)).collect()
 }
 
 /// Checks that an output can be written; creates its folder if asked to.
@@ -404,21 +374,5 @@ impl Target {
             (Self::Folder(folder), _) => folder.join(input.file_name().unwrap_or_default()),
             (Self::Input, _) => input.to_path_buf(),
         })
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn gaps_lie_between_the_frames_of_a_dense_sequence() {
-        let gaps_of = |present: &[i64], numbers: std::ops::RangeInclusive<i64>| -> Vec<i64> {
-            gaps(&present.iter().copied().collect(), numbers).into_iter().collect()
-        };
-        assert_eq!(gaps_of(&[1, 2, 4, 7], 0..=9), [3, 5, 6]);
-        assert_eq!(gaps_of(&[1, 2, 4, 7], 1..=4), [3]);
-        assert_eq!(gaps_of(&[1, 3, 5], 0..=9), [0_i64; 0], "every second frame");
-        assert_eq!(gaps_of(&[], 0..=9), [0_i64; 0]);
     }
 }
