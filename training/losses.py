@@ -3,6 +3,7 @@
 The network domain is exposed color after the transfer function, where equal differences are about equally visible.
 """
 
+import torch
 from torch.nn import functional as F
 
 from metrics import display, ssim
@@ -66,4 +67,13 @@ def l1_relative(output, target):
     return l1_ssim(output, target) + 0.1 * relative
 
 
-LOSSES = {f.__name__: f for f in (l1_ssim, l1_ms_ssim, l1_gradient, l1_mean, l1_light, display_light, l1_relative)}
+def display_relative(output, target):
+    """`display_light` plus the logarithm of the relative squared error, which also counts errors above the display's
+    white. Its gradient falls with one over the error, so fireflies and lamps do not outweigh the rest."""
+    x, r = inverse(output), inverse(target)
+    error = (x - r) ** 2 / (r.mean(1, keepdim=True) ** 2 + 0.01)
+    return display_light(output, target) + torch.log1p(error).mean()
+
+
+LOSSES = {f.__name__: f for f in (l1_ssim, l1_ms_ssim, l1_gradient, l1_mean, l1_light, l1_relative, display_light,
+                                  display_relative)}

@@ -257,6 +257,15 @@ def test_losses_are_zero_for_the_target_and_grow_with_the_error(name, random):
     assert values[0] < values[1] < values[2]
 
 
+def test_the_relative_loss_alone_sees_errors_above_the_displays_white():
+    light = torch.full((1, 3, 64, 64), 4.0)
+    light[..., ::2] = 8.0
+    shifted = light.roll(1, -1)  # the same mean light, as bright on a display
+    values = {name: float(LOSSES[name](transfer(shifted), transfer(light)))
+              for name in ("display_light", "display_relative")}
+    assert values["display_light"] < 1e-5 and values["display_relative"] > 0.1
+
+
 @pytest.mark.parametrize("shape", [(8, 8), (8, 20), (20, 8)])
 def test_muon_steps_have_singular_values_near_one(shape, random):
     values = torch.linalg.svdvals(orthogonal(torch.randn(shape, generator=random)).float())
