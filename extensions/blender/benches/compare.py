@@ -2,7 +2,7 @@
 """Compares wgdenoise with Blender's own denoiser, Open Image Denoise, on the test scenes of docs/quality.md.
 
     cd training && python render_dataset.py cycles --out ../target/test --scenes 90020:90030 --views 1 \\
-        --progressive --reference 512 --samples 1,2,5,8,10,25,32,50,100,128,200
+        --progressive --reference 2048 --samples 1,2,5,8,10,25,32,50,100,128,200
     cd .. && python extensions/blender/benches/compare.py target/test     # bpy 5.0, PyTorch and wgdenoise installed
 
 Blender renders each scene with its denoiser on (its defaults: high quality, albedo and normals prefiltered accurately)
