@@ -56,7 +56,11 @@ def l1_light(output, target):
 def display_light(output, target):
     """L1 and SSIM of displayed images, which ignore errors above the display's white, plus a share of the light of 8x8
     and of 32x32 pixels, which counts them."""
-    lights = [inverse(image) for image in (output, target)]
+    return _shown(inverse(output), inverse(target))
+
+
+def _shown(*lights):
+    """`display_light` of linear light."""
     shown = [display(image) for image in lights]
     return l1(*shown) + 0.05 * (1 - ssim(*shown, 1.0, STEP)) + 0.2 * _mean_light(*lights)
 
@@ -72,7 +76,7 @@ def display_relative(output, target):
     white. Its gradient falls with one over the error, so fireflies and lamps do not outweigh the rest."""
     x, r = inverse(output), inverse(target)
     error = (x - r) ** 2 / (r.mean(1, keepdim=True) ** 2 + 0.01)
-    return display_light(output, target) + torch.log1p(error).mean()
+    return _shown(x, r) + torch.log1p(error).mean()
 
 
 LOSSES = {f.__name__: f for f in (l1_ssim, l1_ms_ssim, l1_gradient, l1_mean, l1_light, l1_relative, display_light,
